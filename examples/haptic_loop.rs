@@ -74,7 +74,7 @@ fn touch(path: &std::path::Path, tip: &AtomicU64) -> Result<(), Box<dyn Error>> 
         let push = FINGER * depth;
         loads.clear();
         let force = [0.0, 0.0, -push];
-        loads.add_contact(&scene, &Contact { nodes: touched.nodes, weights: touched.weights, force })?;
+        loads.add_contact(&scene, &Contact::new(touched.place, force))?;
         scene.step(&mut state, &loads)?;
 
         // What the device shows is `push`; what the other thread draws is the tip.

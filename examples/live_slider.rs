@@ -42,7 +42,7 @@ fn main() -> Result<(), Box<dyn Error>> {
 
     // Bend the beam slowly enough that little more than its first mode moves, and let go.
     let tip = Surface::new(&file)?.locate([1.0, 0.05, 0.1]).ok_or("no loadable surface")?;
-    let push = Contact { nodes: tip.nodes, weights: tip.weights, force: [0.0, 0.0, -50.0] };
+    let push = Contact::new(tip.place, [0.0, 0.0, -50.0]);
     loads.add_contact(&scene, &push)?;
     for _ in 0..25 {
         scene.step(&mut state, &loads)?;
@@ -56,7 +56,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     };
     loads.add_contact(&scene, &push)?;
     let before = read(&scene, &state)?;
-    scene.set_parameter(slider, 2.0, &mut state, &mut work)?;
+    scene.set_parameters(&[(slider, 2.0)], &mut state, &mut work)?;
     assert_eq!(read(&scene, &state)?, before, "the motion goes on from where it is");
 
     // What a load does in a step depends on the stiffness, so a load from before the change is refused.
@@ -65,7 +65,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     loads.clear();
 
     // A value outside the range that was certified is an error and changes nothing; it is never clamped.
-    assert!(scene.set_parameter(slider, 2.1, &mut state, &mut work).is_err());
+    assert!(scene.set_parameters(&[(slider, 2.1)], &mut state, &mut work).is_err());
 
     // Twice the stiffness rings √2 times as fast.
     let stiff = ring(&scene, &mut state, &loads)?;

@@ -42,7 +42,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     for prop in (0..PROPS).filter(|prop| prop % 4 != 0) {
         loads.clear();
         let force = [0.0, 0.0, -(prop as f64)];
-        loads.add_contact(&scene, &Contact { nodes: tip.nodes, weights: tip.weights, force })?;
+        loads.add_contact(&scene, &Contact::new(tip.place, force))?;
         batch.load(&scene, prop, &loads)?;
     }
 

@@ -79,7 +79,7 @@ fn main() -> Result<(), Box<dyn Error>> {
         let force = [0.0, 0.0, -weight(x, y)];
         if force[2] != 0.0 {
             loads.clear();
-            loads.add_contact(&scene, &Contact { nodes: top.nodes, weights: top.weights, force })?;
+            loads.add_contact(&scene, &Contact::new(top.place, force))?;
             batch.load(&scene, spring, &loads)?;
         }
     }

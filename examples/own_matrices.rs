@@ -15,7 +15,7 @@ use vademecum_build::input::Problem;
 use vademecum_build::pipeline::{BuildOptions, build};
 use vademecum_build::progress::Silent;
 use vademecum_eval::format::{File, SectionKind};
-use vademecum_eval::{Contact, Field, Loads, Scene, SceneOptions, State};
+use vademecum_eval::{Contact, Field, Loads, Place, Scene, SceneOptions, State};
 
 const MASSES: usize = 200;
 /// kg
@@ -103,7 +103,7 @@ fn main() -> Result<(), Box<dyn Error>> {
 
     // Without triangles there is no surface to search. Loadable nodes come first in a file, and here there is
     // one: node 0.
-    let pull = Contact { nodes: [0; 3], weights: [1.0, 0.0, 0.0], force: [1.0, 0.0, 0.0] };
+    let pull = Contact::new(Place::triangle([0; 3], [1.0, 0.0, 0.0]), [1.0, 0.0, 0.0]);
     loads.add_contact(&scene, &pull)?;
     for _ in 0..2000 {
         scene.step(&mut state, &loads)?;

@@ -12,7 +12,7 @@ use vademecum_build::input::Problem;
 use vademecum_build::pipeline::{BuildOptions, build};
 use vademecum_build::progress::Silent;
 use vademecum_eval::format::{File, SectionKind};
-use vademecum_eval::{Contact, Field, Loads, Scene, SceneOptions, State, Surface, SurfacePoint};
+use vademecum_eval::{Contact, Field, Loads, Place, Scene, SceneOptions, State, Surface, SurfacePoint};
 
 /// A rigid sphere at the end of a step.
 #[derive(Clone, Copy, Debug)]
@@ -94,7 +94,11 @@ impl<'m> Body<'m> {
             let apart = taken.iter().all(|other| length(minus(position, other.position)) > self.apart);
             if apart && taken.len() < 16 {
                 let weights = [1.0, 0.0, 0.0];
-                taken.push(SurfacePoint { nodes: [node as u32; 3], weights, position, distance });
+                taken.push(SurfacePoint {
+                    place: Place::triangle([node as u32; 3], weights),
+                    position,
+                    distance,
+                });
             }
         }
         taken
@@ -113,7 +117,7 @@ pub fn press(
     loads: &mut Loads<'_, f64>,
 ) -> Result<Vec<Touch>, Box<dyn Error>> {
     let points = body.candidates(sphere, scene, state);
-    let contact = |point: &SurfacePoint, force| Contact { nodes: point.nodes, weights: point.weights, force };
+    let contact = |point: &SurfacePoint, force| Contact::new(point.place, force);
     let contacts: Vec<Contact> = points.iter().map(|point| contact(point, [0.0; 3])).collect();
 
     // How the contacts yield in the coming step, and where they go without forces.

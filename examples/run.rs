@@ -173,11 +173,12 @@ fn shaken_tower_has_the_shear_that_the_spectrum_says() {
     // A stiff oscillator goes with the ground.
     let [_, stiff] = numbers(line(&output, "0.05"))[..] else { panic!("{output}") };
     assert!(stiff >= ground && stiff < 3.0 * ground, "{output}");
-    let page = std::fs::read_to_string(Path::new(env!("CARGO_MANIFEST_DIR")).join("../docs/moving-base.md"));
+    let page =
+        std::fs::read_to_string(Path::new(env!("CARGO_MANIFEST_DIR")).join("../docs/how-to/moving-base.md"));
     let page = page.expect("the page");
     let (_, said) = page.split_once("```text\nground").expect("what it prints");
     let said = format!("ground{}", said.split("```").next().expect("closed"));
-    assert_eq!(said, output, "docs/moving-base.md prints something else");
+    assert_eq!(said, output, "docs/how-to/moving-base.md prints something else");
 }
 
 #[test]

@@ -65,7 +65,7 @@ fn push(file: &File<'_>) -> Result<f64, Box<dyn Error>> {
     let mut loads = Loads::new(&scene, &mut load_memory)?;
     let touched = Surface::new(file)?.locate([1.0, 0.05, 0.1]).ok_or("no loadable surface")?;
     let force = [0.0, 0.0, -20.0];
-    loads.add_contact(&scene, &Contact { nodes: touched.nodes, weights: touched.weights, force })?;
+    loads.add_contact(&scene, &Contact::new(touched.place, force))?;
     for _ in 0..20 {
         scene.step(&mut state, &loads)?;
     }

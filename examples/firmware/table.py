@@ -1,4 +1,4 @@
-"""The table of costs in docs/consumers/microcontroller.md, and the firmware beside `vademecum run`.
+"""The table of costs in docs/how-to/microcontroller.md, and the firmware beside `vademecum run`.
 
 check calls it: `scenario` makes a scenario of the places that the contacts have, `double` compares the firmware's
 probes with those of the program in double precision, `compare` and `--write` compare or write the table.

@@ -78,23 +78,32 @@ export class Evaluator {
     [this.program, this.problem, this.units, this.scheme] = [0, 1, 2, 3].map((which) => this.text(which));
     this.exact = this.scheme === "exact";
     this.parameters = Array.from({ length: parameters }, (_, index) => this.parameter(index)).filter((known) => known);
+    this.totals = [];
+    while (this.wasm.total(this.totals.length)) {
+      const [nameAt, nameLength, unitAt, unitLength, aboutAt, aboutLength] = this.exchange(6);
+      const [name, unit, about] = [[nameAt, nameLength], [unitAt, unitLength], [aboutAt, aboutLength]].map(([at, length]) => this.utf8(at, length));
+      this.totals.push({ name, unit, about });
+    }
     this.probeNames = this.names(SECTION.probeNames);
     this.patternNames = this.names(SECTION.patternNames);
   }
 
   text(which) {
     const at = this.wasm.text(which);
-    return new TextDecoder().decode(new Uint8Array(this.wasm.memory.buffer, at, this.exchange(1)[0]));
+    return this.utf8(at, this.exchange(1)[0]);
+  }
+
+  utf8(at, length) {
+    return new TextDecoder().decode(new Uint8Array(this.wasm.memory.buffer, at, length));
   }
 
   /** A live parameter of the file: name, unit, the option it sets (with the region, if it is of one), range. */
   parameter(index) {
     if (!this.wasm.parameter(index)) return null;
     const [nameAt, nameLength, unitAt, unitLength, role, region, log, lower, upper, nominal] = this.exchange(10);
-    const text = (at, length) => new TextDecoder().decode(new Uint8Array(this.wasm.memory.buffer, at, length));
     const key = ["stiffness", "regionStiffness", "density", "regionDensity", "alpha", "beta", "timeStep"][role];
     const ofRegion = role === 1 || role === 3 ? region : null;
-    return { name: text(nameAt, nameLength), unit: text(unitAt, unitLength), key, region: ofRegion, log: log === 1, lower, upper, nominal };
+    return { name: this.utf8(nameAt, nameLength), unit: this.utf8(unitAt, unitLength), key, region: ofRegion, log: log === 1, lower, upper, nominal };
   }
 
   /** A copy of a section's numbers (bytes for text); null if absent or compressed. */
@@ -163,7 +172,7 @@ export class Evaluator {
     return this.must(this.wasm.march(steps, 0, 0)) === 2 ? "at rest" : "moving";
   }
 
-  /** Takes `steps` steps; rows of (probes, watched component, energy), good until the next call. */
+  /** Takes `steps` steps; rows of (probes, watched component, scalars of the whole body as in `totals`), good until the next call. */
   record(steps) {
     const length = steps * this.recordLength;
     const at = this.lent.records.hold(Math.max(8 * length, 8));

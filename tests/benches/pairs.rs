@@ -1,12 +1,12 @@
 //! What is compared is run in turns, in one process: batch and loop, modes and dense map, fields and a plain
 //! copy, one need and another.
 //! `cargo bench -p vademecum-tests --bench pairs [-- batch modes fields needs terms]` prints the tables of
-//! `docs/benchmarks/step.md`.
+//! `docs/measurements/step.md`.
 
 use std::hint::black_box;
 use std::time::Instant;
 use vademecum_eval::{
-    Batch, Contact, Field, Loads, Modal, Scalar, Scene, SceneOptions, State, StructureChoice,
+    Batch, Contact, Field, Loads, Modal, Place, Scalar, Scene, SceneOptions, State, StructureChoice,
 };
 use vademecum_format::scheme::StepParameters;
 use vademecum_format::{Element, File};
@@ -17,7 +17,7 @@ use vademecum_tests::synthetic::{Body, Layout, bathe};
 
 const STEP: StepParameters =
     StepParameters { time_step: 2e-3, alpha: 0.0, beta: 0.0, density: 1.0, stiffness: 1.0 };
-const CONTACT: Contact = Contact { nodes: [0, 1, 5], weights: [0.2, 0.3, 0.5], force: [1.0, 0.5, -2.0] };
+const CONTACT: Contact = Contact::new(Place::triangle([0, 1, 5], [0.2, 0.3, 0.5]), [1.0, 0.5, -2.0]);
 const ROUNDS: usize = 101;
 
 /// Keeps the compiler from leaving out what is timed.
@@ -288,7 +288,7 @@ fn terms() {
             &mut [
                 &mut || {
                     value = if value > 1.9 { 0.6 } else { value + 0.01 };
-                    keep(scene.set_parameter(0, black_box(value), &mut state, &mut work));
+                    keep(scene.set_parameters(&[(0, black_box(value))], &mut state, &mut work));
                 },
                 &mut || {
                     loads.clear();

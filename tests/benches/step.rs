@@ -6,7 +6,7 @@
 
 use divan::counter::{BytesCount, ItemsCount};
 use divan::{Bencher, black_box};
-use vademecum_eval::{Contact, Field, Scalar, Scene, SceneOptions, State, StructureChoice};
+use vademecum_eval::{Contact, Field, Place, Scalar, Scene, SceneOptions, State, StructureChoice};
 use vademecum_format::scheme::StepParameters;
 use vademecum_format::{Element, File};
 use vademecum_tests::random_terms::random_terms;
@@ -36,7 +36,7 @@ fn options(structure: StructureChoice) -> SceneOptions {
 fn step<T: Scalar>(bencher: Bencher<'_, '_>, structure: StructureChoice, r: usize) {
     let bytes = body(4, 4, r, Element::F32);
     with_scene::<T, ()>(&bytes, &options(structure), |scene, state, loads| {
-        let contact = Contact { nodes: [0, 1, 5], weights: [0.2, 0.3, 0.5], force: [1.0, 0.0, 0.0] };
+        let contact = Contact::new(Place::triangle([0, 1, 5], [0.2, 0.3, 0.5]), [1.0, 0.0, 0.0]);
         loads.add_contact(scene, &contact).expect("contact");
         bencher.counter(ItemsCount::new(STEPS)).bench_local(|| {
             for _ in 0..STEPS {
@@ -65,7 +65,7 @@ fn dense<T: Scalar>(bencher: Bencher<'_, '_>, r: usize) {
 fn contact_dense<T: Scalar>(bencher: Bencher<'_, '_>, r: usize) {
     let bytes = body(4, 4, r, Element::F32);
     with_scene::<T, ()>(&bytes, &options(StructureChoice::Block), |scene, _, loads| {
-        let contact = Contact { nodes: [0, 1, 5], weights: [0.2, 0.3, 0.5], force: [1.0, 0.0, 0.0] };
+        let contact = Contact::new(Place::triangle([0, 1, 5], [0.2, 0.3, 0.5]), [1.0, 0.0, 0.0]);
         bencher.bench_local(|| {
             loads.clear();
             black_box(loads.add_contact(scene, &contact))
@@ -143,7 +143,7 @@ fn set_parameter<T: Scalar>(bencher: Bencher<'_, '_>, (r, n_terms): (usize, usiz
     let mut value = 1.0;
     bencher.bench_local(|| {
         value = if value > 1.9 { 0.6 } else { value + 0.01 };
-        scene.set_parameter(0, black_box(value), &mut state, &mut work).expect("set");
+        scene.set_parameters(&[(0, black_box(value))], &mut state, &mut work).expect("set");
     });
 }
 
@@ -166,7 +166,7 @@ fn rebind_diagonal<T: Scalar>(bencher: Bencher<'_, '_>, r: usize) {
 fn contact_separated<T: Scalar>(bencher: Bencher<'_, '_>, (r, n_terms): (usize, usize)) {
     let bytes = random_terms(r, n_terms, &parameters());
     with_scene::<T, ()>(&bytes, &options(StructureChoice::Block), |scene, _, loads| {
-        let contact = Contact { nodes: [0, 1, 5], weights: [0.2, 0.3, 0.5], force: [1.0, 0.5, -2.0] };
+        let contact = Contact::new(Place::triangle([0, 1, 5], [0.2, 0.3, 0.5]), [1.0, 0.5, -2.0]);
         bencher.bench_local(|| {
             loads.clear();
             black_box(loads.add_contact(scene, &contact))

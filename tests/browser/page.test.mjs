@@ -31,7 +31,7 @@ const ring = (page) => page.evaluate((point) => {
   return { time: time.slice(start), values: columns.tip.slice(start) };
 }, TIP);
 
-// Bathe's scheme stretches a period by Ω²/24 (docs/theory). Crossings over N periods are off by at most one period's share
+// Bathe's scheme stretches a period by Ω²/24 (docs/explanation). Crossings over N periods are off by at most one period's share
 // that the other modes can shift: 0.05 each end if they carry less than a third of the amplitude.
 const stretched = (hertz, timeStep) => hertz / (1 + (2 * Math.PI * hertz * timeStep) ** 2 / 24);
 const CROSSING = 2 * 0.05;

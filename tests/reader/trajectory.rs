@@ -10,7 +10,7 @@ use std::io::Write;
 use serde_json::{Value, json};
 use vademecum_eval::chapter::{ChapterLoads, ChapterScene, ChapterState};
 use vademecum_eval::{
-    BindError, Contact, Field, Loads, Scene, SceneOptions, State, Structure, StructureChoice,
+    BindError, Contact, Field, Loads, Place, Scene, SceneOptions, State, Structure, StructureChoice,
 };
 use vademecum_format::{Chapter, ChapterAxis, ChapterRole, File, Metadata, SectionKind};
 use vademecum_rewrite::unpack;
@@ -44,7 +44,8 @@ impl Load {
         let amplitudes: Vec<_> = (0..STEPS).map(|step| self.amplitudes(step, instants)).collect();
         match &self.push {
             Push::Pattern(index) => json!({ "pattern": index, "amplitudes": amplitudes }),
-            Push::Contact(Contact { nodes, weights, force }) => {
+            Push::Contact(Contact { place, force, .. }) => {
+                let (nodes, weights) = place.corners().expect("a triangle");
                 json!({ "nodes": nodes, "weights": weights, "force": force, "amplitudes": amplitudes })
             }
         }
@@ -74,8 +75,8 @@ fn loads_of(
         // Terms over state and load know one load at one node.
         let joint = chapter.parts().any(|part| part.has_state() && part.has_load());
         let weights = if joint { [1.0, 0.0, 0.0] } else { [0.25, 0.75, 0.0] };
-        let late = Contact { nodes: [last, first, first], weights, force };
-        let early = Contact { nodes: [first; 3], weights: [1.0, 0.0, 0.0], force };
+        let late = Contact::new(Place::triangle([last, first, first], weights), force);
+        let early = Contact::new(Place::triangle([first; 3], [1.0, 0.0, 0.0]), force);
         // It is there for ten steps before it pushes.
         let growing: fn(f64) -> f64 = |t| (0.05 * (t - 10.0)).clamp(0.0, 1.0);
         loads.push(Load { push: Push::Contact(early), amplitude: growing, during: [0, 60] });
@@ -84,14 +85,16 @@ fn loads_of(
     }
     if surface && metadata.n_load_nodes > 0 {
         let last = metadata.n_load_nodes - 1;
-        let contact = |weights, force| Push::Contact(Contact { nodes: [0, last / 2, last], weights, force });
+        let contact = |weights, force| {
+            Push::Contact(Contact::new(Place::triangle([0, last / 2, last], weights), force))
+        };
         let slanted = contact([0.2, 0.5, 0.3], [1.0, -2.0, 0.5]);
         loads.push(Load { push: slanted, amplitude: held, during: [0, 60] });
         let other = contact([0.6, 0.1, 0.3], [-0.7, 0.4, 1.5]);
         loads.push(Load { push: other, amplitude: swelling, during: [20, 90] });
     }
     if let Some(nodes) = triangle {
-        let contact = Contact { nodes, weights: [0.5, 0.3, 0.2], force: [0.3, 1.1, -0.9] };
+        let contact = Contact::new(Place::triangle(nodes, [0.5, 0.3, 0.2]), [0.3, 1.1, -0.9]);
         loads.push(Load { push: Push::Contact(contact), amplitude: swelling, during: [10, 100] });
     }
     for index in 0..metadata.n_patterns as usize {
@@ -310,7 +313,7 @@ fn settings(metadata: &Metadata<'_>, structure: Structure) -> Vec<(Value, SceneO
         for (i, parameter) in parameters.iter().enumerate() {
             let (a, b) = (parameter.lower, parameter.upper);
             let value = if parameter.log { a * (b / a).powf(share(i)) } else { a + (b - a) * share(i) };
-            options.set(metadata, i, value.clamp(a, b)).expect("a value in its range");
+            options.set(metadata, &[(i, value.clamp(a, b))]).expect("a value in its range");
             named.insert(parameter.name.to_string(), json!(value.clamp(a, b)));
         }
         found.push((json!({ "parameters": named }), options));

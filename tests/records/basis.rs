@@ -1,5 +1,5 @@
-//! The record of `docs/benchmarks/basis.md`: bases and structures beside the full-order march, long marches,
-//! precision.
+//! The record of `docs/measurements/basis.md`: bases and structures beside the full-order march, long
+//! marches, precision.
 //!
 //! `cargo run --release -p vademecum-tests --example basis [-- PROBLEM.toml ...]`; without arguments the
 //! cantilever and the liver of the fixtures (the liver's mesh lies in `../shared`; it is left out where that

@@ -1,4 +1,4 @@
-//! The record of `docs/benchmarks/total-error.md` about other bases: what no basis of so many vectors is
+//! The record of `docs/measurements/total-error.md` about other bases: what no basis of so many vectors is
 //! below.
 //!
 //! ```text

@@ -1,4 +1,4 @@
-//! The record of `docs/benchmarks/chapter.md`: the chapter's representation, each repair alone and all
+//! The record of `docs/measurements/chapter.md`: the chapter's representation, each repair alone and all
 //! together, on one body.
 //!
 //! `cargo run --release -p vademecum-tests --example canonical [-- PROBLEM.toml]`; without arguments the
@@ -6,14 +6,12 @@
 
 use std::time::Instant;
 
-use vademecum_build::chapter::{
-    ChapterCertificate, ChapterMap, ChapterSetting, ChapterUnseen, certify_chapter,
-};
 use vademecum_build::dynamics::FullOrder;
 use vademecum_build::export::NodeOrder;
 use vademecum_build::input::{BasisKind, ChapterEntry, Problem, Repair};
 use vademecum_build::progress::Silent;
-use vademecum_eval::Contact;
+use vademecum_chapter::{ChapterCertificate, ChapterMap, ChapterSetting, ChapterUnseen, certify_chapter};
+use vademecum_eval::{Contact, Place};
 use vademecum_format::{Chapter, File};
 use vademecum_lab::chapter_bytes;
 use vademecum_study::parts::Study;
@@ -112,7 +110,7 @@ fn step_nanoseconds(bytes: &[u8]) -> f64 {
     let opened = File::parse(bytes).expect("a file");
     let node = Chapter::read(&opened).expect("sound").expect("present").positions().next().expect("one");
     with_chapter::<f64, _>(bytes, |scene, state, loads| {
-        let contact = Contact { nodes: [node; 3], weights: [1.0, 0.0, 0.0], force: [0.0, 0.0, 1.0] };
+        let contact = Contact::new(Place::triangle([node; 3], [1.0, 0.0, 0.0]), [0.0, 0.0, 1.0]);
         loads.add_contact(scene, &contact).expect("a contact");
         let mut burst = || {
             state.rest();

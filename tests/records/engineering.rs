@@ -1,4 +1,4 @@
-//! The record of `docs/benchmarks/engineering.md`: published benchmarks, and CalculiX on the same meshes.
+//! The record of `docs/measurements/engineering.md`: published benchmarks, and CalculiX on the same meshes.
 //!
 //! `cargo run --release -p vademecum-tests --example engineering [-- NAME ...]` writes meshes and problems to
 //! `target/engineering`, and prints the tables. `vademecum modes target/engineering/NAME.toml` then shows the

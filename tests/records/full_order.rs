@@ -1,7 +1,7 @@
 //! The full-order side in numbers: factorisation, solves and the Bathe step on beams of linear tetrahedra.
 //!
 //! `cargo run --release -p vademecum-tests --example full_order` prints the table of
-//! `docs/benchmarks/full-order.md`: best of five (three for the largest) in one run.
+//! `docs/measurements/full-order.md`: best of five (three for the largest) in one run.
 
 use std::time::Instant;
 

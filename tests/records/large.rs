@@ -1,4 +1,4 @@
-//! The record of `docs/benchmarks/large-displacements.md`: files of large displacements beside the full
+//! The record of `docs/measurements/large-displacements.md`: files of large displacements beside the full
 //! order.
 //!
 //! ```text
@@ -15,7 +15,7 @@ use vademecum_build::input::Problem;
 use vademecum_build::pipeline::{BuildOptions, build};
 use vademecum_build::progress::Silent;
 use vademecum_build::store::Store;
-use vademecum_eval::{Contact, Scalar, SceneOptions};
+use vademecum_eval::{Contact, Place, Scalar, SceneOptions};
 use vademecum_format::File;
 use vademecum_tests::bending::{BendingBody, bending_bodies, in_forty_steps};
 use vademecum_tests::program::repository;
@@ -123,7 +123,7 @@ fn seconds_per_step<T: Scalar>(bytes: &[u8]) -> f64 {
     const EACH: usize = 2000;
     assert!(File::parse(bytes).is_ok());
     with_scene::<T, _>(bytes, &SceneOptions::default(), |scene, state, loads| {
-        let force = Contact { nodes: [0; 3], weights: [1.0, 0.0, 0.0], force: [0.0, 0.0, 1e-3] };
+        let force = Contact::new(Place::triangle([0; 3], [1.0, 0.0, 0.0]), [0.0, 0.0, 1e-3]);
         loads.add_contact(scene, &force).expect("a force");
         let mut best = f64::INFINITY;
         for _ in 0..RUNS {

@@ -1,4 +1,4 @@
-//! Cost against the number of live parameters: the table of `docs/benchmarks/parameters.md`.
+//! Cost against the number of live parameters: the table of `docs/measurements/parameters.md`.
 //!
 //! `cargo run --release -p vademecum-tests --example parameters [-- COUNT ...]` builds the body of
 //! `fixtures/problems/four-materials.toml` with each COUNT (1 to 6) of parameters: the time step, the
@@ -77,7 +77,7 @@ fn seconds_to_set(built: &Built) -> f64 {
         .map(|i| {
             let value = lower + (upper - lower) * ((i % 10) as f64 + 0.5) / 10.0;
             let start = Instant::now();
-            scene.set_parameter(0, value, &mut state, &mut work).expect("set");
+            scene.set_parameters(&[(0, value)], &mut state, &mut work).expect("set");
             start.elapsed().as_secs_f64()
         })
         .collect();

@@ -1,4 +1,4 @@
-//! The record of `docs/benchmarks/soak.md`: random use and misuse of the program against its invariants.
+//! The record of `docs/measurements/soak.md`: random use and misuse of the program against its invariants.
 //!
 //! ```text
 //! cargo run --release -p vademecum-tests --bin soak -- [--minutes N | --seconds N] [--seed N]

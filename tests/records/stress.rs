@@ -1,4 +1,4 @@
-//! The record of `docs/benchmarks/stability.md`: every cell of the stress matrix at full size.
+//! The record of `docs/measurements/stability.md`: every cell of the stress matrix at full size.
 //!
 //! `cargo run --release -p vademecum-tests --example stress [-- WORD]`; with a word only the cells whose
 //! group or name has it, and `--reduced` runs them as continuous integration does.

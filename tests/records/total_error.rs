@@ -1,4 +1,4 @@
-//! The record of `docs/benchmarks/total-error.md`: pushes at random places of real bodies through files
+//! The record of `docs/measurements/total-error.md`: pushes at random places of real bodies through files
 //! beside the motion that is exact in time.
 //!
 //! ```text

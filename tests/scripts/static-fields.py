@@ -6,7 +6,7 @@
 
 Wants NumPy and SciPy. At 40 surface nodes drawn with seed 0: what m natural modes leave of the static answer, relative,
 mass norm, worst direction (median and largest); and the share of nodes that a patch keeps where what is dropped is 1 % of
-the static answer in the worst direction (mass lumped by rows). Numbers of docs/decisions/static-fields.md.
+the static answer in the worst direction (mass lumped by rows). Numbers of docs/explanation/why-these-defaults.md.
 """
 
 import csv

@@ -25,7 +25,7 @@ pub enum Variant {
     RitzDiagonal,
     /// The project's basis, block structure (full-order stages projected with `BᵀM`).
     RitzBlock,
-    /// Ritz vectors of the oversampled POD itself, without its static response (docs/theory/4-basis.md),
+    /// Ritz vectors of the oversampled POD itself, without its static response (docs/explanation/4-basis.md),
     /// diagonal structure.
     PlainRitzDiagonal,
     /// The same, block structure.

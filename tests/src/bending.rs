@@ -1,4 +1,4 @@
-//! Bodies of `docs/benchmarks/large-displacements.md`, the mesh of one of them, and a body that is small.
+//! Bodies of `docs/measurements/large-displacements.md`, the mesh of one of them, and a body that is small.
 
 use std::fmt::Write as _;
 use std::path::Path;

@@ -83,7 +83,7 @@ impl Full {
     #[must_use]
     pub fn contact(&self, contact: &Contact) -> Vec<f64> {
         let mut load = vec![0.0; self.body.model.dofs().n_dof()];
-        for (&node, weight) in contact.nodes.iter().zip(contact.weights) {
+        for (node, weight) in contact.place.entries() {
             for (c, force) in contact.force.iter().enumerate() {
                 load[3 * self.order.nodes[node as usize] as usize + c] += weight * force;
             }

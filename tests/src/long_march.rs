@@ -1,6 +1,6 @@
 //! Long marches of a file: whether energy stays bounded, and how far single precision strays from double.
 
-use vademecum_eval::{Contact, Loads, Scalar, Scene, SceneOptions, State, StructureChoice};
+use vademecum_eval::{Contact, Loads, Place, Scalar, Scene, SceneOptions, State, StructureChoice};
 use vademecum_format::{File, SectionKind};
 
 use crate::stage::with_scene;
@@ -23,7 +23,7 @@ pub fn middle_contact(bytes: &[u8]) -> Contact {
     let file = File::parse(bytes).expect("a file");
     let triangles = file.section(SectionKind::Triangles).expect("triangles").u32s().expect("indices");
     let corners = triangles.as_chunks::<3>().0[file.metadata().n_load_triangles as usize / 2];
-    Contact { nodes: corners.map(u32::from_le_bytes), weights: [1.0 / 3.0; 3], force: [1.0, -2.0, 0.5] }
+    Contact::new(Place::triangle(corners.map(u32::from_le_bytes), [1.0 / 3.0; 3]), [1.0, -2.0, 0.5])
 }
 
 /// Largest energy of `steps` free steps over the energy at release; the push is held for 100 steps before.

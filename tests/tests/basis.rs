@@ -1,4 +1,4 @@
-//! What the basis promises, reduced to seconds: the record at full size is `docs/benchmarks/basis.md`, made
+//! What the basis promises, reduced to seconds: the record at full size is `docs/measurements/basis.md`, made
 //! by `records/basis.rs` from the same code.
 
 use vademecum_build::input::Problem;

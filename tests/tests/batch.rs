@@ -1,8 +1,8 @@
 //! Many instances at once: the bits of single steps, faults of one instance kept to itself.
 
 use vademecum_eval::{
-    Batch, BatchStatus, Contact, LoadError, Loads, Scalar, Scene, SceneOptions, State, Status, StepError,
-    StructureChoice,
+    Batch, BatchStatus, Contact, LoadError, Loads, Place, Scalar, Scene, SceneOptions, State, Status,
+    StepError, StructureChoice,
 };
 use vademecum_format::scheme::StepParameters;
 use vademecum_format::{Element, File};
@@ -25,7 +25,7 @@ fn options(structure: StructureChoice) -> SceneOptions {
 }
 
 fn contact(force: [f64; 3]) -> Contact {
-    Contact { nodes: [1, 4, 3], weights: [0.2, 0.5, 0.3], force }
+    Contact::new(Place::triangle([1, 4, 3], [0.2, 0.5, 0.3]), force)
 }
 
 fn saved<T: Scalar>(state: &State<'_, T>) -> Vec<T> {

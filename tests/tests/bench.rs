@@ -1,4 +1,4 @@
-//! `vademecum-lab bench` end to end: what its record holds, and the orderings no machine and no load may break.
+//! `vademecum-lab bench` end to end: its record, and the orderings that no machine and no load may break.
 
 use std::path::Path;
 

@@ -209,8 +209,10 @@ fn the_nearest_surface_point_is_found() {
         let distance = (0..3).map(|i| (point[i] - nearest[i]).powi(2)).sum::<f64>().sqrt();
         assert!((found.distance - distance).abs() < 1e-12, "{point:?}");
         (0..3).for_each(|i| assert!((found.position[i] - nearest[i]).abs() < 1e-12, "{point:?}"));
-        assert!((found.weights.iter().sum::<f64>() - 1.0).abs() < 1e-15);
-        assert!(found.weights.iter().all(|&w| w >= 0.0) && found.nodes.iter().all(|&n| n < 6));
+        assert!((found.place.weights().iter().sum::<f64>() - 1.0).abs() < 1e-15);
+        assert!(
+            found.place.weights().iter().all(|&w| w >= 0.0) && found.place.nodes().iter().all(|&n| n < 6)
+        );
     }
     assert_eq!(surface.locate([f64::NAN, 0.0, 0.0]), None);
 }

@@ -6,7 +6,8 @@
 //! what changed and why.
 
 use vademecum_eval::{
-    Batch, Contact, Field, Loads, Modal, Scalar, Scene, SceneOptions, State, StructureChoice, SurfacePoint,
+    Batch, Contact, Field, Loads, Modal, Place, Scalar, Scene, SceneOptions, State, StructureChoice,
+    SurfacePoint,
 };
 use vademecum_format::scheme::StepParameters;
 use vademecum_format::{File, SectionKind};
@@ -61,8 +62,11 @@ macro_rules! read {
         bits.add(state.scaled_velocity());
         bits.add(state.scaled_acceleration());
         bits.add(&[scene.energy(state).expect("an energy"), scene.energy_at_rest()]);
-        let point =
-            SurfacePoint { nodes: [0, 1, 3], weights: [0.2, 0.5, 0.3], position: [0.0; 3], distance: 0.0 };
+        let point = SurfacePoint {
+            place: Place::triangle([0, 1, 3], [0.2, 0.5, 0.3]),
+            position: [0.0; 3],
+            distance: 0.0,
+        };
         let metadata = file.metadata();
         for field in [Field::Displacement, Field::Velocity] {
             for probe in 0..metadata.n_probes as usize {
@@ -100,7 +104,7 @@ fn ordinary<T: Scalar>(bytes: &[u8], structure: StructureChoice) -> u32 {
     let mut state = State::new(&scene, &mut state).expect("a state");
     let mut loads = Loads::new(&scene, &mut loads).expect("loads");
     let mut bits = Bits::default();
-    let contact = Contact { nodes: [0, 1, 3], weights: [0.2, 0.5, 0.3], force: [1.0, -2.0, 0.5] };
+    let contact = Contact::new(Place::triangle([0, 1, 3], [0.2, 0.5, 0.3]), [1.0, -2.0, 0.5]);
     let ramp = [0.0, 0.25, 0.5, 1.0];
     let load = |scene: &Scene<'_, T>, loads: &mut Loads<'_, T>| {
         loads.clear();
@@ -118,7 +122,7 @@ fn ordinary<T: Scalar>(bytes: &[u8], structure: StructureChoice) -> u32 {
     march(&file, &scene, &mut state, &mut loads, &mut bits);
     for (index, parameter) in file.metadata().active_parameters().iter().enumerate() {
         let value = parameter.nominal + 0.0625 * (parameter.upper - parameter.nominal);
-        scene.set_parameter(index, value, &mut state, &mut work).expect("set");
+        scene.set_parameters(&[(index, value)], &mut state, &mut work).expect("set");
         load(&scene, &mut loads);
         march(&file, &scene, &mut state, &mut loads, &mut bits);
     }
@@ -184,7 +188,7 @@ fn chapter<T: Scalar>(bytes: &[u8], force: [f64; 3]) -> u32 {
     let file = File::parse(bytes).expect("a file");
     let node = vademecum_format::Chapter::read(&file).expect("sound").expect("there");
     let node = node.positions().nth(1).expect("a position");
-    let contact = Contact { nodes: [node; 3], weights: [1.0, 0.0, 0.0], force };
+    let contact = Contact::new(Place::triangle([node; 3], [1.0, 0.0, 0.0]), force);
     with_chapter::<T, _>(bytes, |scene, state, loads| {
         let mut bits = Bits::default();
         loads.add_contact_staged(scene, &contact, &[0.0, 0.25, 0.5, 1.0]).expect("a contact");

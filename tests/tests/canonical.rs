@@ -4,13 +4,14 @@
 use std::path::PathBuf;
 
 use vademecum_build::input::Problem;
-use vademecum_build::pipeline::{BuildOptions, Outcome, build};
+use vademecum_build::pipeline::{BuildOptions, Outcome};
 use vademecum_build::progress::Silent;
+use vademecum_chapter::build;
 use vademecum_eval::chapter::{
     ChapterBindError, ChapterLoadError, ChapterScene, ChapterState, ChapterStepError,
 };
 use vademecum_eval::{
-    BindError, Contact, LoadError, OutputError, Scalar, Scene, SceneOptions, Status, StepError,
+    BindError, Contact, LoadError, OutputError, Place, Scalar, Scene, SceneOptions, Status, StepError,
     StructureChoice,
 };
 use vademecum_format::scheme::StepParameters;
@@ -31,7 +32,7 @@ fn body() -> Body {
 }
 
 fn push(node: u32, z: f64) -> Contact {
-    Contact { nodes: [node; 3], weights: [1.0, 0.0, 0.0], force: [0.0, 0.0, z] }
+    Contact::new(Place::triangle([node; 3], [1.0, 0.0, 0.0]), [0.0, 0.0, z])
 }
 
 /// Loads a scene of either kind with a push, marches it 300 steps, clears the loads on the way, and gives `ζ`
@@ -117,13 +118,13 @@ fn loads_the_axes_do_not_know_are_refused_by_name() {
         }
         assert!(loads.is_empty());
         // Apart, contacts add up, and a contact between nodes is shared.
-        let shared = Contact { nodes: [0, 2, 5], weights: [0.2, 0.3, 0.5], force: [0.0, 0.0, 2.0] };
+        let shared = Contact::new(Place::triangle([0, 2, 5], [0.2, 0.3, 0.5]), [0.0, 0.0, 2.0]);
         loads.add_contact(scene, &shared).expect("all nodes are positions");
         loads.add_contact(scene, &push(0, 1.0)).expect("another one");
     });
     let together = file(&body(), &bathe(), &STEP, &POSITIONS, Terms::Together);
     with_chapter::<f64, _>(&together, |scene, _, loads| {
-        let shared = Contact { nodes: [0, 2, 5], weights: [0.2, 0.3, 0.5], force: [0.0, 0.0, 2.0] };
+        let shared = Contact::new(Place::triangle([0, 2, 5], [0.2, 0.3, 0.5]), [0.0, 0.0, 2.0]);
         assert_eq!(loads.add_contact(scene, &shared), Err(ChapterLoadError::OneContact));
         loads.add_contact(scene, &push(0, 1.0)).expect("the one");
         assert_eq!(loads.add_contact(scene, &push(2, 1.0)), Err(ChapterLoadError::OneContact));
@@ -154,10 +155,12 @@ fn other_options_than_the_files_are_refused() {
     let opened = File::parse(&bytes).expect("a file");
     assert_eq!(opened.minor(), 1);
     let mut memory = vec![0.0; ChapterScene::<f64>::sizes(&opened).expect("sizes").scene];
+    let mut regions = vademecum_eval::RegionScales::ONE;
+    regions.set_density(0, 0.5).expect("a region");
     for options in [
         SceneOptions { time_step: Some(2e-3), ..SceneOptions::default() },
         SceneOptions { stiffness: 2.0, ..SceneOptions::default() },
-        SceneOptions { region_density: [0.5; 8], ..SceneOptions::default() },
+        SceneOptions { regions, ..SceneOptions::default() },
         SceneOptions { terms: Some(1), ..SceneOptions::default() },
         SceneOptions { structure: StructureChoice::Block, ..SceneOptions::default() },
     ] {

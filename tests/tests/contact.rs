@@ -75,7 +75,7 @@ fn minus(a: [f64; 3], b: [f64; 3]) -> [f64; 3] {
 }
 
 fn contact(point: &SurfacePoint, force: [f64; 3]) -> Contact {
-    Contact { nodes: point.nodes, weights: point.weights, force }
+    Contact::new(point.place, force)
 }
 
 /// Places inside of triangles along the upper side of the short beam; no two share a triangle.
@@ -179,7 +179,7 @@ fn mesh_nodes(prepared: &Prepared, bytes: &[u8], point: &SurfacePoint) -> [u32; 
     let file = File::parse(bytes).expect("a file");
     let section = file.section(SectionKind::NodeCoordinates).expect("coordinates");
     let places: Vec<f64> = section.numbers().expect("raw").iter().collect();
-    point.nodes.map(|node| {
+    point.place.corners().expect("a triangle").0.map(|node| {
         let place = &places[3 * node as usize..][..3];
         let near = |x: &[f64; 3]| x.iter().zip(place).all(|(a, b)| (a - b).abs() < 1e-9);
         prepared.body.model.mesh().nodes.iter().position(near).expect("a mesh node") as u32
@@ -187,7 +187,8 @@ fn mesh_nodes(prepared: &Prepared, bytes: &[u8], point: &SurfacePoint) -> [u32; 
 }
 
 fn at(full: &[f64], nodes: [u32; 3], point: &SurfacePoint) -> [f64; 3] {
-    [0, 1, 2].map(|i| nodes.iter().zip(point.weights).map(|(&n, w)| w * full[3 * n as usize + i]).sum())
+    [0, 1, 2]
+        .map(|i| nodes.iter().zip(point.place.weights()).map(|(&n, w)| w * full[3 * n as usize + i]).sum())
 }
 
 /// What a scene shows at a place and at the probe after two seconds near critical damping.
@@ -222,7 +223,7 @@ fn four_modes_and_the_residual_end_where_statics_says() {
     let (prepared, full) = static_answer(|prepared| {
         let mut load = vec![0.0; prepared.body.n_dof()];
         let nodes = mesh_nodes(prepared, exact(), &point);
-        prepared.body.model.add_point_force(&nodes, &point.weights, force, &mut load);
+        prepared.body.model.add_point_force(&nodes, point.place.weights(), force, &mut load);
         load
     });
     let expected = at(&full, mesh_nodes(&prepared, exact(), &point), &point);

@@ -2,7 +2,8 @@
 //! unchanged.
 
 use vademecum_eval::{
-    BindError, Contact, Loads, Modal, Scalar, Scene, SceneOptions, State, Status, StepError, StructureChoice,
+    BindError, Contact, Loads, Modal, Place, Scalar, Scene, SceneOptions, State, Status, StepError,
+    StructureChoice,
 };
 use vademecum_format::scheme::StepParameters;
 use vademecum_format::{Element, File};
@@ -24,7 +25,7 @@ fn block() -> SceneOptions {
 }
 
 fn contact() -> Contact {
-    Contact { nodes: [1, 4, 3], weights: [0.2, 0.5, 0.3], force: [1.0, -2.0, 0.7] }
+    Contact::new(Place::triangle([1, 4, 3], [0.2, 0.5, 0.3]), [1.0, -2.0, 0.7])
 }
 
 /// Memory for a modal, on the heap.
@@ -138,6 +139,6 @@ fn new_parameters_want_new_modes() {
     let (mut memory, mut modal_work) = lend(&scene);
     let mut modal = Modal::bind(&scene, 1.0, &mut memory, &mut modal_work).expect("diagonalised");
     modal.march(&scene, &mut state, &loads, 1).expect("at rest");
-    scene.set_parameter(0, 1.5, &mut state, &mut work).expect("set");
+    scene.set_parameters(&[(0, 1.5)], &mut state, &mut work).expect("set");
     assert_eq!(modal.march(&scene, &mut state, &loads, 1), Err(StepError::StaleModes));
 }

@@ -1,4 +1,4 @@
-//! Published benchmarks, and CalculiX on the same meshes: the record of `docs/benchmarks/engineering.md`.
+//! Published benchmarks, and CalculiX on the same meshes: the record of `docs/measurements/engineering.md`.
 
 use vademecum_build::input::Problem;
 use vademecum_build::progress::Silent;

@@ -98,8 +98,8 @@ fn a_spinning_rod_grows_as_the_closed_form_says_at_live_density_and_stiffness() 
     for (density, stiffness) in [(1.0, 1.0), (2.0, 0.5)] {
         let mut options = SceneOptions::default();
         let file = File::parse(&bytes).expect("a file");
-        options.set(file.metadata(), 0, density).expect("in range");
-        options.set(file.metadata(), 1, stiffness).expect("in range");
+        options.set(file.metadata(), &[(0, density)]).expect("in range");
+        options.set(file.metadata(), &[(1, stiffness)]).expect("in range");
         let spin = 4.0;
         let mut flight =
             Flight::new(&bytes, &options, |body| RigidMotion::thrown(body, [0.0; 3], [0.0, 0.0, spin]));
@@ -233,7 +233,7 @@ fn a_host_that_turns_the_body_itself_sees_the_same_elastic_motion() {
         let after = *flight.free.motion();
         let force = middle.to_body([0.0, 1.0, 2.0]);
         loads.clear();
-        let contact = Contact { nodes: touched.nodes, weights: touched.weights, force };
+        let contact = Contact::new(touched.place, force);
         loads.add_contact(&scene, &contact).expect("a contact");
         loads.add_spin(&scene, before.spin(&body), after.spin(&body)).expect("free");
         scene.step(&mut state, &loads).expect("a step");
@@ -266,7 +266,7 @@ fn gravity_and_patterns_move_the_centre_as_they_should_and_spins_are_not_pushed_
     // The elastic motion does not see gravity.
     assert!(flight.displacement([1.0, 0.0125, 0.01]).iter().all(|u| u.abs() < 1e-12));
     // A live density keeps the velocity.
-    flight.simulation.set_parameter(0, 2.0).expect("in range");
+    flight.simulation.set_parameters(&[(0, 2.0)]).expect("in range");
     let before = flight.free.motion().position;
     flight.step(nothing);
     let moved = flight.free.motion().position[0] - before[0];

@@ -1,6 +1,6 @@
 //! Files of released versions stay readable for ever, and the writer still writes them byte for byte.
 
-use vademecum_eval::{Contact, Field, SceneOptions, Status, StructureChoice};
+use vademecum_eval::{Contact, Field, Place, SceneOptions, Status, StructureChoice};
 use vademecum_format::{Chapter, Element, File, Section, SectionKind};
 use vademecum_rewrite::check;
 use vademecum_tests::golden;
@@ -82,7 +82,7 @@ fn every_golden_file_steps_in_every_structure_it_has() {
             let options = SceneOptions { structure, ..SceneOptions::default() };
             with_scene::<f64, _>(&bytes, &options, |scene, state, loads| {
                 loads.add_pattern(scene, 0, 1.0).expect("a pattern");
-                let contact = Contact { nodes: [0, 1, 3], weights: [0.2, 0.5, 0.3], force: [1.0, -2.0, 0.5] };
+                let contact = Contact::new(Place::triangle([0, 1, 3], [0.2, 0.5, 0.3]), [1.0, -2.0, 0.5]);
                 assert_eq!(loads.add_contact(scene, &contact).is_ok(), surface, "{name}");
                 for _ in 0..100 {
                     assert_eq!(scene.step(state, loads).expect("a step"), Status::Moving, "{name}");
@@ -103,7 +103,7 @@ fn steps_the_chapter(name: &str, bytes: &[u8], chapter: &Chapter<'_>) {
     with_chapter::<f64, _>(bytes, |scene, state, loads| {
         let node = chapter.positions().next().expect("a position");
         let force = chapter.direction().expect("one direction");
-        let contact = Contact { nodes: [node; 3], weights: [1.0, 0.0, 0.0], force };
+        let contact = Contact::new(Place::triangle([node; 3], [1.0, 0.0, 0.0]), force);
         loads.add_contact(scene, &contact).expect("a contact");
         for _ in 0..100 {
             assert_eq!(scene.step(state, loads).expect("a step"), Status::Moving, "{name}");

@@ -19,7 +19,8 @@ use vademecum_tests::program::repository;
 
 /// The block of the page that asks for large displacements.
 fn asked() -> String {
-    let page = std::fs::read_to_string(repository().join("docs/large-displacements.md")).expect("the page");
+    let page =
+        std::fs::read_to_string(repository().join("docs/how-to/large-displacements.md")).expect("the page");
     let block = page.split("```toml").nth(1).and_then(|rest| rest.split("```").next());
     block.expect("a block of TOML").to_string()
 }

@@ -1,8 +1,8 @@
 //! Parameters set while a scene lives: against dense solves, freshly built files and the printed scheme.
 
 use vademecum_eval::{
-    BindError, Contact, LoadError, Loads, ParameterError, Scalar, Scene, SceneOptions, State, StepError,
-    Structure, StructureChoice,
+    BindError, Contact, LoadError, Loads, ParameterError, Place, Scalar, Scene, SceneOptions, State,
+    StepError, Structure, StructureChoice,
 };
 use vademecum_format::scheme::{StageCoefficients, StepParameters, theta};
 use vademecum_format::{Element, File};
@@ -15,7 +15,7 @@ const STEP: StepParameters =
     StepParameters { time_step: 2e-3, alpha: 0.0, beta: 0.0, density: 1.0, stiffness: 1.0 };
 
 fn contact() -> Contact {
-    Contact { nodes: [1, 4, 3], weights: [0.2, 0.5, 0.3], force: [1.0, -2.0, 0.7] }
+    Contact::new(Place::triangle([1, 4, 3], [0.2, 0.5, 0.3]), [1.0, -2.0, 0.7])
 }
 
 /// Everything a scene wants, on the heap.
@@ -41,7 +41,7 @@ fn asked(file: &File<'_>, values: &[(&str, f64)]) -> SceneOptions {
     let mut options = SceneOptions { structure: StructureChoice::Block, ..SceneOptions::default() };
     for &(name, value) in values {
         let index = SceneOptions::find(file.metadata(), name).expect("a parameter of this name");
-        options.set(file.metadata(), index, value).expect("in range");
+        options.set(file.metadata(), &[(index, value)]).expect("in range");
     }
     options
 }
@@ -120,7 +120,7 @@ fn response_by_stepping(bytes: &[u8], options: &SceneOptions, load_weight: f64) 
             state.restore(&[0.0; 3 * R]).expect("at rest");
             loads.clear();
             loads
-                .add_contact(scene, &Contact { nodes: [1; 3], weights: [1.0, 0.0, 0.0], force })
+                .add_contact(scene, &Contact::new(Place::triangle([1; 3], [1.0, 0.0, 0.0]), force))
                 .expect("load");
             scene.step(state, loads).expect("step");
             found.extend(state.zeta().iter().map(|z| z / load_weight));
@@ -220,7 +220,7 @@ fn setting_a_parameter_is_a_fresh_bind_bit_for_bit() {
         for place in 0..values.len() {
             let (name, value) = values[place];
             let index = SceneOptions::find(file.metadata(), name).expect("known");
-            scene.set_parameter(index, value, &mut state, &mut lent.work).expect("set");
+            scene.set_parameters(&[(index, value)], &mut state, &mut lent.work).expect("set");
             let fresh = asked(&file, &values[..=place]);
             assert_eq!(scene.options(), &fresh);
             let expected = with_scene::<T, _>(bytes, &fresh, march);
@@ -253,8 +253,9 @@ fn what_is_refused_changes_nothing_and_is_named() {
     state.save_into(&mut saved).expect("saved");
     let [soft, step] = ["soft", "step"].map(|name| SceneOptions::find(file.metadata(), name).expect("known"));
     assert_eq!(SceneOptions::find(file.metadata(), "stiff"), None);
-    let mut set =
-        |index, value| scene.set_parameter(index, value, &mut state, &mut lent.work).expect_err("refused");
+    let mut set = |index, value| {
+        scene.set_parameters(&[(index, value)], &mut state, &mut lent.work).expect_err("refused")
+    };
     for value in [0.49, 2.01, -1.0, f64::INFINITY] {
         let expected = ParameterError::OutsideRange { parameter: soft, value, lower: 0.5, upper: 2.0 };
         assert_eq!(set(soft, value), BindError::Parameter(expected));
@@ -263,18 +264,18 @@ fn what_is_refused_changes_nothing_and_is_named() {
     assert_eq!(set(3, 1.0), BindError::Parameter(ParameterError::Unknown { index: 3 }));
     assert!(matches!(set(step, 3e-3), BindError::OutsideAxis { axis: 0, .. }));
     let needed = lent.work.len();
-    let short = scene.set_parameter(soft, 1.0, &mut state, &mut lent.work[1..]);
+    let short = scene.set_parameters(&[(soft, 1.0)], &mut state, &mut lent.work[1..]);
     assert_eq!(short, Err(BindError::LentMemory { found: needed - 1, needed }));
     let diagonal = SceneOptions { structure: StructureChoice::Diagonal, ..options };
     assert_eq!(scene.rebind(&diagonal, &mut lent.work), Err(BindError::OtherStructure));
     let mut bad = options;
-    bad.region_stiffness[1] = f64::NAN;
+    bad.regions.set_stiffness(1, f64::NAN).expect("a region");
     assert!(matches!(scene.rebind(&bad, &mut lent.work), Err(BindError::BadScale { .. })));
-    bad.region_stiffness[1] = 1.0;
-    bad.region_density[0] = 1.1;
+    bad.regions.set_stiffness(1, 1.0).expect("a region");
+    bad.regions.set_density(0, 1.1).expect("a region");
     assert!(matches!(scene.rebind(&bad, &mut lent.work), Err(BindError::FixedRegion { .. })));
-    bad.region_density[0] = 1.0;
-    bad.region_stiffness[2] = 1.1;
+    bad.regions.set_density(0, 1.0).expect("a region");
+    bad.regions.set_stiffness(2, 1.1).expect("a region");
     assert!(matches!(scene.rebind(&bad, &mut lent.work), Err(BindError::FixedRegion { .. })));
     let mut after = [0.0; 3 * R];
     state.save_into(&mut after).expect("saved");
@@ -304,7 +305,7 @@ fn loads_from_before_a_change_are_refused_until_cleared() {
     loads.add_contact(&scene, &contact()).expect("contact");
     scene.step(&mut state, &loads).expect("step");
     let before = state.zeta().to_vec();
-    scene.set_parameter(0, 1.5, &mut state, &mut lent.work).expect("set");
+    scene.set_parameters(&[(0, 1.5)], &mut state, &mut lent.work).expect("set");
     assert_eq!(scene.step(&mut state, &loads), Err(StepError::StaleLoads));
     assert_eq!(scene.set(&mut state, &[0.0; R], &[0.0; R], &loads), Err(StepError::StaleLoads));
     assert_eq!(loads.add_contact(&scene, &contact()), Err(LoadError::Stale));
@@ -333,7 +334,10 @@ fn the_state_is_carried_over_when_the_time_step_changes() {
     let dofs: Vec<(usize, f64)> = (0..3)
         .flat_map(|n| {
             (0..3).map(move |c| {
-                (3 * contact().nodes[n] as usize + c, contact().weights[n] * contact().force[c])
+                (
+                    3 * contact().place.nodes()[n] as usize + c,
+                    contact().place.weights()[n] * contact().force[c],
+                )
             })
         })
         .collect();
@@ -394,7 +398,7 @@ fn energy_and_initial_acceleration_use_the_regions_own_matrices() {
     };
     let (zeta, rate) = ([0.01, -0.02, 0.03, 0.005], [1.0, 0.5, -0.3, 2.0]);
     let mut force = [0.0; R];
-    for (&node, weight) in contact().nodes.iter().zip(contact().weights) {
+    for (node, weight) in contact().place.entries() {
         for component in 0..3 {
             let row = (3 * node as usize + component) * R;
             (0..R).for_each(|k| force[k] += weight * contact().force[component] * body.basis[row + k]);
@@ -441,7 +445,7 @@ fn the_diagonal_structure_refuses_a_region_of_its_own() {
     let mut options = SceneOptions { structure: StructureChoice::Diagonal, ..SceneOptions::default() };
     let mut lent = lend::<f64>(&file, &options);
     let mut scene = Scene::bind(&file, &options, &mut lent.scene, &mut lent.work).expect("bound");
-    options.region_stiffness[0] = 1.2;
+    options.regions.set_stiffness(0, 1.2).expect("a region");
     assert_eq!(scene.rebind(&options, &mut lent.work), Err(BindError::NotDiagonal));
     assert_eq!(Scene::<f64>::sizes(&file, &options), Err(BindError::NotDiagonal));
     // Auto turns to the block structure, which here was not built for it and says so.

@@ -332,7 +332,7 @@ fn what_is_left_out_of_turning_is_as_small_as_the_page_says() {
 
 #[test]
 fn the_page_does_what_it_says() {
-    let page = std::fs::read_to_string(repository().join("docs/moving-base.md")).expect("the page");
+    let page = std::fs::read_to_string(repository().join("docs/how-to/moving-base.md")).expect("the page");
     let folder = tempfile::tempdir().expect("a folder");
     let path = |name: &str| folder.path().join(name).display().to_string();
     for name in ["tower", "quake"] {

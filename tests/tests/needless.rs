@@ -2,7 +2,7 @@
 //! bits stay the same, and what is read is as much as [`Scene::cost`] says.
 
 use vademecum_eval::{
-    BindError, Contact, Cost, Field, Loads, Scene, SceneOptions, State, StepError, StructureChoice,
+    BindError, Contact, Cost, Field, Loads, Place, Scene, SceneOptions, State, StepError, StructureChoice,
 };
 use vademecum_format::scheme::StepParameters;
 use vademecum_format::{Element, File, Section, SectionKind, SectionKind as S};
@@ -88,7 +88,7 @@ fn life(
     state.restore(&start).expect("start");
     match need {
         Need::Contact => {
-            let contact = Contact { nodes: NODES, weights: [0.2, 0.5, 0.3], force: [1.0, -2.0, 0.7] };
+            let contact = Contact::new(Place::triangle(NODES, [0.2, 0.5, 0.3]), [1.0, -2.0, 0.7]);
             loads.add_contact(scene, &contact).expect("contact");
         }
         Need::Pattern => loads.add_pattern(scene, 0, 0.3).expect("pattern"),
@@ -186,7 +186,7 @@ fn terms_that_vanish_at_the_parameters_are_not_read() {
     assert_eq!(all, (9, R));
     // At the middle of the contrast only its three terms of nine are left; elsewhere all nine.
     let mut moved = block;
-    moved.set(file.metadata(), 0, 1.5).expect("in range");
+    moved.set(file.metadata(), &[(0, 1.5)]).expect("in range");
     for (options, n_terms) in [(block, 3), (moved, 9)] {
         let cost = bits(&bytes, &options, Need::Nothing).1;
         assert_eq!(cost.terms, n_terms);
@@ -213,7 +213,7 @@ fn life_with_terms(bytes: &[u8], options: &SceneOptions) -> (Vec<u64>, Cost) {
         [sizes.scene, sizes.work, sizes.state, sizes.loads].map(|length| vec![0.0; length]);
     let mut scene = Scene::bind(&file, options, &mut memory, &mut work).expect("bound");
     let mut state = State::new(&scene, &mut state_memory).expect("memory");
-    scene.set_parameter(0, 1.5, &mut state, &mut work).expect("in range");
+    scene.set_parameters(&[(0, 1.5)], &mut state, &mut work).expect("in range");
     let mut loads = Loads::new(&scene, &mut load_memory).expect("memory");
     loads.add_pattern(&scene, 0, 0.3).expect("pattern");
     let numbers = life(&scene, &mut state, &mut loads, Need::Contact);

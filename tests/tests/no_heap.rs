@@ -55,13 +55,13 @@ fn a_life_with_changing_parameters() {
     let mut loads = Loads::new(&scene, &mut loads).expect("memory");
     let names =
         ["soft", "dense", "step"].map(|name| SceneOptions::find(file.metadata(), name).expect("known"));
-    scene.set_parameter(names[1], 0.7, &mut state, &mut work).expect("dense");
+    scene.set_parameters(&[(names[1], 0.7)], &mut state, &mut work).expect("dense");
     scene.set(&mut state, &[0.1; R], &[0.0; R], &loads).expect("set");
     for n in 0..200 {
         let value = 0.5 + 0.007 * f64::from(n);
-        scene.set_parameter(names[0], value, &mut state, &mut work).expect("soft");
-        scene.set_parameter(names[2], 2e-3 * value, &mut state, &mut work).expect("step");
-        assert!(scene.set_parameter(names[1], 5.0, &mut state, &mut work).is_err());
+        scene.set_parameters(&[(names[0], value)], &mut state, &mut work).expect("soft");
+        scene.set_parameters(&[(names[2], 2e-3 * value)], &mut state, &mut work).expect("step");
+        assert!(scene.set_parameters(&[(names[1], 5.0)], &mut state, &mut work).is_err());
         loads.clear();
         loads.add_pattern(&scene, 0, 0.1).expect("pattern");
         scene.step(&mut state, &loads).expect("step");
@@ -89,7 +89,7 @@ fn a_life_at_fixed_parameters() {
         let mut state = State::new(&scene, &mut state).expect("memory");
         let mut loads = Loads::new(&scene, &mut loads).expect("memory");
         let point = Surface::new(&file).expect("surface").locate([0.3, 0.4, 2.0]).expect("somewhere");
-        let contact = Contact { nodes: point.nodes, weights: point.weights, force: [0.0, 0.0, -1.0] };
+        let contact = Contact::new(point.place, [0.0, 0.0, -1.0]);
         scene.set(&mut state, &[0.1; 6], &[0.0; 6], &loads).expect("set");
         for _ in 0..1000 {
             loads.clear();

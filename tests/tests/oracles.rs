@@ -11,7 +11,7 @@
 use vademecum_build::Matrix;
 use vademecum_build::dynamics::{SchemeKind, lowest_modes};
 use vademecum_build::fem::{Pencil, Symbolic};
-use vademecum_eval::{Contact, Field, Loads, Scene, SceneOptions, Structure, StructureChoice};
+use vademecum_eval::{Contact, Field, Loads, Place, Scene, SceneOptions, Structure, StructureChoice};
 use vademecum_format::scheme::SchemeTable;
 use vademecum_tests::matrices::MatrixFile;
 use vademecum_tests::stage::with_scene;
@@ -120,7 +120,7 @@ impl TwoDof {
     }
 
     fn load(self, scene: &Scene<'_, f64>, loads: &mut Loads<'_, f64>) {
-        let contact = Contact { nodes: [0; 3], weights: [1.0, 0.0, 0.0], force: [0.0, 10.0, 0.0] };
+        let contact = Contact::new(Place::triangle([0; 3], [1.0, 0.0, 0.0]), [0.0, 10.0, 0.0]);
         match self {
             Self::Built(_) => loads.add_contact(scene, &contact).expect("a loadable node"),
             Self::ByHand(_) => loads.add_pattern(scene, 0, 1.0).expect("a pattern"),

@@ -9,7 +9,7 @@ use vademecum_build::input::Problem;
 use vademecum_build::pipeline::{BuildOptions, build};
 use vademecum_build::prepared::{Prepared, prepare};
 use vademecum_build::progress::{Silent, Stopwatch};
-use vademecum_eval::{Contact, Field, Loads, Scene, SceneOptions, State, Surface};
+use vademecum_eval::{Contact, Field, Loads, Place, Scene, SceneOptions, State, Surface};
 use vademecum_format::{File, SectionKind};
 use vademecum_tests::program::{repository, vademecum};
 
@@ -101,7 +101,7 @@ fn trajectory(bytes: &[u8], contact: impl Fn(&File<'_>) -> Contact) -> Vec<f64> 
 /// A push at a point of the surface.
 fn push(file: &File<'_>) -> Contact {
     let point = Surface::new(file).expect("a surface").locate([0.93, 0.031, 0.1]).expect("loadable");
-    Contact { nodes: point.nodes, weights: point.weights, force: [3.0, -8.0, -20.0] }
+    Contact::new(point.place, [3.0, -8.0, -20.0])
 }
 
 /// Largest difference over the largest value.
@@ -306,7 +306,7 @@ fn without_triangles_forces_act_on_chosen_nodes() {
     assert_eq!(loadable, [150, 299]);
     assert!(Surface::new(&file).expect("a surface").locate([150.0, 0.0, 0.0]).is_none());
     let at = (0..2).find(|&place| u64::from_le_bytes(ids[place as usize]) == 150).expect("node 150");
-    let pull = |_: &File<'_>| Contact { nodes: [at; 3], weights: [1.0, 0.0, 0.0], force: [10.0, 0.0, 0.0] };
+    let pull = |_: &File<'_>| Contact::new(Place::triangle([at; 3], [1.0, 0.0, 0.0]), [10.0, 0.0, 0.0]);
     let moved = trajectory(&bytes, pull).into_iter().fold(0.0, f64::max);
     assert!(moved > 0.0);
 }

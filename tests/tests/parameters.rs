@@ -2,7 +2,7 @@
 //! parameters that no build saw, beside a full-order march of a problem that has them fixed.
 
 use serde_json::Value;
-use vademecum_eval::{Contact, SceneOptions};
+use vademecum_eval::{Contact, Place, SceneOptions};
 use vademecum_format::File;
 use vademecum_tests::program::vademecum;
 use vademecum_tests::stage::with_scene;
@@ -109,11 +109,11 @@ fn fewer_terms_keep_a_coarser_tolerance(path: &str) {
     let bytes = std::fs::read(path).expect("a file");
     let file = File::parse(&bytes).expect("a file");
     let n = file.metadata().n_load_nodes;
-    let contact = Contact { nodes: [n / 3, n / 2, n - 1], weights: [0.2, 0.5, 0.3], force: [1.0, -2.0, 0.5] };
+    let contact = Contact::new(Place::triangle([n / 3, n / 2, n - 1], [0.2, 0.5, 0.3]), [1.0, -2.0, 0.5]);
     let march = |n_terms: Option<usize>, values: [f64; 3]| {
         let mut options = SceneOptions { terms: n_terms, ..SceneOptions::default() };
         for (place, value) in values.into_iter().enumerate() {
-            options.set(file.metadata(), place, value).expect("in range");
+            options.set(file.metadata(), &[(place, value)]).expect("in range");
         }
         with_scene::<f64, _>(&bytes, &options, |scene, state, loads| {
             loads.add_contact(scene, &contact).expect("a contact");

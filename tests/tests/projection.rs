@@ -1,5 +1,5 @@
 //! Is "solve at full order, project with `BᵀM`" stable for every basis? The statements of
-//! `docs/theory/4-basis.md`, tested.
+//! `docs/explanation/4-basis.md`, tested.
 //!
 //! With the mass projection a stage is the Galerkin stage of the stiffness `X(θ) = (C(θ)⁻¹ − I)/θ`, symmetric
 //! and positive. One θ for all stages: one oscillator per eigenvector of `X`, stable as the scheme is. Two θ
@@ -175,7 +175,7 @@ proptest! {
 }
 
 /// Two stage stiffnesses of two modes: `X₂ = diag(Ω₁², Ω₂²)` and `X₁ = X₂ + 7/9 τ X₂^½ q qᵀ X₂^½`,
-/// `q = (cos φ, sin φ)`. Every such pair is that of a pencil and a basis (docs/theory/4-basis.md).
+/// `q = (cos φ, sin φ)`. Every such pair is that of a pencil and a basis (docs/explanation/4-basis.md).
 #[derive(Clone, Copy, Debug)]
 struct Pair {
     omega: [f64; 2],

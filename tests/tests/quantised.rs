@@ -3,7 +3,7 @@
 
 use std::sync::OnceLock;
 
-use vademecum_eval::{Contact, Field, Scalar, SceneOptions, StructureChoice};
+use vademecum_eval::{Contact, Field, Place, Scalar, SceneOptions, StructureChoice};
 use vademecum_format::scheme::StepParameters;
 use vademecum_format::{
     Blocks, Codec, Decoder, Element, File, FormatError, SectionInput, SectionKind, encode_into, encoded_len,
@@ -98,7 +98,7 @@ fn fields<T: Scalar>(bytes: &[u8], structure: StructureChoice) -> [Vec<f64>; 3] 
         let mut body = vec![T::ZERO; 3 * n];
         scene.body_into(state, Field::Displacement, &mut body).expect("the body");
         let nodes = (0..n).flat_map(|i| scene.node(state, i, Field::Displacement).expect("a node")).collect();
-        let contact = Contact { nodes: [3, 150, 399], weights: [0.2, 0.5, 0.3], force: [1.0, -2.0, 0.5] };
+        let contact = Contact::new(Place::triangle([3, 150, 399], [0.2, 0.5, 0.3]), [1.0, -2.0, 0.5]);
         loads.add_contact(scene, &contact).expect("a contact");
         let zero = vec![0.0; scene.n_modes()];
         scene.set(state, &zero, &zero, loads).expect("set");
@@ -325,7 +325,7 @@ fn damaged_sections_do_no_harm() {
                 let _ = check(raw.bytes());
                 // Numbers may be anything now; stepping and showing them must hold up.
                 with_scene::<f32, _>(raw.bytes(), &SceneOptions::default(), |scene, state, loads| {
-                    let contact = Contact { nodes: [0, 1, 2], weights: [0.2, 0.3, 0.5], force: [1.0; 3] };
+                    let contact = Contact::new(Place::triangle([0, 1, 2], [0.2, 0.3, 0.5]), [1.0; 3]);
                     let _ = loads.add_contact(scene, &contact);
                     let _ = scene.step(state, loads);
                     let mut body = vec![0.0; 3 * scene.metadata().n_nodes as usize];

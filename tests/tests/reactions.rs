@@ -77,7 +77,7 @@ fn marched(
     let full = Full::of(&problem(text));
     let file = File::parse(bytes).expect("a file");
     let place = Surface::new(&file).expect("a surface").locate(point).expect("a triangle");
-    let contact = Contact { nodes: place.nodes, weights: place.weights, force };
+    let contact = Contact::new(place.place, force);
     let mut load = full.contact(&contact);
     // Both patterns act, too, the second pulling.
     let n_patterns = full.body.patterns.len();
@@ -278,7 +278,7 @@ fn reactions_loads_and_inertia_are_in_equilibrium() {
                 let point = [place(), 0.1 * place(), 0.2 * place()];
                 let force = [0; 3].map(|_| 100.0 * (random.uniform() - 0.5));
                 let at = surface.locate(point).expect("a triangle");
-                let contact = Contact { nodes: at.nodes, weights: at.weights, force };
+                let contact = Contact::new(at.place, force);
                 loads.clear();
                 loads.add_contact(scene, &contact).expect("a contact");
                 let amplitude = random.uniform() - 0.5;
@@ -439,7 +439,7 @@ fn strip_keeps_what_is_of_use_and_the_check_finds_what_is_no_reaction() {
 
 #[test]
 fn the_page_does_what_it_says() {
-    let page = std::fs::read_to_string(repository().join("docs/reactions.md")).expect("the page");
+    let page = std::fs::read_to_string(repository().join("docs/how-to/reactions.md")).expect("the page");
     let folder = tempfile::tempdir().expect("a folder");
     let path = |name: &str| folder.path().join(name).display().to_string();
     std::fs::write(path("shelf.toml"), block(&page, "toml\n# shelf.toml")).expect("written");

@@ -4,7 +4,7 @@
 use std::path::Path;
 use std::sync::OnceLock;
 
-use vademecum_eval::{Contact, Field, SceneOptions, StructureChoice};
+use vademecum_eval::{Contact, Field, Place, SceneOptions, StructureChoice};
 use vademecum_format::{Element, File, SectionKind as S};
 use vademecum_rewrite::{Fault, Keep, RewriteError, check, pack, strip, unpack};
 use vademecum_tests::program::{Ran, repository, vademecum};
@@ -94,8 +94,7 @@ fn a_file_steps_to_the_same_bits_with_and_without() {
             // Modes alone: outputs add the residual otherwise.
             let options = SceneOptions { structure, residual: false, ..SceneOptions::default() };
             with_scene::<f64, _>(bytes, &options, |scene, state, loads| {
-                let contact =
-                    Contact { nodes: [3, 7, 11], weights: [0.5, 0.25, 0.25], force: [1.0, -3.0, 2.0] };
+                let contact = Contact::new(Place::triangle([3, 7, 11], [0.5, 0.25, 0.25]), [1.0, -3.0, 2.0]);
                 loads.add_contact(scene, &contact).expect("a contact");
                 loads.add_pattern(scene, 0, 1.0).expect("a pattern");
                 let mut bits = vec![];
@@ -121,9 +120,12 @@ fn info_tells_the_bound() {
     assert!(number("p95") <= number("worst") && number("worst") < 1.0);
     assert_eq!(bound["kind"], "estimate");
     let said = info(with(), &[]).stdout;
-    assert!(said.lines().any(|line| line.starts_with("estimate: after a jump")), "{said}");
+    assert!(
+        said.lines().any(|line| line.starts_with("estimate: truncation error after a step load")),
+        "{said}"
+    );
     assert!(info(without(), &["--json"]).json()["certificate"]["bound"].is_null());
-    assert!(!info(without(), &[]).stdout.contains("after a jump"));
+    assert!(!info(without(), &[]).stdout.contains("after a step load"));
     // Packed sections are read too.
     let packed = pack(with(), 3).expect("packed");
     assert_eq!(&info(&packed, &["--json"]).json()["certificate"]["bound"], bound);

@@ -1,7 +1,9 @@
 //! A body at rest: the energy its rest takes away, what wakes it, and that quiet bodies do rest and meet no
 //! denormal number before.
 
-use vademecum_eval::{Contact, Loads, Modal, Scalar, Scene, SceneOptions, State, Status, StructureChoice};
+use vademecum_eval::{
+    Contact, Loads, Modal, Place, Scalar, Scene, SceneOptions, State, Status, StructureChoice,
+};
 use vademecum_format::scheme::StepParameters;
 use vademecum_format::{Element, File};
 use vademecum_tests::denormals::{Denormals, watch};
@@ -73,7 +75,7 @@ fn a_load_wakes_and_a_change_of_parameters_does_not() {
     let mut scene = Scene::bind(&parsed, &options, &mut memory, &mut work).expect("bound");
     let mut state = State::new(&scene, &mut state).expect("memory");
     let mut loads = Loads::new(&scene, &mut loads).expect("memory");
-    let contact = Contact { nodes: [1, 4, 3], weights: [0.2, 0.5, 0.3], force: [1.0, -2.0, 0.7] };
+    let contact = Contact::new(Place::triangle([1, 4, 3], [0.2, 0.5, 0.3]), [1.0, -2.0, 0.7]);
     loads.add_contact(&scene, &contact).expect("contact");
     assert_eq!(scene.step(&mut state, &loads), Ok(Status::Moving));
     loads.clear();
@@ -147,8 +149,7 @@ fn the_size_of_a_load_changes_nothing_but_the_size_of_the_answer() {
         let options = SceneOptions { structure, ..SceneOptions::default() };
         let run = |force: f64, each: &mut dyn FnMut(&State<'_, f64>)| {
             with_scene::<f64, _>(&bytes, &options, |scene, state, loads| {
-                let contact =
-                    Contact { nodes: [1, 4, 3], weights: [0.2, 0.5, 0.3], force: [force, 0.0, 0.0] };
+                let contact = Contact::new(Place::triangle([1, 4, 3], [0.2, 0.5, 0.3]), [force, 0.0, 0.0]);
                 loads.add_contact(scene, &contact).expect("contact");
                 let seen = watch(|| {
                     for _ in 0..20_000 {

@@ -6,7 +6,7 @@ use std::process::{Command, Stdio};
 use std::sync::OnceLock;
 use std::time::Instant;
 
-use vademecum_eval::{Contact, Field, LoadError, SceneOptions, StructureChoice};
+use vademecum_eval::{Contact, Field, LoadError, Place, SceneOptions, StructureChoice};
 use vademecum_format::scheme::StepParameters;
 use vademecum_format::{Codec, Element, File, SectionInput, SectionKind, encode_into, encoded_len};
 use vademecum_rewrite::{
@@ -136,7 +136,7 @@ fn a_probes_only_file_of_the_demo_fits_a_microcontroller() {
 #[test]
 fn what_was_dropped_is_refused_by_name() {
     let [probes, surface] = [Keep::Probes, Keep::Surface].map(|keep| strip(built(), keep).expect("stripped"));
-    let contact = Contact { nodes: [0, 1, 2], weights: [1.0, 0.0, 0.0], force: [0.0, 0.0, 1.0] };
+    let contact = Contact::new(Place::triangle([0, 1, 2], [1.0, 0.0, 0.0]), [0.0, 0.0, 1.0]);
     with_scene::<f64, _>(&probes, &SceneOptions::default(), |scene, state, loads| {
         let refused = loads.add_contact(scene, &contact);
         assert!(
@@ -376,7 +376,7 @@ fn block_options() -> SceneOptions {
 
 fn contact_field_with(bytes: &[u8], options: &SceneOptions, steps: usize) -> Vec<f64> {
     with_scene::<f64, _>(bytes, options, |scene, state, loads| {
-        let contact = Contact { nodes: [0, 1, 3], weights: [0.2, 0.5, 0.3], force: [1.0, -2.0, 0.5] };
+        let contact = Contact::new(Place::triangle([0, 1, 3], [0.2, 0.5, 0.3]), [1.0, -2.0, 0.5]);
         loads.add_contact(scene, &contact).expect("a contact");
         (0..steps).for_each(|_| {
             scene.step(state, loads).expect("a step");

@@ -15,7 +15,7 @@ fn schema(of: &str) -> Value {
 }
 
 /// Keywords that say something of a value, and those that only tell people about it.
-const CHECKED: [&str; 15] = [
+const CHECKED: [&str; 17] = [
     "$ref",
     "type",
     "properties",
@@ -30,6 +30,8 @@ const CHECKED: [&str; 15] = [
     "maxItems",
     "minimum",
     "maximum",
+    "exclusiveMinimum",
+    "exclusiveMaximum",
     "$defs",
 ];
 const TOLD: [&str; 6] = ["$schema", "title", "description", "default", "format", "prefixItems"];
@@ -77,7 +79,9 @@ fn fault(root: &Value, schema: &Value, value: &Value, at: &str) -> Option<String
     let number = |key: &str| rules.get(key).and_then(Value::as_f64);
     if let Some(found) = value.as_f64()
         && (number("minimum").is_some_and(|least| found < least)
-            || number("maximum").is_some_and(|most| found > most))
+            || number("maximum").is_some_and(|most| found > most)
+            || number("exclusiveMinimum").is_some_and(|bound| found <= bound)
+            || number("exclusiveMaximum").is_some_and(|bound| found >= bound))
     {
         return wrong("in its range");
     }
@@ -170,6 +174,12 @@ fn fixtures_and_examples_fit_the_schema_and_slips_do_not() {
         ("{ group = \"x_min\" }", "{ grup = \"x_min\" }"),
         ("{ group = \"x_min\" }", "{ group = \"x_min\", nodes = [1] }"),
         ("poisson = 0.3\n", ""),
+        ("poisson = 0.3", "poisson = 0.5"),
+        ("2e9", "0.0"),
+        ("[4, 1, 1]", "[4, 0, 1]"),
+        ("[1.0, 0.1, 0.1]", "[1.0, 0.0, 0.1]"),
+        ("[mesh]", "[basis]\nmodes = 5000\n[mesh]"),
+        ("[mesh]", "model = \"large-displacement\"\nlarge = { pushes = 0 }\n[mesh]"),
         ("[mesh]", "[time]\nscheme = { name = \"bathe\", beta = 1.0 }\n[mesh]"),
         ("[mesh]", "[time]\nscheme = { name = \"newmark\", beta = 1.0 }\n[mesh]"),
         ("[mesh]", "representation = \"blok\"\n[mesh]"),
@@ -246,6 +256,21 @@ fn the_schema_has_every_key_of_the_page_and_the_page_every_key_of_the_schema() {
         let untold: Vec<_> = known.iter().filter(|key| !told(key)).collect();
         assert!(untold.is_empty(), "{untold:?} of the schema are not on {page}");
     }
+}
+
+/// Every range of the table of checks stands on the page and in the schema; between its markers the page has
+/// nothing else.
+#[test]
+fn the_page_has_the_ranges_that_are_checked() {
+    let page = std::fs::read_to_string(repository().join("formats/problem-1.md")).expect("a page");
+    let block = page.split("<!-- ranges -->\n\n").nth(1).expect("the beginning of the ranges");
+    let block = block.split("\n<!-- end -->").next().expect("their end");
+    let table = vademecum_build::input::range_table();
+    assert!(block == table, "formats/problem-1.md must have between its markers\n\n{table}");
+    let bounded = table.lines().count() - 2;
+    let schema = schema("problem").to_string();
+    let bounds = schema.matches("inimum\":").count();
+    assert!(bounds >= bounded, "{bounds} lower bounds in the schema, {bounded} keys with a range");
 }
 
 #[test]

@@ -2,7 +2,9 @@
 
 use std::error::Error;
 
-use vademecum_eval::{Contact, Field, LoadError, Scalar, SceneOptions, Simulation, SimulationError, Status};
+use vademecum_eval::{
+    Contact, Field, LoadError, Place, Scalar, SceneOptions, Simulation, SimulationError, Status,
+};
 use vademecum_rewrite::pack;
 use vademecum_tests::exact_beam::exact_beam;
 use vademecum_tests::golden::named;
@@ -27,7 +29,7 @@ fn both<T: Scalar + PartialEq + Send + 'static>(bytes: &[u8]) -> Result<(), Box<
     .expect("a thread");
     let body = *boxed;
     let (saved, point) = with_scene::<T, _>(bytes, &options, |scene, state, loads| {
-        let contact = Contact { nodes: place.nodes, weights: place.weights, force: FORCE };
+        let contact = Contact::new(place.place, FORCE);
         loads.add_contact(scene, &contact).expect("a contact");
         for _ in 0..200 {
             scene.step(state, loads).expect("a step");
@@ -56,13 +58,13 @@ fn names_and_loads_outlive_a_change_of_parameters() -> Result<(), Box<dyn Error>
     assert_eq!(body.find_parameter("none"), None);
     let pull = 0;
     body.push_pattern(pull, 1.0)?;
-    body.set_parameter(soft, 0.75)?;
+    body.set_parameters(&[(soft, 0.75)])?;
     body.step(10)?;
     let after = body.energy()?;
 
     // The same with the parameter set first.
     let mut other = Simulation::<f64>::new(named("parameters.vdm"), &SceneOptions::default())?;
-    other.set_parameter(soft, 0.75)?;
+    other.set_parameters(&[(soft, 0.75)])?;
     let mut another = other.another()?;
     for body in [&mut other, &mut another] {
         body.push_pattern(pull, 1.0)?;
@@ -71,8 +73,8 @@ fn names_and_loads_outlive_a_change_of_parameters() -> Result<(), Box<dyn Error>
     }
     assert!(after != 0.0);
     // A value out of its range changes nothing.
-    assert!(other.set_parameter(soft, 1e9).is_err());
-    assert_eq!(other.scene().options().region_stiffness[0], 0.75);
+    assert!(other.set_parameters(&[(soft, 1e9)]).is_err());
+    assert_eq!(other.scene().options().regions.stiffness()[0], 0.75);
     other.step(1)?;
     other.clear();
     assert!(other.loads().is_empty());
@@ -119,7 +121,7 @@ fn a_saved_state_comes_back_and_a_ray_meets_what_has_moved() -> Result<(), Box<d
         scene.step(state, loads).map(drop)
     })?;
     assert!(body.loads().is_empty());
-    let far = Contact { nodes: [u32::MAX; 3], weights: [1.0, 0.0, 0.0], force: FORCE };
+    let far = Contact::new(Place::triangle([u32::MAX; 3], [1.0, 0.0, 0.0]), FORCE);
     let refused = body.with(|scene, _, loads| loads.add_contact(scene, &far));
     assert!(matches!(refused, Err(LoadError::NotLoadable { .. })), "{refused:?}");
     Ok(())

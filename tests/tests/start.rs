@@ -3,7 +3,8 @@
 
 use vademecum_build::progress::Silent;
 use vademecum_eval::{
-    Batch, Contact, Loads, Modal, Scalar, SceneOptions, State, Status, StepError, StructureChoice, Surface,
+    Batch, Contact, Loads, Modal, Place, Scalar, SceneOptions, State, Status, StepError, StructureChoice,
+    Surface,
 };
 use vademecum_format::File;
 use vademecum_study::player::{Track, play_in};
@@ -35,7 +36,7 @@ fn options(structure: StructureChoice) -> SceneOptions {
 fn contact(bytes: &[u8]) -> Contact {
     let file = File::parse(bytes).expect("a file");
     let touched = Surface::new(&file).expect("a surface").locate(FINGER).expect("a point");
-    Contact { nodes: touched.nodes, weights: touched.weights, force: FORCE }
+    Contact::new(touched.place, FORCE)
 }
 
 /// The same as a scenario of [`STEPS`] steps.
@@ -211,9 +212,9 @@ fn a_new_state_has_the_bits_of_one_set_at_rest_under_the_same_load() {
             let mut options = options(structure);
             for (i, parameter) in metadata.active_parameters().iter().enumerate() {
                 let value = parameter.nominal + 0.0625 * (parameter.upper - parameter.nominal);
-                options.set(&metadata, i, value).expect("in its range");
+                options.set(&metadata, &[(i, value)]).expect("in its range");
             }
-            densities += usize::from(options.region_density.iter().any(|&scale| scale != 1.0));
+            densities += usize::from(options.regions.density().iter().any(|&scale| scale != 1.0));
             for [new, set, in_batch] in
                 [both_starts::<f32>(&bytes, &options), both_starts::<f64>(&bytes, &options)]
             {
@@ -232,7 +233,7 @@ fn the_chapters_scene_starts_alike() {
     let file = File::parse(&bytes).expect("a file");
     let node = vademecum_format::Chapter::read(&file).expect("sound").expect("there");
     let node = node.positions().nth(1).expect("a position");
-    let contact = Contact { nodes: [node; 3], weights: [1.0, 0.0, 0.0], force: [0.0, 0.0, 1.0] };
+    let contact = Contact::new(Place::triangle([node; 3], [1.0, 0.0, 0.0]), [0.0, 0.0, 1.0]);
     with_chapter::<f64, _>(&bytes, |scene, state, loads| {
         loads.add_contact(scene, &contact).expect("a contact");
         let zero = vec![0.0; scene.n_modes()];

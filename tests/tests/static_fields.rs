@@ -102,8 +102,8 @@ fn static_answers(bytes: &[u8]) -> [Vec<f64>; 2] {
     let nodes: Vec<usize> = ids.iter().map(node).collect();
     let point = place(bytes);
     let mut force = vec![0.0; prepared.body.n_dof()];
-    let touched = point.nodes.map(|n| nodes[n as usize] as u32);
-    model.add_point_force(&touched, &point.weights, FORCE, &mut force);
+    let touched = point.place.corners().expect("a triangle").0.map(|n| nodes[n as usize] as u32);
+    model.add_point_force(&touched, point.place.weights(), FORCE, &mut force);
     let gravity: Vec<f64> = prepared.body.patterns[0].1.iter().map(|f| 0.5 * f).collect();
     let factor = prepared.symbolic.factorize(model.pencil().combine(0.0, 1.0)).expect("definite");
     [force, gravity].map(|load| {
@@ -159,7 +159,7 @@ fn with_statics<T: Scalar, R>(
 
 fn push<T: Scalar>(point: SurfacePoint) -> impl Fn(&Scene<'_, T>, &mut Loads<'_, T>) {
     move |scene, loads| {
-        let contact = Contact { nodes: point.nodes, weights: point.weights, force: FORCE };
+        let contact = Contact::new(point.place, FORCE);
         loads.add_contact(scene, &contact).expect("a contact");
     }
 }
@@ -217,7 +217,7 @@ fn where_a_contact_knows_its_residual_both_agree() {
         with_statics(scene, state, |statics| {
             scene.body_with(state, Field::Displacement, statics, &mut whole).expect("a body");
         });
-        for node in point.nodes {
+        for &node in point.place.nodes() {
             let there = scene.node(state, node as usize, Field::Displacement).expect("a node");
             assert!(off(&whole[3 * node as usize..][..3], &there) < 1e-10);
         }

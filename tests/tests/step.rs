@@ -2,7 +2,8 @@
 //! loads.
 
 use vademecum_eval::{
-    BindError, Contact, Field, LoadError, Scene, SceneOptions, Status, StepError, Structure, StructureChoice,
+    BindError, Contact, Field, LoadError, Place, Scene, SceneOptions, Status, StepError, Structure,
+    StructureChoice,
 };
 use vademecum_format::scheme::{MAX_STAGES, SchemeTable, StepParameters};
 use vademecum_format::{Element, File};
@@ -17,14 +18,14 @@ fn parameters() -> StepParameters {
 }
 
 fn contact() -> Contact {
-    Contact { nodes: [1, 4, 3], weights: [0.2, 0.5, 0.3], force: [1.0, -2.0, 0.7] }
+    Contact::new(Place::triangle([1, 4, 3], [0.2, 0.5, 0.3]), [1.0, -2.0, 0.7])
 }
 
 /// The contact as forces on dofs.
 fn on_dofs(contact: &Contact, amplitude: f64) -> Vec<(usize, f64)> {
-    let nodes = contact.nodes.iter().zip(contact.weights);
+    let nodes = contact.place.entries();
     nodes
-        .flat_map(|(&node, w)| (0..3).map(move |c| (3 * node as usize + c, w * amplitude * contact.force[c])))
+        .flat_map(|(node, w)| (0..3).map(move |c| (3 * node as usize + c, w * amplitude * contact.force[c])))
         .collect()
 }
 
@@ -250,7 +251,7 @@ fn what_is_not_finite_is_refused_and_changes_nothing() {
                 assert_eq!(loads.add_contact(scene, &force), Err(LoadError::NotFinite));
                 assert_eq!(loads.add_pattern(scene, 0, bad), Err(LoadError::NotFinite));
             }
-            let far = Contact { nodes: [1, 4, 6], ..contact() };
+            let far = Contact { place: Place::triangle([1, 4, 6], [0.2, 0.5, 0.3]), ..contact() };
             assert_eq!(loads.add_contact(scene, &far), Err(LoadError::NotLoadable { node: 6, limit: 6 }));
             assert_eq!(loads.add_pattern(scene, 1, 1.0), Err(LoadError::NoPattern { index: 1, count: 1 }));
             // Finite in f64, not in the scene's f32: the step finds out.

@@ -2,8 +2,8 @@
 //! kept to rounding, a bound that no load passes, and never a number that is not finite.
 
 use vademecum_eval::{
-    Batch, BindError, Contact, Field, LoadError, Loads, Modal, OutputError, Scalar, Scene, SceneOptions,
-    State, Status, StepError, Structure, StructureChoice,
+    Batch, BindError, Contact, Field, LoadError, Loads, Modal, OutputError, Place, Scalar, Scene,
+    SceneOptions, State, Status, StepError, Structure, StructureChoice,
 };
 use vademecum_format::scheme::StepParameters;
 use vademecum_format::{File, FormatError, SectionKind};
@@ -37,8 +37,7 @@ const DEFAULT: SceneOptions = SceneOptions {
     time_step: None,
     stiffness: 1.0,
     density: 1.0,
-    region_stiffness: [1.0; vademecum_format::MAX_REGIONS],
-    region_density: [1.0; vademecum_format::MAX_REGIONS],
+    regions: vademecum_eval::RegionScales::ONE,
     alpha: None,
     beta: None,
     rest_below: 0.0,
@@ -463,7 +462,7 @@ fn the_compliance_is_that_of_the_coming_step() {
     with_scene::<f64, _>(&bytes, &DEFAULT, |scene, state, loads| {
         let (zeta, rate) = placed(20, 0.5, 4);
         scene.set(state, &zeta, &rate, loads).expect("placed");
-        let contact = |nodes, force| Contact { nodes, weights: [0.2, 0.3, 0.5], force };
+        let contact = |nodes, force| Contact::new(Place::triangle(nodes, [0.2, 0.3, 0.5]), force);
         let contacts = [contact([0, 1, 2], [10.0, -20.0, 5.0]), contact([1, 3, 2], [-3.0, 9.0, 30.0])];
         let (mut w, mut work) = ([0.0; 36], vec![0.0; scene.compliance_work(2)]);
         assert_eq!(scene.compliance(&contacts, &mut w, &mut work), Err(LoadError::NeedsState));
@@ -478,9 +477,9 @@ fn the_compliance_is_that_of_the_coming_step() {
                 let forces = contacts.iter().flat_map(|contact| contact.force);
                 let row = w[6 * (3 * c + i)..].iter();
                 let said = free[c][i] + row.zip(forces).map(|(w, f)| w * f).sum::<f64>();
-                let nodes = contact.nodes.iter().zip(contact.weights);
+                let nodes = contact.place.entries();
                 let moved: f64 = nodes
-                    .map(|(&node, weight)| {
+                    .map(|(node, weight)| {
                         weight * scene.node(state, node as usize, Field::Displacement).expect("a node")[i]
                     })
                     .sum();
@@ -490,7 +489,7 @@ fn the_compliance_is_that_of_the_coming_step() {
     });
     let options = SceneOptions { substeps: Some(2), ..DEFAULT };
     with_scene::<f64, _>(&bytes, &options, |scene, state, _| {
-        let contact = Contact { nodes: [0; 3], weights: [1.0, 0.0, 0.0], force: [0.0; 3] };
+        let contact = Contact::new(Place::triangle([0; 3], [1.0, 0.0, 0.0]), [0.0; 3]);
         let mut work = vec![0.0; scene.compliance_work(1)];
         let refused = scene.compliance_at(state, &[contact], &mut [0.0; 9], &mut work);
         assert_eq!(refused, Err(LoadError::Substeps { substeps: 2 }));
@@ -507,7 +506,7 @@ fn what_the_structure_cannot_do_is_refused_by_name() {
         assert_eq!(Scene::<f64>::sizes(&file, &options).err(), Some(BindError::NoStructure));
     }
     let mut regions = DEFAULT;
-    regions.region_stiffness[0] = 2.0;
+    regions.regions.set_stiffness(0, 2.0).expect("a region");
     assert_eq!(Scene::<f64>::sizes(&file, &regions).err(), Some(BindError::WholeBody));
     let sizes = Scene::<f64>::sizes(&file, &DEFAULT).expect("sizes");
     for (substeps, viscosity, value) in [(0, 0.0, 0.0), (2000, 0.0, 2000.0), (1, -1.0, -1.0)] {

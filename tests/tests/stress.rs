@@ -172,8 +172,8 @@ fn by_statics(bytes: &[u8]) -> Vec<[f64; 6]> {
     let nodes: Vec<usize> = ids.iter().map(node).collect();
     let touched = Surface::new(&file).expect("a surface").locate([0.08, 0.03, 0.1]).expect("a place");
     let mut force: Vec<f64> = prepared.body.patterns[0].1.iter().map(|f| 0.5 * f).collect();
-    let places = touched.nodes.map(|n| nodes[n as usize] as u32);
-    model.add_point_force(&places, &touched.weights, FORCE, &mut force);
+    let places = touched.place.corners().expect("a triangle").0.map(|n| nodes[n as usize] as u32);
+    model.add_point_force(&places, touched.place.weights(), FORCE, &mut force);
     let factor = prepared.symbolic.factorize(model.pencil().combine(0.0, 1.0)).expect("definite");
     let mut answer = Matrix::from_fn(force.len(), 1, |i, _| force[i]);
     Solve::new(&prepared.symbolic, 1, true).solve_in_place(&factor, answer.as_mut());
@@ -229,7 +229,7 @@ fn shown(bytes: &[u8], options: &SceneOptions) -> Vec<[f64; 6]> {
         Surface::new(&file).expect("a surface").locate([0.08, 0.03, 0.1]).expect("a place")
     };
     with_scene::<f64, _>(bytes, options, |scene, state, loads| {
-        let contact = Contact { nodes: touched.nodes, weights: touched.weights, force: FORCE };
+        let contact = Contact::new(touched.place, FORCE);
         loads.add_contact(scene, &contact).expect("added");
         loads.add_pattern(scene, 0, 0.5).expect("added");
         settle(scene, state, loads, 4000);
@@ -379,7 +379,7 @@ fn the_program_shows_stress_and_compares_it_with_the_full_order() {
 
 #[test]
 fn the_page_does_what_it_says() {
-    let page = std::fs::read_to_string(repository().join("docs/stress.md")).expect("the page");
+    let page = std::fs::read_to_string(repository().join("docs/how-to/stress.md")).expect("the page");
     let folder = tempfile::tempdir().expect("a folder");
     let at = |name: &str| folder.path().join(name).display().to_string();
     std::fs::write(at("beam.toml"), block(&page, "toml\n# beam.toml")).expect("written");

@@ -1,4 +1,4 @@
-//! The record of `docs/benchmarks/total-error.md`, reduced to seconds: the same code on a small body.
+//! The record of `docs/measurements/total-error.md`, reduced to seconds: the same code on a small body.
 
 use vademecum_build::prepared::prepare;
 use vademecum_build::progress::{Silent, Stopwatch};

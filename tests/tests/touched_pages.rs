@@ -13,7 +13,7 @@ use std::path::Path;
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 use std::time::Instant;
 
-use vademecum_eval::{Contact, Loads, Mapped, OpenError, Scene, SceneOptions, State, Status};
+use vademecum_eval::{Contact, Loads, Mapped, OpenError, Place, Scene, SceneOptions, State, Status};
 use vademecum_format::{File, SectionKind};
 use vademecum_tests::large;
 
@@ -102,7 +102,7 @@ fn first_step(mapped: &Mapped) {
     let scene = Scene::bind(&file, &options, &mut memory, &mut work).expect("bound");
     let mut state = State::new(&scene, &mut state).expect("state memory");
     let mut loads = Loads::new(&scene, &mut loads).expect("load memory");
-    let contact = Contact { nodes: NODES, weights: [0.2, 0.5, 0.3], force: [1.0, -2.0, 0.5] };
+    let contact = Contact::new(Place::triangle(NODES, [0.2, 0.5, 0.3]), [1.0, -2.0, 0.5]);
     loads.add_contact(&scene, &contact).expect("a contact");
     assert_eq!(scene.step(&mut state, &loads), Ok(Status::Moving));
 }

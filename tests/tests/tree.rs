@@ -2,7 +2,7 @@
 
 use vademecum_eval::format::{File, SectionKind};
 use vademecum_eval::{
-    Contact, Field, OutputError, Scalar, SceneOptions, Surface, SurfacePoint, SurfaceTree, TreeSizes,
+    Contact, Field, OutputError, Place, Scalar, SceneOptions, Surface, SurfacePoint, SurfaceTree, TreeSizes,
 };
 use vademecum_tests::exact_beam::exact_beam;
 use vademecum_tests::stage::with_scene;
@@ -13,7 +13,7 @@ type Point = [f64; 3];
 /// What was pressed and pulled: displacements of the surface, three numbers a node.
 fn moved<T: Scalar>(bytes: &[u8]) -> Vec<T> {
     with_scene::<T, _>(bytes, &SceneOptions::default(), |scene, state, loads| {
-        let contact = Contact { nodes: [2; 3], weights: [1.0, 0.0, 0.0], force: [300.0, -2e3, -4e3] };
+        let contact = Contact::new(Place::triangle([2; 3], [1.0, 0.0, 0.0]), [300.0, -2e3, -4e3]);
         loads.add_contact(scene, &contact).expect("a contact");
         for _ in 0..50 {
             scene.step(state, loads).expect("a step");
@@ -96,11 +96,11 @@ fn somewhere(random: &mut Random) -> Point {
 }
 
 fn is_there(found: &SurfacePoint, corners: [Point; 3]) {
-    let at = [0, 1, 2].map(|k| (0..3).map(|i| found.weights[i] * corners[i][k]).sum::<f64>());
+    let at = [0, 1, 2].map(|k| (0..3).map(|i| found.place.weights()[i] * corners[i][k]).sum::<f64>());
     let gap = minus(at, found.position);
     assert!(dot(gap, gap).sqrt() < 1e-12, "{found:?}");
-    assert!(found.weights.iter().all(|w| (0.0..=1.0).contains(w)));
-    assert!((found.weights.iter().sum::<f64>() - 1.0).abs() < 1e-12);
+    assert!(found.place.weights().iter().all(|w| (0.0..=1.0).contains(w)));
+    assert!((found.place.weights().iter().sum::<f64>() - 1.0).abs() < 1e-12);
 }
 
 #[test]
@@ -125,7 +125,8 @@ fn rays_and_points_find_what_a_search_of_all_triangles_finds() {
                     (Some(expected), Some(found)) => {
                         hits += 1;
                         assert!((found.distance - expected).abs() < 1e-9, "{found:?}, {expected}");
-                        let own = all.iter().find(|(nodes, _)| *nodes == found.nodes).expect("a triangle");
+                        let own =
+                            all.iter().find(|(nodes, _)| *nodes == found.place.nodes()).expect("a triangle");
                         is_there(&found, own.1);
                     }
                     (None, None) => misses += 1,
@@ -135,7 +136,7 @@ fn rays_and_points_find_what_a_search_of_all_triangles_finds() {
                     all.iter().map(|(_, corners)| away(origin, *corners)).fold(f64::INFINITY, f64::min);
                 let found = tree.locate(origin).expect("a point");
                 assert!((found.distance - nearest).abs() < 1e-9, "{found:?}, {nearest}");
-                let own = all.iter().find(|(nodes, _)| *nodes == found.nodes).expect("a triangle");
+                let own = all.iter().find(|(nodes, _)| *nodes == found.place.nodes()).expect("a triangle");
                 is_there(&found, own.1);
             }
             assert!(hits > 200 && misses > 200, "{hits} hits, {misses} misses");

@@ -41,7 +41,7 @@ fn commands(page: &str) -> Vec<String> {
 #[test]
 fn every_command_of_the_tutorial_runs_and_the_fork_has_its_pitch() {
     let Some(gmsh) = gmsh() else { return };
-    let source = repository().join("docs/tutorial");
+    let source = repository().join("docs/tutorials/tuning-fork");
     let folder = tempfile::tempdir().expect("a folder");
     copy_all(&source, folder.path());
     let page = std::fs::read_to_string(source.join("README.md")).expect("the page");

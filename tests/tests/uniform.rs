@@ -12,7 +12,7 @@ use vademecum_build::input::Problem;
 use vademecum_build::pipeline::{BuildOptions, build};
 use vademecum_build::prepared::prepare;
 use vademecum_build::progress::{Silent, Stopwatch};
-use vademecum_eval::{Contact, Field, SceneOptions, StructureChoice};
+use vademecum_eval::{Contact, Field, Place, SceneOptions, StructureChoice};
 use vademecum_tests::largest::largest_eigenvalue;
 use vademecum_tests::stage::with_scene;
 use vademecum_tests::synthetic::Random;
@@ -84,7 +84,7 @@ fn diagonal() -> SceneOptions {
 fn motion(bytes: &[u8], options: &SceneOptions) -> Vec<Vec<f64>> {
     with_scene::<f64, _>(bytes, options, |scene, state, loads| {
         let tip = scene.metadata().n_load_nodes - 1;
-        let contact = Contact { nodes: [tip; 3], weights: [1.0, 0.0, 0.0], force: [3.0, -2.0, 10.0] };
+        let contact = Contact::new(Place::triangle([tip; 3], [1.0, 0.0, 0.0]), [3.0, -2.0, 10.0]);
         let mut motion = vec![];
         for (pushed, steps) in [true, false].into_iter().zip(STEPS) {
             loads.clear();

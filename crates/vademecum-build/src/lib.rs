@@ -67,7 +67,6 @@
 
 pub mod basis;
 pub mod certificate;
-pub mod chapter;
 pub mod dynamics;
 pub mod export;
 pub mod fem;
@@ -94,17 +93,17 @@ pub type Matrix = faer::Mat<f64>;
 
 // The numbers worked out by hand on these pages are compiled and asserted by the documentation tests.
 #[cfg(doctest)]
-#[doc = include_str!("../../../docs/theory/1-one-oscillator.md")]
+#[doc = include_str!("../../../docs/explanation/1-one-oscillator.md")]
 struct OneOscillator;
 
 #[cfg(doctest)]
-#[doc = include_str!("../../../docs/theory/5a-separation-by-hand.md")]
+#[doc = include_str!("../../../docs/explanation/5a-separation-by-hand.md")]
 struct SeparationByHand;
 
 #[cfg(doctest)]
-#[doc = include_str!("../../../docs/theory/7-exact-steps.md")]
+#[doc = include_str!("../../../docs/explanation/7-exact-steps.md")]
 struct ExactSteps;
 
 #[cfg(doctest)]
-#[doc = include_str!("../../../docs/theory/large-displacements-reduced.md")]
+#[doc = include_str!("../../../docs/explanation/large-displacements-reduced.md")]
 struct LargeDisplacementsReduced;

@@ -3,8 +3,8 @@
 use vademecum_format::policy::STABLE_RADIUS;
 
 use crate::certificate::{BOUNDED, LargeReport, StructureReport};
-use crate::chapter::ChapterReport;
 use crate::dynamics::{ModeRow, Work};
+use crate::input::Tolerances;
 use crate::parametric::SeparationRecord;
 use crate::progress::StageTiming;
 use crate::separated::StopReason;
@@ -79,7 +79,46 @@ pub struct CertificateReport {
     pub map: f64,
 }
 
+/// The certificate of a structure that another crate builds, the chapter's, as a report shows it.
+#[derive(Clone, Debug, serde::Serialize)]
+pub struct ChapterReport {
+    /// As of the other structures, over the steps before `left_at`.
+    #[serde(flatten)]
+    pub structure: StructureReport,
+    /// The step at which a trajectory left an axis.
+    pub left_at: Option<usize>,
+    /// Per stage: terms, and the relative error of its map over random points.
+    pub stages: Vec<StageReport>,
+}
+
+/// One stage of that structure.
+#[derive(Clone, Copy, Debug, serde::Serialize)]
+pub struct StageReport {
+    /// Terms.
+    pub terms: usize,
+    /// Error of the map, root mean square relative to it.
+    pub error: f64,
+    /// Of its state part, relative to that.
+    pub state_error: f64,
+    /// Of its load part, relative to that.
+    pub load_error: f64,
+}
+
 impl CertificateReport {
+    /// A report of no structure yet, beside what the problem allows.
+    pub fn within(tolerance: &Tolerances) -> Self {
+        Self {
+            diagonal: None,
+            block: None,
+            chapter: None,
+            large: false,
+            floor_ratio: tolerance.floor_ratio,
+            absolute: tolerance.absolute,
+            error: tolerance.error,
+            map: tolerance.map,
+        }
+    }
+
     /// Whether one of the structures keeps the tolerance.
     pub fn holds(&self) -> bool {
         self.structures().any(|s| self.parts_missed_by(s, None).is_empty())

@@ -57,9 +57,7 @@ int main(int count, char **arguments) {
         return 1;
     }
     void *memory = malloc(needs.memory);
-    double *work = malloc((needs.work + 1) * sizeof *work);
-    if (!memory || !work ||
-        vdm_bind(file, length, NULL, memory, needs.memory, work, needs.work, &body, text, sizeof text) < 0) {
+    if (!memory || vdm_bind(file, length, NULL, memory, needs.memory, &body, text, sizeof text) < 0) {
         fprintf(stderr, "%s: %s\n", arguments[1], text);
         return 1;
     }
@@ -72,8 +70,8 @@ int main(int count, char **arguments) {
         double force[3] = {0, 0, 0};
         vdm_point(body, &place, VDM_DISPLACEMENT, under);
         force[2] = -2e3 * (depth + under[2]);
-        vdm_clear_loads(body);
-        vdm_add_contact(body, &place, force);
+        vdm_clear(body);
+        vdm_push(body, &place, force);
         if (vdm_step(body, 1) < 0) {
             fprintf(stderr, "step %d: %s\n", tick, vdm_message(body));
             return 1;
@@ -82,7 +80,6 @@ int main(int count, char **arguments) {
     vdm_point(body, &place, VDM_DISPLACEMENT, under);
     vdm_probe(body, 0, VDM_VELOCITY, &tip);
     printf("%.17e %.17e\n", under[2], tip);
-    free(work);
     free(memory);
     free(file);
     return 0;

@@ -20,8 +20,8 @@ int main(int count, char **arguments) try {
     // Each prop is pushed a little harder than the one before.
     vademecum::Batch props(body, 100);
     for (std::size_t prop = 0; prop < props.size(); prop++) {
-        body.clear_loads();
-        body.add_contact(finger, {0.0, 0.0, -0.1 * static_cast<double>(prop)});
+        body.clear();
+        body.push(finger, {0.0, 0.0, -0.1 * static_cast<double>(prop)});
         props.load(prop);
     }
     const VdmBatchStatus found = props.step(250);
@@ -36,7 +36,7 @@ int main(int count, char **arguments) try {
 
     // The same alone: the same bits.
     vademecum::Body alone(file);
-    alone.add_contact(finger, {0.0, 0.0, -0.1 * 99.0});
+    alone.push(finger, {0.0, 0.0, -0.1 * 99.0});
     alone.step(250);
     if (alone.probe(tip, vademecum::Field::velocity) != body.probe(tip, vademecum::Field::velocity)) return 3;
     try {

@@ -3,6 +3,8 @@
  *
  * Nothing here allocates, locks, or keeps what is not lent to it. A body and the memory it lives in belong to one
  * thread at a time; bodies of one file may live in several threads.
+ *
+ * VDM_ABI 4 holds: later versions add calls and change none.
  */
 
 #ifndef VADEMECUM_H
@@ -14,14 +16,20 @@
 #include <stdint.h>
 
 /*
- Places that an operator is made for at most.
+ Version of this interface: callers compare it with the header they were compiled with. `VDM_ABI` 4 holds:
+ later versions add calls and change none.
  */
-#define MOST_PLACES 64
+#define VDM_ABI 4
 
 /*
- Version of this interface: callers compare it with the header they were compiled with.
+ Largest number of nodes of a place.
  */
-#define VDM_ABI 3
+#define VDM_MAX_PLACE_NODES 16
+
+/*
+ `VdmPlace.frame` of a place that is a list of nodes.
+ */
+#define VDM_NO_FRAME UINT32_MAX
 
 /*
  What a call found.
@@ -36,7 +44,12 @@ typedef enum VdmStatus {
    */
   VDM_AT_REST = 1,
   /*
-   A pointer is null, or an index or a name is not the file's.
+   Done; the state that was restored was saved at other parameters or in another precision: displacement
+   and velocity are what they were.
+   */
+  VDM_CARRIED = 2,
+  /*
+   A pointer is null or not aligned, or an index or a name is not the file's.
    */
   VDM_ARGUMENT = -1,
   /*
@@ -63,6 +76,10 @@ typedef enum VdmStatus {
    The file does not hold what is asked for.
    */
   VDM_OUTPUT = -7,
+  /*
+   The bytes are no saved state of this body.
+   */
+  VDM_STATE = -8,
 } VdmStatus;
 
 /*
@@ -152,6 +169,100 @@ typedef struct VdmBatch VdmBatch;
 typedef struct VdmBody VdmBody;
 
 /*
+ What the moves of a body cost. Bytes are those of the file, apart from `step_bytes`.
+ */
+typedef struct VdmCost {
+  /*
+   Terms of the separated solution that binding adds up.
+   */
+  size_t terms;
+  /*
+   Read by binding and by every change of a parameter.
+   */
+  size_t bind_bytes;
+  /*
+   Multiply-adds of a step, which reads nothing of the file.
+   */
+  size_t step_operations;
+  /*
+   Lent memory that a step reads or writes.
+   */
+  size_t step_bytes;
+  /*
+   Rows that a contact reads when it is added.
+   */
+  size_t contact_rows;
+  /*
+   Read when a contact is added.
+   */
+  size_t contact_bytes;
+  /*
+   Read when a load pattern is added.
+   */
+  size_t pattern_bytes;
+  /*
+   Read by one probe.
+   */
+  size_t probe_bytes;
+  /*
+   Read by one node.
+   */
+  size_t node_bytes;
+  /*
+   Read by the surface.
+   */
+  size_t surface_bytes;
+  /*
+   Read by the whole body.
+   */
+  size_t body_bytes;
+} VdmCost;
+
+/*
+ A live parameter.
+ */
+typedef struct VdmParameter {
+  /*
+   Smallest value.
+   */
+  double lower;
+  /*
+   Largest value.
+   */
+  double upper;
+  /*
+   The value that the file was built around.
+   */
+  double nominal;
+  /*
+   The value that the body has now.
+   */
+  double value;
+  /*
+   Not 0: its range is best walked in the logarithm.
+   */
+  uint32_t logarithmic;
+} VdmParameter;
+
+/*
+ What a step of many instances found.
+ */
+typedef struct VdmBatchStatus {
+  /*
+   Instances that moved or are loaded.
+   */
+  size_t moving;
+  /*
+   Instances at rest.
+   */
+  size_t at_rest;
+  /*
+   Instances whose new state would not be finite; they keep the old one.
+   */
+  size_t refused;
+} VdmBatchStatus;
+
+/*
  How a body is bound. Fill it with `vdm_default_options` first.
  */
 typedef struct VdmOptions {
@@ -172,13 +283,22 @@ typedef struct VdmOptions {
    */
   uint32_t residual;
   /*
-   `vdm_compliance` and `vdm_free_motion` take so many places at most; 64 is the largest number.
+   `vdm_compliance` and `vdm_free_motion` take so many places at most.
    */
   uint32_t places;
   /*
    Not 0: there is room for `vdm_keep_loads`.
    */
   uint32_t keep_loads;
+  /*
+   Not 0: there is room for `vdm_solve_statics`, where the file has the factor of its stiffness.
+   */
+  uint32_t static_field;
+  /*
+   Not 0: a body without supports flies, and `vdm_step` moves its frame, too. 0: the host moves the frame
+   and gives its angular velocity to `vdm_push_spin`.
+   */
+  uint32_t flight;
   /*
    Of the separated solution only the first so many terms; 0: all.
    */
@@ -230,14 +350,6 @@ typedef struct VdmNeeds {
    */
   size_t memory;
   /*
-   Numbers of type `double`, while `vdm_bind` and `vdm_set_parameter` run.
-   */
-  size_t work;
-  /*
-   Numbers to lend to `vdm_save`.
-   */
-  size_t state;
-  /*
    Modes.
    */
   uint32_t modes;
@@ -278,122 +390,6 @@ typedef struct VdmNeeds {
    */
   double time_step;
 } VdmNeeds;
-
-/*
- A place of the surface: three loadable nodes and their shares.
- */
-typedef struct VdmPlace {
-  /*
-   Loadable nodes.
-   */
-  uint32_t nodes[3];
-  /*
-   Their shares, which sum to 1.
-   */
-  double weights[3];
-  /*
-   Where it is at rest, in m; what `vdm_locate` found.
-   */
-  double position[3];
-  /*
-   How far that is from the point asked for, in m.
-   */
-  double distance;
-} VdmPlace;
-
-/*
- A live parameter.
- */
-typedef struct VdmParameter {
-  /*
-   Smallest value.
-   */
-  double lower;
-  /*
-   Largest value.
-   */
-  double upper;
-  /*
-   The value that the file was built around.
-   */
-  double nominal;
-  /*
-   The value that the body has now.
-   */
-  double value;
-  /*
-   Not 0: its range is best walked in the logarithm.
-   */
-  uint32_t logarithmic;
-} VdmParameter;
-
-/*
- What the moves of a body cost. Bytes are those of the file, apart from `step_bytes`.
- */
-typedef struct VdmCost {
-  /*
-   Terms of the separated solution that binding adds up.
-   */
-  size_t terms;
-  /*
-   Read by binding and by every change of a parameter.
-   */
-  size_t bind_bytes;
-  /*
-   Multiply-adds of a step, which reads nothing of the file.
-   */
-  size_t step_operations;
-  /*
-   Lent memory that a step reads or writes.
-   */
-  size_t step_bytes;
-  /*
-   Rows that a contact reads when it is added.
-   */
-  size_t contact_rows;
-  /*
-   Read when a contact is added.
-   */
-  size_t contact_bytes;
-  /*
-   Read when a load pattern is added.
-   */
-  size_t pattern_bytes;
-  /*
-   Read by one probe.
-   */
-  size_t probe_bytes;
-  /*
-   Read by one node.
-   */
-  size_t node_bytes;
-  /*
-   Read by the surface.
-   */
-  size_t surface_bytes;
-  /*
-   Read by the whole body.
-   */
-  size_t body_bytes;
-} VdmCost;
-
-/*
- What a step of many instances found.
- */
-typedef struct VdmBatchStatus {
-  /*
-   Instances that moved or are loaded.
-   */
-  size_t moving;
-  /*
-   Instances at rest.
-   */
-  size_t at_rest;
-  /*
-   Instances whose new state would not be finite; they keep the old one.
-   */
-  size_t refused;
-} VdmBatchStatus;
 
 /*
  Mass, centre and moments of inertia of a free body.
@@ -440,224 +436,65 @@ typedef struct VdmMotion {
   double angular_momentum[3];
 } VdmMotion;
 
+/*
+ A place: a list of nodes with weights, and a radius; or a frame of the file.
+ */
+typedef struct VdmPlace {
+  /*
+   Number of nodes, 1 to `VDM_MAX_PLACE_NODES`; 0 of a frame.
+   */
+  uint32_t count;
+  /*
+   The frame, or `VDM_NO_FRAME`. No file has frames yet, so others are refused.
+   */
+  uint32_t frame;
+  /*
+   The nodes; those behind `count` do not matter.
+   */
+  uint32_t nodes[VDM_MAX_PLACE_NODES];
+  /*
+   Their weights, which sum to 1.
+   */
+  double weights[VDM_MAX_PLACE_NODES];
+  /*
+   Radius in m; 0 of a point. This version refuses a positive one.
+   */
+  double radius;
+  /*
+   Where it is at rest, in m; what `vdm_locate` found.
+   */
+  double position[3];
+  /*
+   How far that is from the point asked for, in m.
+   */
+  double distance;
+} VdmPlace;
+
+/*
+ A row of the table of quantities.
+ */
+typedef struct VdmQuantity {
+  /*
+   Its name.
+   */
+  char name[24];
+  /*
+   Its unit.
+   */
+  char unit[8];
+  /*
+   Unit of its velocity; empty where it has none.
+   */
+  char rate_unit[8];
+  /*
+   Not 0: one number is all of it.
+   */
+  uint32_t scalar;
+} VdmQuantity;
+
 #ifdef __cplusplus
 extern "C" {
 #endif // __cplusplus
-
-/*
- The version of the interface that this library has.
- */
-uint32_t vdm_abi(void);
-
-/*
- What a status means, in words; never null.
- */
-const char *vdm_status_text(int32_t status);
-
-/*
- The file as it was built: single precision, room for 16 contacts, with residual.
-
- # Safety
- `options` is null or points to a `VdmOptions`.
- */
-void vdm_default_options(struct VdmOptions *options);
-
-/*
- How much memory a body of this file needs under these options (null: the default ones).
-
- `text`, of `capacity` bytes, receives what is wrong in words if it is not null.
-
- # Safety
- `file` points to `length` bytes, `options` is null or points to a `VdmOptions`, `needs` points to a
- `VdmNeeds`, and `text` is null or points to `capacity` bytes.
- */
-enum VdmStatus vdm_measure(const uint8_t *file,
-                           size_t length,
-                           const struct VdmOptions *options,
-                           struct VdmNeeds *needs,
-                           char *text,
-                           size_t capacity);
-
-/*
- Binds a body at rest, without loads, in lent memory. `*body` is the handle, or null.
-
- # Safety
- `file` points to `length` bytes and `memory` to `memory_bytes` bytes that nobody else uses; both stay
- where they are, and the file unchanged, for as long as the handle is used. `work` points to `work_numbers`
- numbers for the time of the call. `options` is null or points to a `VdmOptions`, `body` points to a
- pointer, and `text` is null or points to `capacity` bytes.
- */
-enum VdmStatus vdm_bind(const uint8_t *file,
-                        size_t length,
-                        const struct VdmOptions *options,
-                        uint8_t *memory,
-                        size_t memory_bytes,
-                        double *work,
-                        size_t work_numbers,
-                        struct VdmBody **body,
-                        char *text,
-                        size_t capacity);
-
-/*
- What was wrong with the last call of this body that was refused; never null.
-
- # Safety
- `body` is null or a handle of [`vdm_bind`]. The text lives until the next call of the body.
- */
-const char *vdm_message(const struct VdmBody *body);
-
-/*
- Steps `steps` times under the loads at hand; stops at the first step that is refused.
-
- # Safety
- `body` is null or a handle of [`vdm_bind`].
- */
-enum VdmStatus vdm_step(struct VdmBody *body, uint64_t steps);
-
-/*
- Puts the body at rest, as it was bound. Loads stay.
-
- # Safety
- `body` is null or a handle of [`vdm_bind`].
- */
-enum VdmStatus vdm_rest(struct VdmBody *body);
-
-/*
- The place of the loadable surface at rest that is nearest to a point. A search over all triangles: `O(n)`.
-
- # Safety
- `body` is null or a handle of [`vdm_bind`], `point` points to three numbers, `place` to a `VdmPlace`.
- */
-enum VdmStatus vdm_locate(struct VdmBody *body, const double *point, struct VdmPlace *place);
-
-/*
- Takes all loads away.
-
- # Safety
- `body` is null or a handle of [`vdm_bind`].
- */
-enum VdmStatus vdm_clear_loads(struct VdmBody *body);
-
-/*
- Adds a force in N at a place; it acts in every step until [`vdm_clear_loads`].
-
- # Safety
- `body` is null or a handle of [`vdm_bind`], `place` points to a `VdmPlace`, `force` to three numbers.
- */
-enum VdmStatus vdm_add_contact(struct VdmBody *body, const struct VdmPlace *place, const double *force);
-
-/*
- Adds a load pattern, times an amplitude; it acts in every step until [`vdm_clear_loads`].
-
- # Safety
- `body` is null or a handle of [`vdm_bind`].
- */
-enum VdmStatus vdm_add_pattern(struct VdmBody *body, uint32_t pattern, double amplitude);
-
-/*
- Sets a live parameter. Loads become stale: clear them and add them again.
-
- # Safety
- `body` is null or a handle of [`vdm_bind`]; `work` points to `work_numbers` numbers.
- */
-enum VdmStatus vdm_set_parameter(struct VdmBody *body,
-                                 uint32_t parameter,
-                                 double value,
-                                 double *work,
-                                 size_t work_numbers);
-
-/*
- The value of a probe.
-
- # Safety
- `body` is null or a handle of [`vdm_bind`]; `value` points to a number.
- */
-enum VdmStatus vdm_probe(struct VdmBody *body, uint32_t probe, int32_t field, double *value);
-
-/*
- Displacement or velocity of a place of the surface; three numbers.
-
- # Safety
- `body` is null or a handle of [`vdm_bind`], `place` points to a `VdmPlace`, `out` to three numbers.
- */
-enum VdmStatus vdm_point(struct VdmBody *body, const struct VdmPlace *place, int32_t field, double *out);
-
-/*
- Displacement or velocity of a node; three numbers.
-
- # Safety
- `body` is null or a handle of [`vdm_bind`]; `out` points to three numbers.
- */
-enum VdmStatus vdm_node(struct VdmBody *body, uint32_t node, int32_t field, double *out);
-
-/*
- Displacement or velocity of all nodes of the surface, three `float`s a node: as a vertex array wants them.
- For a body in single precision.
-
- # Safety
- `body` is null or a handle of [`vdm_bind`]; `out` points to `numbers` numbers, three a node.
- */
-enum VdmStatus vdm_surface_f32(struct VdmBody *body, int32_t field, float *out, size_t numbers);
-
-/*
- The same for a body in double precision.
-
- # Safety
- As for [`vdm_surface_f32`].
- */
-enum VdmStatus vdm_surface_f64(struct VdmBody *body, int32_t field, double *out, size_t numbers);
-
-/*
- Kinetic plus elastic energy, in J.
-
- # Safety
- `body` is null or a handle of [`vdm_bind`]; `value` points to a number.
- */
-enum VdmStatus vdm_energy(struct VdmBody *body, double *value);
-
-/*
- Copies the state out, every bit of it (in the body's precision); at least `VdmNeeds.state` numbers are
- lent.
-
- # Safety
- `body` is null or a handle of [`vdm_bind`]; `out` points to `numbers` numbers.
- */
-enum VdmStatus vdm_save(struct VdmBody *body, double *out, size_t numbers);
-
-/*
- Takes back what [`vdm_save`] has written.
-
- # Safety
- `body` is null or a handle of [`vdm_bind`]; `saved` points to `numbers` numbers.
- */
-enum VdmStatus vdm_restore(struct VdmBody *body, const double *saved, size_t numbers);
-
-/*
- How far each of `count` places, at most `VdmOptions.places`, moves in the coming step for a force of 1 N
- held at each: `w` receives `(3 count)²` numbers, row by row, in m/N.
-
- # Safety
- `body` is null or a handle of [`vdm_bind`], `places` points to `count` places, and `w` to `(3 count)²`
- numbers.
- */
-enum VdmStatus vdm_compliance(struct VdmBody *body, const struct VdmPlace *places, size_t count, double *w);
-
-/*
- Copies a name of the file into `out`, which has `capacity` bytes, with a zero at its end; a longer name is
- cut.
-
- # Safety
- `body` is null or a handle of [`vdm_bind`]; `out` points to `capacity` bytes.
- */
-enum VdmStatus vdm_name(struct VdmBody *body, int32_t kind, uint32_t index, char *out, size_t capacity);
-
-/*
- The number of what has this name, counted from 0; -1 if nothing has.
-
- # Safety
- `body` is null or a handle of [`vdm_bind`]; `name` points to a text with a zero at its end.
- */
-int32_t vdm_find(struct VdmBody *body, int32_t kind, const char *name);
 
 /*
  Compares every section of a file with its checksum, which `vdm_bind` does not: it reads all bytes.
@@ -673,28 +510,7 @@ enum VdmStatus vdm_verify(const uint8_t *file, size_t length, char *text, size_t
  # Safety
  `body` is null or a handle of [`vdm_bind`](crate::vdm_bind).
  */
-int32_t vdm_structure(struct VdmBody *body);
-
-/*
- Range and present value of a live parameter.
-
- # Safety
- `body` is null or a handle of [`vdm_bind`](crate::vdm_bind), `out` points to a `VdmParameter`.
- */
-enum VdmStatus vdm_parameter(struct VdmBody *body, uint32_t parameter, struct VdmParameter *out);
-
-/*
- Sets all live parameters at once. Loads become stale: clear them and add them again.
-
- # Safety
- `body` is null or a handle of [`vdm_bind`](crate::vdm_bind); `values` points to `count` numbers, `work` to
- `work_numbers`.
- */
-enum VdmStatus vdm_set_parameters(struct VdmBody *body,
-                                  const double *values,
-                                  size_t count,
-                                  double *work,
-                                  size_t work_numbers);
+int32_t vdm_structure(const struct VdmBody *body);
 
 /*
  What the moves of the body cost.
@@ -705,6 +521,47 @@ enum VdmStatus vdm_set_parameters(struct VdmBody *body,
 enum VdmStatus vdm_cost(struct VdmBody *body, struct VdmCost *cost);
 
 /*
+ Range and present value of a live parameter.
+
+ # Safety
+ `body` is null or a handle of [`vdm_bind`](crate::vdm_bind), `out` points to a `VdmParameter`.
+ */
+enum VdmStatus vdm_parameter(struct VdmBody *body, uint32_t parameter, struct VdmParameter *out);
+
+/*
+ Sets live parameters, `count` of them, by their numbers in `ids`; the others stay. Velocities stay what
+ they are. Loads become stale: clear them and add them again.
+
+ # Safety
+ `body` is null or a handle of [`vdm_bind`](crate::vdm_bind); `ids` and `values` point to `count` numbers
+ each.
+ */
+enum VdmStatus vdm_set_parameters(struct VdmBody *body,
+                                  const uint32_t *ids,
+                                  const double *values,
+                                  size_t count);
+
+/*
+ Copies a name of the file into `out`, which has `capacity` bytes, with a zero at its end; a longer name is
+ cut.
+
+ # Safety
+ `body` is null or a handle of [`vdm_bind`](crate::vdm_bind); `out` points to `capacity` bytes.
+ */
+enum VdmStatus vdm_name(struct VdmBody *body, int32_t kind, uint32_t index, char *out, size_t capacity);
+
+/*
+ The number of what has this name, counted from 0; -1 if nothing has.
+
+ # Safety
+ `body` is null or a handle of [`vdm_bind`](crate::vdm_bind); `name` is null or points to a text with a zero at
+ its end.
+ */
+int32_t vdm_find(struct VdmBody *body,
+                 int32_t kind,
+                 const char *name);
+
+/*
  Bytes of memory, aligned to 16, to lend for so many instances of a body; 0 for null.
 
  # Safety
@@ -713,7 +570,8 @@ enum VdmStatus vdm_cost(struct VdmBody *body, struct VdmCost *cost);
 size_t vdm_batch_bytes(const struct VdmBody *body, size_t instances);
 
 /*
- Makes instances of a body, all at rest and without loads, in lent memory. `*batch` is the handle, or null.
+ Makes instances of the elastic motion of a body, all at rest and without loads, in lent memory. `*batch`
+ is the handle, or null.
 
  # Safety
  `body` is null or a handle of [`vdm_bind`](crate::vdm_bind); `memory` points to `memory_bytes` bytes that
@@ -751,7 +609,7 @@ enum VdmStatus vdm_batch_clear(struct VdmBatch *batch);
 enum VdmStatus vdm_batch_set(struct VdmBatch *batch, struct VdmBody *body, size_t instance);
 
 /*
- Gives the body the state of an instance, from which everything can be read.
+ Gives the body the state of an instance, from which everything can be read but reactions.
 
  # Safety
  As for [`vdm_batch_load`].
@@ -781,7 +639,7 @@ enum VdmStatus vdm_batch_step(struct VdmBatch *batch,
                               struct VdmBatchStatus *found);
 
 /*
- What the last step found of an instance.
+ The result of the last step for an instance: `VDM_OK`, `VDM_AT_REST`, or `VDM_STEP` if it was refused.
 
  # Safety
  As for [`vdm_batch_load`].
@@ -798,102 +656,419 @@ enum VdmStatus vdm_batch_status(struct VdmBatch *batch, struct VdmBody *body, si
 enum VdmStatus vdm_batch_carry(struct VdmBatch *batch, struct VdmBody *body);
 
 /*
- Displacement or velocity of all nodes, three `float`s a node. For a body in single precision.
+ The version of the interface that this library has.
+ */
+uint32_t vdm_abi(void);
+
+/*
+ The meaning of a status, in words; never null.
+ */
+const char *vdm_status_text(int32_t status);
+
+/*
+ The file as it was built: single precision, room for 16 contacts, with residual flexibility, flying if it has no
+ supports.
+
+ # Safety
+ `options` is null or points to a `VdmOptions`.
+ */
+void vdm_default_options(struct VdmOptions *options);
+
+/*
+ The memory that a body of this file needs under these options (null: the default ones).
+
+ `text`, of `capacity` bytes, receives what is wrong in words if it is not null.
+
+ # Safety
+ `file` points to `length` bytes, `options` is null or points to a `VdmOptions`, `needs` points to a
+ `VdmNeeds`, and `text` is null or points to `capacity` bytes.
+ */
+enum VdmStatus vdm_measure(const uint8_t *file,
+                           size_t length,
+                           const struct VdmOptions *options,
+                           struct VdmNeeds *needs,
+                           char *text,
+                           size_t capacity);
+
+/*
+ Binds a body at rest, without loads, in lent memory. `*body` is the handle, or null.
+
+ # Safety
+ `file` points to `length` bytes and `memory` to `memory_bytes` bytes that nobody else uses; both stay
+ where they are, and the file unchanged, for as long as the handle is used. `options` is null or points to a
+ `VdmOptions`, `body` points to a pointer, and `text` is null or points to `capacity` bytes.
+ */
+enum VdmStatus vdm_bind(const uint8_t *file,
+                        size_t length,
+                        const struct VdmOptions *options,
+                        uint8_t *memory,
+                        size_t memory_bytes,
+                        struct VdmBody **body,
+                        char *text,
+                        size_t capacity);
+
+/*
+ The words of the last call of this body that was refused; never null.
+
+ # Safety
+ `body` is null or a handle of [`vdm_bind`]. The text lives until the next call of the body.
+ */
+const char *vdm_message(const struct VdmBody *body);
+
+/*
+ Mass, centre and moments of inertia of a body without supports, at the density it has now.
+
+ # Safety
+ `body` is null or a handle of [`vdm_bind`](crate::vdm_bind), `out` points to a `VdmRigidBody`.
+ */
+enum VdmStatus vdm_rigid_body(struct VdmBody *body, struct VdmRigidBody *out);
+
+/*
+ Puts a body that flies where the file has it, with a velocity of its centre in m/s and an angular velocity
+ in rad/s. Its elastic motion stays.
+
+ # Safety
+ `body` is null or a handle of [`vdm_bind`](crate::vdm_bind), `velocity` and `spin` point to three numbers
+ each.
+ */
+enum VdmStatus vdm_throw(struct VdmBody *body, const double *velocity, const double *spin);
+
+/*
+ The motion in space of a body that flies.
+
+ # Safety
+ `body` is null or a handle of [`vdm_bind`](crate::vdm_bind), `out` points to a `VdmMotion`.
+ */
+enum VdmStatus vdm_motion(struct VdmBody *body, struct VdmMotion *out);
+
+/*
+ Puts a body that flies elsewhere, or lets it move otherwise. The attitude is brought to length one. Loads
+ stay, and so does the elastic motion.
+
+ # Safety
+ `body` is null or a handle of [`vdm_bind`](crate::vdm_bind), `motion` points to a `VdmMotion`.
+ */
+enum VdmStatus vdm_set_motion(struct VdmBody *body, const struct VdmMotion *motion);
+
+/*
+ The motion in space at the end of the coming step under the loads at hand.
+
+ # Safety
+ `body` is null or a handle of [`vdm_bind`](crate::vdm_bind), `out` points to a `VdmMotion`.
+ */
+enum VdmStatus vdm_ahead(struct VdmBody *body, struct VdmMotion *out);
+
+/*
+ Position in m, or velocity in m/s, in space of a place of a body that flies, deformed as it is; three
+ numbers.
+
+ # Safety
+ `body` is null or a handle of [`vdm_bind`](crate::vdm_bind), `place` points to a `VdmPlace`, `out` to
+ three numbers.
+ */
+enum VdmStatus vdm_in_space(struct VdmBody *body, const struct VdmPlace *place, int32_t field, double *out);
+
+/*
+ The place of the loadable surface at rest that is nearest to a point. A search over all triangles: `O(n)`.
+
+ # Safety
+ `body` is null or a handle of [`vdm_bind`](crate::vdm_bind), `point` points to three numbers, `place` to a
+ `VdmPlace`.
+ */
+enum VdmStatus vdm_locate(struct VdmBody *body, const double *point, struct VdmPlace *place);
+
+/*
+ The place that is a loadable node; no search.
+
+ # Safety
+ `body` is null or a handle of [`vdm_bind`](crate::vdm_bind), `place` points to a `VdmPlace`.
+ */
+enum VdmStatus vdm_at_node(struct VdmBody *body, uint32_t node, struct VdmPlace *place);
+
+/*
+ Takes all loads away.
+
+ # Safety
+ `body` is null or a handle of [`vdm_bind`](crate::vdm_bind).
+ */
+enum VdmStatus vdm_clear(struct VdmBody *body);
+
+/*
+ Adds a force in N at a place. It acts in every step until [`vdm_clear`]; on a body that flies it is a
+ force of space, for one step.
+
+ # Safety
+ `body` is null or a handle of [`vdm_bind`](crate::vdm_bind), `place` points to a `VdmPlace`, `force` to
+ three numbers.
+ */
+enum VdmStatus vdm_push(struct VdmBody *body, const struct VdmPlace *place, const double *force);
+
+/*
+ Adds a force in N that changes within a step: `force` times the four `amplitudes` at [`vdm_instants`]. A
+ body that flies takes the mean of start and end.
+
+ # Safety
+ `body` is null or a handle of [`vdm_bind`](crate::vdm_bind), `place` points to a `VdmPlace`, `force` to
+ three numbers, and `amplitudes` to four.
+ */
+enum VdmStatus vdm_push_staged(struct VdmBody *body,
+                               const struct VdmPlace *place,
+                               const double *force,
+                               const double *amplitudes);
+
+/*
+ Adds a force in N that goes linearly from `start` to `end` over one step.
+
+ # Safety
+ `body` is null or a handle of [`vdm_bind`](crate::vdm_bind), `place` points to a `VdmPlace`, `start` and
+ `end` to three numbers.
+ */
+enum VdmStatus vdm_push_ramp(struct VdmBody *body,
+                             const struct VdmPlace *place,
+                             const double *start,
+                             const double *end);
+
+/*
+ Adds a load pattern, times an amplitude. It acts in every step until [`vdm_clear`]; on a body that flies
+ it turns with the body and acts for one step.
+
+ # Safety
+ `body` is null or a handle of [`vdm_bind`](crate::vdm_bind).
+ */
+enum VdmStatus vdm_push_pattern(struct VdmBody *body, uint32_t pattern, double amplitude);
+
+/*
+ Adds a load pattern that changes within a step: times the four `amplitudes` at [`vdm_instants`].
+
+ # Safety
+ `body` is null or a handle of [`vdm_bind`](crate::vdm_bind), `amplitudes` points to four numbers.
+ */
+enum VdmStatus vdm_push_pattern_staged(struct VdmBody *body, uint32_t pattern, const double *amplitudes);
+
+/*
+ Adds a load pattern whose amplitude goes linearly from `start` to `end` over one step.
+
+ # Safety
+ `body` is null or a handle of [`vdm_bind`](crate::vdm_bind).
+ */
+enum VdmStatus vdm_push_pattern_ramp(struct VdmBody *body, uint32_t pattern, double start, double end);
+
+/*
+ Adds the inertia of a base that moves so, in its own axes: acceleration in m/s², angular velocity in rad/s
+ and angular acceleration in rad/s², three numbers each. It acts in every step until [`vdm_clear`].
+
+ # Safety
+ `body` is null or a handle of [`vdm_bind`](crate::vdm_bind), each pointer points to three numbers.
+ */
+enum VdmStatus vdm_push_base(struct VdmBody *body,
+                             const double *acceleration,
+                             const double *angular_velocity,
+                             const double *angular_acceleration);
+
+/*
+ Adds the centrifugal forces of a body without supports that its host moves (`VdmOptions.flight` = 0), for
+ a step in which its angular velocity in rad/s, in its own axes, goes from `before` to `after`.
+
+ # Safety
+ `body` is null or a handle of [`vdm_bind`](crate::vdm_bind), `before` and `after` point to three numbers.
+ */
+enum VdmStatus vdm_push_spin(struct VdmBody *body, const double *before, const double *after);
+
+/*
+ Pulls a body that flies at its centre with a force in N, in the directions of space, for one step: gravity
+ is the mass times its acceleration.
+
+ # Safety
+ `body` is null or a handle of [`vdm_bind`](crate::vdm_bind), `force` points to three numbers.
+ */
+enum VdmStatus vdm_pull(struct VdmBody *body, const double *force);
+
+/*
+ Instants of a step at which a load that changes is asked for, as fractions of the step; four numbers, of
+ which those past the stages of the scheme are 0.
+
+ # Safety
+ `body` is null or a handle of [`vdm_bind`](crate::vdm_bind), `instants` points to four numbers.
+ */
+enum VdmStatus vdm_instants(struct VdmBody *body, double *instants);
+
+/*
+ Keeps the loads as they are, for a body bound with `VdmOptions.keep_loads`: those that stay, in a loop
+ that adds others to them in each step.
+
+ # Safety
+ `body` is null or a handle of [`vdm_bind`](crate::vdm_bind).
+ */
+enum VdmStatus vdm_keep_loads(struct VdmBody *body);
+
+/*
+ The loads become those that were kept.
+
+ # Safety
+ `body` is null or a handle of [`vdm_bind`](crate::vdm_bind).
+ */
+enum VdmStatus vdm_recall_loads(struct VdmBody *body);
+
+/*
+ A row of the table of what can be read of a body. Numbers count from 0 without a gap and stay from version to
+ version; new ones come last. `VDM_ARGUMENT` past the last one.
+
+ # Safety
+ `out` is null or points to a `VdmQuantity`.
+ */
+enum VdmStatus vdm_quantity(uint32_t quantity, struct VdmQuantity *out);
+
+/*
+ The number of the quantity that has this name; -1 if none has.
+
+ # Safety
+ `name` is null or points to a text with a zero at its end.
+ */
+int32_t vdm_find_quantity(const char *name);
+
+/*
+ Number of instances of a quantity in the body, counted from 0; 0 where it does not have it, and for null.
+
+ # Safety
+ `body` is null or a handle of [`vdm_bind`](crate::vdm_bind).
+ */
+size_t vdm_count(const struct VdmBody *body, uint32_t quantity);
+
+/*
+ Numbers of each of a quantity; 0 for null.
+
+ # Safety
+ `body` is null or a handle of [`vdm_bind`](crate::vdm_bind).
+ */
+size_t vdm_length(const struct VdmBody *body, uint32_t quantity);
+
+/*
+ Reads a quantity: [`vdm_length`] numbers. `field` is `VDM_DISPLACEMENT` of all that has no velocity. A
+ point is read at a place, by [`vdm_point`].
 
  # Safety
  `body` is null or a handle of [`vdm_bind`](crate::vdm_bind); `out` points to `numbers` numbers.
  */
-enum VdmStatus vdm_body_f32(struct VdmBody *body, int32_t field, float *out, size_t numbers);
+enum VdmStatus vdm_read(struct VdmBody *body,
+                        uint32_t quantity,
+                        size_t index,
+                        int32_t field,
+                        double *out,
+                        size_t numbers);
 
 /*
- The same for a body in double precision.
-
- # Safety
- As for [`vdm_body_f32`].
- */
-enum VdmStatus vdm_body_f64(struct VdmBody *body, int32_t field, double *out, size_t numbers);
-
-/*
- Where the nodes of the surface are at rest, in m; three numbers a node.
-
- # Safety
- `body` is null or a handle of [`vdm_bind`](crate::vdm_bind); `out` points to `numbers` numbers.
- */
-enum VdmStatus vdm_positions(struct VdmBody *body, double *out, size_t numbers);
-
-/*
- The triangles of the surface, three nodes each, counter-clockwise from outside.
-
- # Safety
- `body` is null or a handle of [`vdm_bind`](crate::vdm_bind); `out` points to `numbers` numbers.
- */
-enum VdmStatus vdm_triangles(struct VdmBody *body, uint32_t *out, size_t numbers);
-
-/*
- The largest energy, in J, that an unloaded body has when it is put at rest.
+ The value of a probe.
 
  # Safety
  `body` is null or a handle of [`vdm_bind`](crate::vdm_bind); `value` points to a number.
  */
-enum VdmStatus vdm_energy_at_rest(struct VdmBody *body, double *value);
+enum VdmStatus vdm_probe(struct VdmBody *body, uint32_t probe, int32_t field, double *value);
 
 /*
- Bytes of memory, aligned to 16, to lend for the static answer of the whole body; 0 where the file does not
- have it (`static_fields` of the problem file).
+ Displacement or velocity of a place; three numbers.
 
  # Safety
- `body` is null or a handle of [`vdm_bind`](crate::vdm_bind).
+ `body` is null or a handle of [`vdm_bind`](crate::vdm_bind), `place` points to a `VdmPlace`, `out` to
+ three numbers.
  */
-size_t vdm_static_bytes(struct VdmBody *body);
+enum VdmStatus vdm_point(struct VdmBody *body, const struct VdmPlace *place, int32_t field, double *out);
 
 /*
- Lends memory for the static answer of the whole body, for as long as the body is used.
+ Displacement or velocity of a node; three numbers.
 
  # Safety
- `body` is null or a handle of [`vdm_bind`](crate::vdm_bind); `memory` points to `memory_bytes` bytes that
- nobody else uses.
+ `body` is null or a handle of [`vdm_bind`](crate::vdm_bind); `out` points to three numbers.
  */
-enum VdmStatus vdm_static_lend(struct VdmBody *body, uint8_t *memory, size_t memory_bytes);
+enum VdmStatus vdm_node(struct VdmBody *body, uint32_t node, int32_t field, double *out);
 
 /*
- Solves for the static answer to the forces of the last step; worth it only when they have changed.
+ Displacement or velocity of all nodes of the surface, three `float`s a node: as a vertex array wants them.
+ For a body in single precision.
 
  # Safety
- `body` is null or a handle of [`vdm_bind`](crate::vdm_bind).
+ `body` is null or a handle of [`vdm_bind`](crate::vdm_bind); `out` points to `numbers` numbers, three a
+ node.
  */
-enum VdmStatus vdm_static_solve(struct VdmBody *body);
-
-/*
- [`vdm_surface_f32`](crate::vdm_surface_f32) with the static answer that was solved for.
-
- # Safety
- As for [`vdm_body_f32`].
- */
-enum VdmStatus vdm_static_surface_f32(struct VdmBody *body, int32_t field, float *out, size_t numbers);
+enum VdmStatus vdm_surface_f32(struct VdmBody *body, int32_t field, float *out, size_t numbers);
 
 /*
  The same for a body in double precision.
 
  # Safety
- As for [`vdm_body_f32`].
+ As for [`vdm_surface_f32`].
  */
-enum VdmStatus vdm_static_surface_f64(struct VdmBody *body, int32_t field, double *out, size_t numbers);
+enum VdmStatus vdm_surface_f64(struct VdmBody *body, int32_t field, double *out, size_t numbers);
 
 /*
- [`vdm_body_f32`] with the static answer that was solved for.
+ Displacement or velocity of all nodes, three `float`s a node: as a vertex array wants them. For a body in
+ single precision.
 
  # Safety
- As for [`vdm_body_f32`].
+ `body` is null or a handle of [`vdm_bind`](crate::vdm_bind); `out` points to `numbers` numbers, three a
+ node.
  */
-enum VdmStatus vdm_static_body_f32(struct VdmBody *body, int32_t field, float *out, size_t numbers);
+enum VdmStatus vdm_whole_f32(struct VdmBody *body, int32_t field, float *out, size_t numbers);
 
 /*
  The same for a body in double precision.
 
  # Safety
- As for [`vdm_body_f32`].
+ As for [`vdm_whole_f32`].
  */
-enum VdmStatus vdm_static_body_f64(struct VdmBody *body, int32_t field, double *out, size_t numbers);
+enum VdmStatus vdm_whole_f64(struct VdmBody *body, int32_t field, double *out, size_t numbers);
+
+/*
+ Displacement or velocity of all nodes of the surface, with the static answer of [`vdm_solve_statics`],
+ three `float`s a node: as a vertex array wants them. For a body in single precision.
+
+ # Safety
+ `body` is null or a handle of [`vdm_bind`](crate::vdm_bind); `out` points to `numbers` numbers, three a
+ node.
+ */
+enum VdmStatus vdm_surface_with_statics_f32(struct VdmBody *body, int32_t field, float *out, size_t numbers);
+
+/*
+ The same for a body in double precision.
+
+ # Safety
+ As for [`vdm_surface_with_statics_f32`].
+ */
+enum VdmStatus vdm_surface_with_statics_f64(struct VdmBody *body, int32_t field, double *out, size_t numbers);
+
+/*
+ Displacement or velocity of all nodes, with the static answer of [`vdm_solve_statics`], three `float`s a
+ node: as a vertex array wants them. For a body in single precision.
+
+ # Safety
+ `body` is null or a handle of [`vdm_bind`](crate::vdm_bind); `out` points to `numbers` numbers, three a
+ node.
+ */
+enum VdmStatus vdm_whole_with_statics_f32(struct VdmBody *body, int32_t field, float *out, size_t numbers);
+
+/*
+ The same for a body in double precision.
+
+ # Safety
+ As for [`vdm_whole_with_statics_f32`].
+ */
+enum VdmStatus vdm_whole_with_statics_f64(struct VdmBody *body, int32_t field, double *out, size_t numbers);
+
+/*
+ Solves for the static answer of the whole body to the forces of the last step, of a body bound with
+ `VdmOptions.static_field`; worth it only when they have changed.
+
+ # Safety
+ `body` is null or a handle of [`vdm_bind`](crate::vdm_bind).
+ */
+enum VdmStatus vdm_solve_statics(struct VdmBody *body);
+
+/*
+ Kinetic plus elastic energy, in J.
+
+ # Safety
+ `body` is null or a handle of [`vdm_bind`](crate::vdm_bind); `value` points to a number.
+ */
+enum VdmStatus vdm_energy(struct VdmBody *body, double *value);
 
 /*
  Force in N and moment in N m that a support exerts on the body, six numbers into `out`.
@@ -904,12 +1079,12 @@ enum VdmStatus vdm_static_body_f64(struct VdmBody *body, int32_t field, double *
 enum VdmStatus vdm_reaction(struct VdmBody *body, uint32_t support, double *out);
 
 /*
- How many points the file knows the stress of; 0 for null.
+ Number of points that the file knows the stress of; 0 for null.
 
  # Safety
  `body` is null or a handle of [`vdm_bind`](crate::vdm_bind).
  */
-uint32_t vdm_stress_points(struct VdmBody *body);
+uint32_t vdm_stress_points(const struct VdmBody *body);
 
 /*
  Node and region of such a point, two numbers into `out`.
@@ -936,230 +1111,62 @@ enum VdmStatus vdm_stress(struct VdmBody *body, uint32_t point, double *out);
 enum VdmStatus vdm_strain(struct VdmBody *body, uint32_t point, double *out);
 
 /*
- Von Mises' equivalent stress in Pa of six numbers of [`vdm_stress`]; not a number for null.
+ Von Mises' equivalent stress in Pa at such a point.
 
  # Safety
- `stress` is null or points to six numbers.
+ `body` is null or a handle of [`vdm_bind`](crate::vdm_bind); `value` points to a number.
  */
-double vdm_von_mises(const double *stress);
+enum VdmStatus vdm_von_mises(struct VdmBody *body, uint32_t point, double *value);
 
 /*
- Mass, centre and moments of inertia of a free body, at the density it has now; `VDM_OUTPUT` for a body
- with supports, as from all calls that begin with `vdm_flight`.
+ The largest energy, in J, that an unloaded body has when it is put at rest.
 
  # Safety
- `body` is null or a handle of [`vdm_bind`](crate::vdm_bind), `out` points to a `VdmRigidBody`.
+ `body` is null or a handle of [`vdm_bind`](crate::vdm_bind); `value` points to a number.
  */
-enum VdmStatus vdm_flight_mass(struct VdmBody *body, struct VdmRigidBody *out);
+enum VdmStatus vdm_energy_at_rest(struct VdmBody *body, double *value);
 
 /*
- Puts a free body where the file has it, with a velocity of its centre in m/s and an angular velocity in
- rad/s. Its elastic motion stays.
+ The map `D` of a step `y + D y + l`, column by column: `(3 modes)²` numbers, or `(2 modes)²` of the exact
+ structure.
 
  # Safety
- `body` is null or a handle of [`vdm_bind`](crate::vdm_bind), `velocity` and `spin` point to three
- numbers each.
+ `body` is null or a handle of [`vdm_bind`](crate::vdm_bind); `out` points to `numbers` numbers.
  */
-enum VdmStatus vdm_flight_throw(struct VdmBody *body, const double *velocity, const double *spin);
+enum VdmStatus vdm_increment(struct VdmBody *body, double *out, size_t numbers);
 
 /*
- The rigid motion.
+ Where the nodes of the surface are at rest, in m; three numbers a node.
 
  # Safety
- `body` is null or a handle of [`vdm_bind`](crate::vdm_bind), `out` points to a `VdmMotion`.
+ `body` is null or a handle of [`vdm_bind`](crate::vdm_bind); `out` points to `numbers` numbers.
  */
-enum VdmStatus vdm_flight_motion(struct VdmBody *body, struct VdmMotion *out);
+enum VdmStatus vdm_positions(struct VdmBody *body, double *out, size_t numbers);
 
 /*
- Puts the body elsewhere, or lets it move otherwise. The attitude is brought to length one. What pushes the
- body stays, and so does its elastic motion.
+ The triangles of the surface, three nodes each, counter-clockwise from outside.
 
  # Safety
- `body` is null or a handle of [`vdm_bind`](crate::vdm_bind), `motion` points to a `VdmMotion`.
+ `body` is null or a handle of [`vdm_bind`](crate::vdm_bind); `out` points to `numbers` numbers.
  */
-enum VdmStatus vdm_flight_set_motion(struct VdmBody *body, const struct VdmMotion *motion);
+enum VdmStatus vdm_triangles(struct VdmBody *body, uint32_t *out, size_t numbers);
 
 /*
- Where the rigid motion will be at the end of the coming step under what pushes it so far.
-
- # Safety
- `body` is null or a handle of [`vdm_bind`](crate::vdm_bind), `out` points to a `VdmMotion`.
- */
-enum VdmStatus vdm_flight_ahead(struct VdmBody *body, struct VdmMotion *out);
-
-/*
- Pushes at a place with a force in N, in the directions of space, for the coming [`vdm_flight_step`].
-
- # Safety
- `body` is null or a handle of [`vdm_bind`](crate::vdm_bind), `place` points to a `VdmPlace`, `force`
- to three numbers.
- */
-enum VdmStatus vdm_flight_add_contact(struct VdmBody *body,
-                                      const struct VdmPlace *place,
-                                      const double *force);
-
-/*
- Adds a load pattern, which turns with the body, times an amplitude, for the coming [`vdm_flight_step`].
+ Steps `steps` times under the loads at hand; stops at the first step that is refused. A body that flies
+ moves in space, too; its loads act in the first of the steps.
 
  # Safety
  `body` is null or a handle of [`vdm_bind`](crate::vdm_bind).
  */
-enum VdmStatus vdm_flight_add_pattern(struct VdmBody *body, uint32_t pattern, double amplitude);
+enum VdmStatus vdm_step(struct VdmBody *body, uint64_t steps);
 
 /*
- Pulls at the centre with a force in N, in the directions of space, for the coming [`vdm_flight_step`]:
- gravity is the mass times its acceleration.
-
- # Safety
- `body` is null or a handle of [`vdm_bind`](crate::vdm_bind), `force` points to three numbers.
- */
-enum VdmStatus vdm_flight_pull(struct VdmBody *body, const double *force);
-
-/*
- One step of both motions, under what was added since the last one, and takes that away.
- [`vdm_step`](crate::vdm_step), in contrast, leaves the rigid motion to whoever moves the body.
+ Puts the body at rest where the file has it. Loads stay.
 
  # Safety
  `body` is null or a handle of [`vdm_bind`](crate::vdm_bind).
  */
-enum VdmStatus vdm_flight_step(struct VdmBody *body);
-
-/*
- Where a place is in space, deformed as it is, in m; three numbers.
-
- # Safety
- `body` is null or a handle of [`vdm_bind`](crate::vdm_bind), `place` points to a `VdmPlace`, `out`
- to three numbers.
- */
-enum VdmStatus vdm_flight_point(struct VdmBody *body, const struct VdmPlace *place, double *out);
-
-/*
- Velocity of a place in space, in m/s; three numbers.
-
- # Safety
- As for [`vdm_flight_point`].
- */
-enum VdmStatus vdm_flight_velocity(struct VdmBody *body, const struct VdmPlace *place, double *out);
-
-/*
- The place that is a loadable node; no search.
-
- # Safety
- `body` is null or a handle of [`vdm_bind`](crate::vdm_bind), `place` points to a `VdmPlace`.
- */
-enum VdmStatus vdm_at_node(struct VdmBody *body, uint32_t node, struct VdmPlace *place);
-
-/*
- Instants of a step at which a load that changes is asked for, as fractions of the step; four numbers, of
- which those past the stages of the scheme are 0.
-
- # Safety
- `body` is null or a handle of [`vdm_bind`](crate::vdm_bind), `instants` points to four numbers.
- */
-enum VdmStatus vdm_instants(struct VdmBody *body, double *instants);
-
-/*
- Adds a force in N that changes within a step: `force` times the four `amplitudes` at [`vdm_instants`].
-
- # Safety
- `body` is null or a handle of [`vdm_bind`](crate::vdm_bind), `place` points to a `VdmPlace`, `force` to
- three numbers, and `amplitudes` to four.
- */
-enum VdmStatus vdm_add_contact_staged(struct VdmBody *body,
-                                      const struct VdmPlace *place,
-                                      const double *force,
-                                      const double *amplitudes);
-
-/*
- Adds a load pattern that changes within a step: times the four `amplitudes` at [`vdm_instants`].
-
- # Safety
- `body` is null or a handle of [`vdm_bind`](crate::vdm_bind), `amplitudes` points to four numbers.
- */
-enum VdmStatus vdm_add_pattern_staged(struct VdmBody *body, uint32_t pattern, const double *amplitudes);
-
-/*
- Adds the inertia of a base that moves so, in its own axes: acceleration in m/s², angular velocity in rad/s
- and angular acceleration in rad/s², three numbers each. It acts in every step until `vdm_clear_loads`.
-
- # Safety
- `body` is null or a handle of [`vdm_bind`](crate::vdm_bind), each pointer points to three numbers.
- */
-enum VdmStatus vdm_add_base(struct VdmBody *body,
-                            const double *acceleration,
-                            const double *angular_velocity,
-                            const double *angular_acceleration);
-
-/*
- Adds a force in N that goes linearly from `start` to `end` over one step.
-
- # Safety
- `body` is null or a handle of [`vdm_bind`](crate::vdm_bind), `place` points to a `VdmPlace`, `start` and
- `end` to three numbers.
- */
-enum VdmStatus vdm_add_contact_ramp(struct VdmBody *body,
-                                    const struct VdmPlace *place,
-                                    const double *start,
-                                    const double *end);
-
-/*
- Adds a load pattern whose amplitude goes linearly from `start` to `end` over one step.
-
- # Safety
- `body` is null or a handle of [`vdm_bind`](crate::vdm_bind).
- */
-enum VdmStatus vdm_add_pattern_ramp(struct VdmBody *body, uint32_t pattern, double start, double end);
-
-/*
- Keeps the loads as they are, for a body bound with `VdmOptions.keep_loads`: those that stay, in a loop
- that adds others to them in each step.
-
- # Safety
- `body` is null or a handle of [`vdm_bind`](crate::vdm_bind).
- */
-enum VdmStatus vdm_keep_loads(struct VdmBody *body);
-
-/*
- The loads become those that were kept.
-
- # Safety
- `body` is null or a handle of [`vdm_bind`](crate::vdm_bind).
- */
-enum VdmStatus vdm_recall_loads(struct VdmBody *body);
-
-/*
- Bytes of memory, aligned to 16, and numbers of work that the modes of a dense step want; zeros for a body
- without the block structure.
-
- # Safety
- `body` is null or a handle of [`vdm_bind`](crate::vdm_bind); `memory_bytes` and `work_numbers` each point
- to a number.
- */
-enum VdmStatus vdm_modal_needs(struct VdmBody *body, size_t *memory_bytes, size_t *work_numbers);
-
-/*
- Takes the dense step of a body with the block structure apart into independent modes, at the parameters it
- has now. What the modes do not share is left out, and refused above `tolerance` (1e-5 is usual).
-
- # Safety
- `body` is null or a handle of [`vdm_bind`](crate::vdm_bind); `memory` points to `memory_bytes` bytes that
- nobody else uses for as long as the body is used, `work` to `work_numbers` numbers for the call.
- */
-enum VdmStatus vdm_modal_bind(struct VdmBody *body,
-                              double tolerance,
-                              uint8_t *memory,
-                              size_t memory_bytes,
-                              double *work,
-                              size_t work_numbers);
-
-/*
- Steps `steps` times, all under the loads at hand, in the modes of [`vdm_modal_bind`]. Ten steps in a call
- are cheaper than ten of `vdm_step`, one is not.
-
- # Safety
- `body` is null or a handle of [`vdm_bind`](crate::vdm_bind).
- */
-enum VdmStatus vdm_modal_march(struct VdmBody *body, size_t steps);
+enum VdmStatus vdm_rest(struct VdmBody *body);
 
 /*
  Sets the reduced coordinates and their rates, `VdmNeeds.modes` numbers each, with the acceleration that
@@ -1181,22 +1188,43 @@ enum VdmStatus vdm_set(struct VdmBody *body, const double *zeta, const double *z
 enum VdmStatus vdm_coordinates(struct VdmBody *body, double *zeta, double *zeta_dot, size_t count);
 
 /*
- Gives a body the state of another one of the same file, precision and structure, whose step in time may
- differ: displacement, velocity and acceleration stay what they are.
+ Bytes that [`vdm_save`] writes at most; 0 for null.
 
  # Safety
- `to` and `from` are null or handles of [`vdm_bind`](crate::vdm_bind).
+ `body` is null or a handle of [`vdm_bind`](crate::vdm_bind).
  */
-enum VdmStatus vdm_carry(struct VdmBody *to, const struct VdmBody *from);
+size_t vdm_saved_length(const struct VdmBody *body);
 
 /*
- The map `D` of a step `y + D y + l`, column by column: `(3 modes)²` numbers, or `(2 modes)²` of the exact
+ Writes everything that a step changes as bytes: a tag of 16, which says what they belong to, then
+ little-endian numbers. `*written` is how many bytes there are. Loads are not part of it.
+
+ # Safety
+ `body` is null or a handle of [`vdm_bind`](crate::vdm_bind), `bytes` points to `capacity` bytes, `written`
+ to a number.
+ */
+enum VdmStatus vdm_save(struct VdmBody *body, uint8_t *bytes, size_t capacity, size_t *written);
+
+/*
+ Takes back what [`vdm_save`] of a body of the same file and structure has written: `VDM_OK` if every bit
+ is as it was saved, `VDM_CARRIED` if the state was saved at other parameters or in the other precision and
+ has been carried over. Other bytes are refused, and change nothing.
+
+ # Safety
+ `body` is null or a handle of [`vdm_bind`](crate::vdm_bind), `bytes` points to `length` bytes.
+ */
+enum VdmStatus vdm_restore(struct VdmBody *body, const uint8_t *bytes, size_t length);
+
+/*
+ The displacement of each of `count` places, at most `VdmOptions.places`, at the end of the coming step for
+ a force of 1 N at each of them: `w` of `3 count` rows and columns, row by row, in m/N. Not for the block
  structure.
 
  # Safety
- `body` is null or a handle of [`vdm_bind`](crate::vdm_bind); `out` points to `numbers` numbers.
+ `body` is null or a handle of [`vdm_bind`](crate::vdm_bind), `places` points to `count` places, `w` to `9
+ count²` numbers.
  */
-enum VdmStatus vdm_increment(struct VdmBody *body, double *out, size_t numbers);
+enum VdmStatus vdm_compliance(struct VdmBody *body, const struct VdmPlace *places, size_t count, double *w);
 
 /*
  Where `count` places, at most `VdmOptions.places`, will be at the end of the coming step if nothing acts

@@ -110,17 +110,15 @@ private:
 };
 
 class Batch;
-class Flight;
 
 // A body with one state and its loads. It belongs to one thread at a time; it can be moved, not copied.
 class Body {
 public:
     explicit Body(File file, const Options &options = default_options())
-        : file_(std::move(file)), options_(options), needs_(file_.measure(options)), memory_(needs_.memory),
-          work_(needs_.work + 1) {
+        : file_(std::move(file)), options_(options), needs_(file_.measure(options)), memory_(needs_.memory) {
         std::array<char, 240> text{};
-        File::check(vdm_bind(file_.data(), file_.size(), &options_, memory_.data(), memory_.size(), work_.data(),
-                             needs_.work, &handle_, text.data(), text.size()),
+        File::check(vdm_bind(file_.data(), file_.size(), &options_, memory_.data(), memory_.size(), &handle_,
+                             text.data(), text.size()),
                     text);
     }
     Body(const Body &) = delete;
@@ -128,16 +126,12 @@ public:
     // The lent memory is on the heap and does not move.
     Body(Body &&other) noexcept
         : file_(std::move(other.file_)), options_(other.options_), needs_(other.needs_), memory_(std::move(other.memory_)),
-          work_(std::move(other.work_)), static_memory_(std::move(other.static_memory_)),
-          modal_memory_(std::move(other.modal_memory_)), handle_(std::exchange(other.handle_, nullptr)) {}
+          handle_(std::exchange(other.handle_, nullptr)) {}
     Body &operator=(Body &&other) noexcept {
         std::swap(file_, other.file_);
         std::swap(options_, other.options_);
         std::swap(needs_, other.needs_);
         std::swap(memory_, other.memory_);
-        std::swap(work_, other.work_);
-        std::swap(static_memory_, other.static_memory_);
-        std::swap(modal_memory_, other.modal_memory_);
         std::swap(handle_, other.handle_);
         return *this;
     }
@@ -161,30 +155,28 @@ public:
         return place;
     }
 
-    void clear_loads() { check(vdm_clear_loads(handle_)); }
-    void add_contact(const Place &place, const Vector &force) {
-        check(vdm_add_contact(handle_, &place, force.data()));
+    void clear() { check(vdm_clear(handle_)); }
+    void push(const Place &place, const Vector &force) { check(vdm_push(handle_, &place, force.data())); }
+    void push_pattern(std::uint32_t pattern, double amplitude) { check(vdm_push_pattern(handle_, pattern, amplitude)); }
+    void push_ramp(const Place &place, const Vector &start, const Vector &end) {
+        check(vdm_push_ramp(handle_, &place, start.data(), end.data()));
     }
-    void add_pattern(std::uint32_t pattern, double amplitude) { check(vdm_add_pattern(handle_, pattern, amplitude)); }
-    void add_contact_ramp(const Place &place, const Vector &start, const Vector &end) {
-        check(vdm_add_contact_ramp(handle_, &place, start.data(), end.data()));
-    }
-    void add_pattern_ramp(std::uint32_t pattern, double start, double end) {
-        check(vdm_add_pattern_ramp(handle_, pattern, start, end));
+    void push_pattern_ramp(std::uint32_t pattern, double start, double end) {
+        check(vdm_push_pattern_ramp(handle_, pattern, start, end));
     }
     std::array<double, 4> instants() {
         std::array<double, 4> instants;
         check(vdm_instants(handle_, instants.data()));
         return instants;
     }
-    void add_contact_staged(const Place &place, const Vector &force, const std::array<double, 4> &amplitudes) {
-        check(vdm_add_contact_staged(handle_, &place, force.data(), amplitudes.data()));
+    void push_staged(const Place &place, const Vector &force, const std::array<double, 4> &amplitudes) {
+        check(vdm_push_staged(handle_, &place, force.data(), amplitudes.data()));
     }
-    void add_pattern_staged(std::uint32_t pattern, const std::array<double, 4> &amplitudes) {
-        check(vdm_add_pattern_staged(handle_, pattern, amplitudes.data()));
+    void push_pattern_staged(std::uint32_t pattern, const std::array<double, 4> &amplitudes) {
+        check(vdm_push_pattern_staged(handle_, pattern, amplitudes.data()));
     }
-    void add_base(const Vector &acceleration, const Vector &angular_velocity, const Vector &angular_acceleration) {
-        check(vdm_add_base(handle_, acceleration.data(), angular_velocity.data(), angular_acceleration.data()));
+    void push_base(const Vector &acceleration, const Vector &angular_velocity, const Vector &angular_acceleration) {
+        check(vdm_push_base(handle_, acceleration.data(), angular_velocity.data(), angular_acceleration.data()));
     }
     void keep_loads() { check(vdm_keep_loads(handle_)); }
     void recall_loads() { check(vdm_recall_loads(handle_)); }
@@ -206,13 +198,21 @@ public:
         return found;
     }
     // Loads become stale: clear them and add them again.
-    void set_parameter(std::uint32_t index, double value) {
-        check(vdm_set_parameter(handle_, index, value, work_.data(), needs_.work));
-    }
-    void set_parameters(const std::vector<double> &values) {
-        check(vdm_set_parameters(handle_, values.data(), values.size(), work_.data(), needs_.work));
+    void set_parameter(std::uint32_t index, double value) { check(vdm_set_parameters(handle_, &index, &value, 1)); }
+    void set_parameters(const std::vector<std::uint32_t> &ids, const std::vector<double> &values) {
+        if (ids.size() != values.size()) throw Error(VDM_ARGUMENT, "not as many values as parameters");
+        check(vdm_set_parameters(handle_, ids.data(), values.data(), ids.size()));
     }
 
+    // Any quantity of the table, by its name.
+    std::vector<double> read(const std::string &quantity, std::size_t index = 0, Field field = Field::displacement) {
+        const std::int32_t found = vdm_find_quantity(quantity.c_str());
+        if (found < 0) throw Error(VDM_ARGUMENT, "there is no quantity of the name `" + quantity + "`");
+        const std::uint32_t which = static_cast<std::uint32_t>(found);
+        std::vector<double> out(vdm_length(handle_, which));
+        check(vdm_read(handle_, which, index, number(field), out.data(), out.size()));
+        return out;
+    }
     double probe(std::uint32_t index, Field field = Field::displacement) {
         double value = 0;
         check(vdm_probe(handle_, index, number(field), &value));
@@ -239,8 +239,7 @@ public:
     // Node of the file and region of the mesh.
     std::array<std::uint32_t, 2> stress_point(std::uint32_t point) {
         std::array<std::uint32_t, 2> where{};
-        if (vdm_stress_point(handle_, point, where.data()) != VDM_OK)
-            throw Error(VDM_ARGUMENT, "the file has no stress point " + std::to_string(point));
+        check(vdm_stress_point(handle_, point, where.data()));
         return where;
     }
     // In Pa.
@@ -254,7 +253,11 @@ public:
         check(vdm_strain(handle_, point, value.data()));
         return value;
     }
-    double von_mises(std::uint32_t point) { return vdm_von_mises(stress(point).data()); }
+    double von_mises(std::uint32_t point) {
+        double value = 0;
+        check(vdm_von_mises(handle_, point, &value));
+        return value;
+    }
     double energy() {
         double value = 0;
         check(vdm_energy(handle_, &value));
@@ -263,8 +266,8 @@ public:
     // Three numbers a node, into a buffer of the precision of the body: 3 surface_nodes, or 3 nodes.
     void surface(Field field, float *out, std::size_t count) { check(vdm_surface_f32(handle_, number(field), out, count)); }
     void surface(Field field, double *out, std::size_t count) { check(vdm_surface_f64(handle_, number(field), out, count)); }
-    void body(Field field, float *out, std::size_t count) { check(vdm_body_f32(handle_, number(field), out, count)); }
-    void body(Field field, double *out, std::size_t count) { check(vdm_body_f64(handle_, number(field), out, count)); }
+    void whole(Field field, float *out, std::size_t count) { check(vdm_whole_f32(handle_, number(field), out, count)); }
+    void whole(Field field, double *out, std::size_t count) { check(vdm_whole_f64(handle_, number(field), out, count)); }
     std::vector<double> positions() {
         std::vector<double> out(3 * std::size_t{needs_.surface_nodes});
         check(vdm_positions(handle_, out.data(), out.size()));
@@ -276,50 +279,36 @@ public:
         return out;
     }
 
-    // The static answer of the whole body, for fields that show it.
-    void solve_statics() {
-        if (static_memory_.size() == 0) {
-            Memory memory(vdm_static_bytes(handle_));
-            check(vdm_static_lend(handle_, memory.data(), memory.size()));
-            static_memory_.push_back(std::move(memory));
-        }
-        check(vdm_static_solve(handle_));
+    // The static answer of the whole body, of a body bound with Options::static_field, and fields that show it.
+    void solve_statics() { check(vdm_solve_statics(handle_)); }
+    void surface_with_statics(Field field, float *out, std::size_t count) {
+        check(vdm_surface_with_statics_f32(handle_, number(field), out, count));
     }
-    void whole_surface(Field field, float *out, std::size_t count) {
-        check(vdm_static_surface_f32(handle_, number(field), out, count));
+    void surface_with_statics(Field field, double *out, std::size_t count) {
+        check(vdm_surface_with_statics_f64(handle_, number(field), out, count));
     }
-    void whole_surface(Field field, double *out, std::size_t count) {
-        check(vdm_static_surface_f64(handle_, number(field), out, count));
+    void whole_with_statics(Field field, float *out, std::size_t count) {
+        check(vdm_whole_with_statics_f32(handle_, number(field), out, count));
     }
-    void whole_body(Field field, float *out, std::size_t count) {
-        check(vdm_static_body_f32(handle_, number(field), out, count));
-    }
-    void whole_body(Field field, double *out, std::size_t count) {
-        check(vdm_static_body_f64(handle_, number(field), out, count));
+    void whole_with_statics(Field field, double *out, std::size_t count) {
+        check(vdm_whole_with_statics_f64(handle_, number(field), out, count));
     }
 
-    // Independent modes of a dense step, at the parameters as they are.
-    void bind_modes(double tolerance = 1e-5) {
-        std::size_t bytes = 0, numbers = 0;
-        check(vdm_modal_needs(handle_, &bytes, &numbers));
-        Memory memory(bytes);
-        std::vector<double> work(numbers + 1);
-        check(vdm_modal_bind(handle_, tolerance, memory.data(), memory.size(), work.data(), numbers));
-        modal_memory_.assign(1, std::move(memory));
+    std::vector<std::uint8_t> save() {
+        std::vector<std::uint8_t> bytes(vdm_saved_length(handle_));
+        std::size_t written = 0;
+        check(vdm_save(handle_, bytes.data(), bytes.size(), &written));
+        bytes.resize(written);
+        return bytes;
     }
-    bool march(std::size_t steps) { return check(vdm_modal_march(handle_, steps)) != VDM_AT_REST; }
-
-    std::vector<double> save() {
-        std::vector<double> saved(needs_.state);
-        check(vdm_save(handle_, saved.data(), saved.size()));
-        return saved;
+    // True if the state was carried over to other parameters or another precision.
+    bool restore(const std::vector<std::uint8_t> &bytes) {
+        return check(vdm_restore(handle_, bytes.data(), bytes.size())) == VDM_CARRIED;
     }
-    void restore(const std::vector<double> &saved) { check(vdm_restore(handle_, saved.data(), saved.size())); }
     void set(const std::vector<double> &zeta, const std::vector<double> &zeta_dot) {
         if (zeta.size() != zeta_dot.size()) throw Error(VDM_ARGUMENT, "not as many rates as coordinates");
         check(vdm_set(handle_, zeta.data(), zeta_dot.data(), zeta.size()));
     }
-    void carry(Body &other) { check(vdm_carry(handle_, other.handle_)); }
 
     // How places yield in the coming step, row by row, and where they go without further forces.
     std::vector<double> compliance(const std::vector<Place> &places) {
@@ -332,17 +321,39 @@ public:
         check(vdm_free_motion(handle_, places.data(), places.size(), out.data()));
         return out;
     }
-    VdmCost cost() {
-        VdmCost cost;
-        check(vdm_cost(handle_, &cost));
-        return cost;
+    VdmCost cost() { return get<VdmCost>(vdm_cost); }
+
+    // The motion in space of a body without supports, which `step` moves, too. Its forces and positions are those of
+    // space; forces act in one step.
+    RigidBody rigid_body() { return get<RigidBody>(vdm_rigid_body); }
+    void throw_(const Vector &velocity, const Vector &spin = {}) {
+        check(vdm_throw(handle_, velocity.data(), spin.data()));
+    }
+    Motion motion() { return get<Motion>(vdm_motion); }
+    Motion ahead() { return get<Motion>(vdm_ahead); }
+    void set_motion(const Motion &motion) { check(vdm_set_motion(handle_, &motion)); }
+    // At the centre: gravity is the mass times its acceleration.
+    void pull(const Vector &force) { check(vdm_pull(handle_, force.data())); }
+    Vector in_space(const Place &place, Field field = Field::displacement) {
+        Vector value;
+        check(vdm_in_space(handle_, &place, number(field), value.data()));
+        return value;
+    }
+    // For a host that moves the body itself (Options::flight = 0): its angular velocity before and after the step.
+    void push_spin(const Vector &before, const Vector &after) {
+        check(vdm_push_spin(handle_, before.data(), after.data()));
     }
 
 private:
     friend class Batch;
-    friend class Flight;
 
     static std::int32_t number(Field field) { return static_cast<std::int32_t>(field); }
+
+    template <typename T> T get(VdmStatus (*call)(VdmBody *, T *)) {
+        T value;
+        check(call(handle_, &value));
+        return value;
+    }
 
     VdmStatus check(VdmStatus status) {
         if (status < 0) {
@@ -356,55 +367,7 @@ private:
     Options options_;
     Needs needs_;
     Memory memory_;
-    std::vector<double> work_;
-    std::vector<Memory> static_memory_, modal_memory_;
     VdmBody *handle_ = nullptr;
-};
-
-// The rigid motion of a body without supports, which must live as long and stays where it is. Forces and positions are
-// those of space; forces act in the coming step.
-class Flight {
-public:
-    // The body where the file has it; refused for a body with supports.
-    explicit Flight(Body &body, const Vector &velocity = {}, const Vector &spin = {}) : body_(&body) {
-        body.check(vdm_flight_throw(body.handle_, velocity.data(), spin.data()));
-    }
-
-    RigidBody mass() { return get<RigidBody>(vdm_flight_mass); }
-    Motion motion() { return get<Motion>(vdm_flight_motion); }
-    Motion ahead() { return get<Motion>(vdm_flight_ahead); }
-    void set_motion(const Motion &motion) { body_->check(vdm_flight_set_motion(body_->handle_, &motion)); }
-
-    void add_contact(const Place &place, const Vector &force) {
-        body_->check(vdm_flight_add_contact(body_->handle_, &place, force.data()));
-    }
-    void add_pattern(std::uint32_t pattern, double amplitude) {
-        body_->check(vdm_flight_add_pattern(body_->handle_, pattern, amplitude));
-    }
-    // At the centre: gravity is the mass times its acceleration.
-    void pull(const Vector &force) { body_->check(vdm_flight_pull(body_->handle_, force.data())); }
-    // One step of both motions; takes the forces away.
-    bool step() { return body_->check(vdm_flight_step(body_->handle_)) != VDM_AT_REST; }
-
-    Vector point(const Place &place) {
-        Vector value;
-        body_->check(vdm_flight_point(body_->handle_, &place, value.data()));
-        return value;
-    }
-    Vector velocity(const Place &place) {
-        Vector value;
-        body_->check(vdm_flight_velocity(body_->handle_, &place, value.data()));
-        return value;
-    }
-
-private:
-    template <typename T> T get(VdmStatus (*call)(VdmBody *, T *)) {
-        T value;
-        body_->check(call(body_->handle_, &value));
-        return value;
-    }
-
-    Body *body_;
 };
 
 // Many instances of a body, which must live as long as they do and stays where it is.

@@ -1,15 +1,15 @@
 //! Many instances of a body, stepped together in lent memory of their own.
 
-use vademecum_eval::{Batch, BatchStatus, Scalar, Scene, Status, StepError};
+use vademecum_eval::{AnyBody, Batch, BatchStatus, Scalar, Scene, Status, StepError};
 
-use crate::body::{Body, Lent, March, Moved, zeroed};
-use crate::message::Message;
+use crate::handle::{Body, Lent, zeroed};
+use crate::refusal::{Answer, Refusal};
 use crate::types::{VdmBatch, VdmBatchStatus, VdmStatus};
 
 /// What the handle points to.
 #[repr(align(16))]
 pub struct Instances {
-    march: Many,
+    many: Many,
 }
 
 enum Many {
@@ -20,10 +20,10 @@ enum Many {
 
 /// What is lent for so many instances, in bytes.
 pub fn bytes(body: &Body, count: usize) -> usize {
-    let numbers = match &body.march {
-        March::Single(m) => of_scene(&m.scene, count),
+    let numbers = match body {
+        AnyBody::Single(body) => of_scene(body.scene(), count),
         #[cfg(feature = "double")]
-        March::Double(m) => of_scene(&m.scene, count),
+        AnyBody::Double(body) => of_scene(body.scene(), count),
     };
     numbers.saturating_add(size_of::<Instances>())
 }
@@ -34,45 +34,43 @@ fn of_scene<T: Scalar>(scene: &Scene<'_, T>, count: usize) -> usize {
 
 /// Runs the same lines in the precision of a batch and its body; refuses two precisions.
 macro_rules! both {
-    ($batch:expr, $body:expr, $b:ident, $m:ident => $lines:expr) => {
-        match (&mut $batch.march, &mut $body.march) {
-            (Many::Single($b), March::Single($m)) => Ok($lines),
+    ($batch:expr, $body:expr, $b:ident, $parts:ident => $lines:expr) => {
+        match (&mut $batch.many, $body) {
+            (Many::Single($b), AnyBody::Single(body)) => body.with(|$parts| $lines)?,
             #[cfg(feature = "double")]
-            (Many::Double($b), March::Double($m)) => Ok($lines),
+            (Many::Double($b), AnyBody::Double(body)) => body.with(|$parts| $lines)?,
             #[cfg(feature = "double")]
-            _ => Err(()),
+            _ => {
+                let said = "body and batch are in different precisions";
+                return Err(Refusal::Words(VdmStatus::VDM_ARGUMENT, said));
+            }
         }
     };
 }
 
 impl Instances {
     /// Places a batch at the start of the memory and its numbers behind it.
-    pub fn bind(body: &mut Body, count: usize, memory: Lent) -> Result<*mut VdmBatch, VdmStatus> {
-        let needed = bytes(body, count);
-        if memory.bytes < needed {
-            let said = "the lent memory is shorter than vdm_batch_bytes says";
-            return Err(body.message.note(VdmStatus::VDM_MEMORY, &said));
-        }
-        let own = size_of::<Self>();
+    pub fn bind(body: &Body, count: usize, memory: Lent) -> Result<*mut VdmBatch, Refusal> {
+        let (own, needed) = (size_of::<Self>(), bytes(body, count));
+        memory.check(needed)?;
         // SAFETY: `own` bytes are within the lent memory; what is behind them is aligned to 16.
         let behind = unsafe { memory.at.add(own) };
-        let bound = match &body.march {
+        let many = match body {
             // SAFETY: aligned, within the lent memory, and nobody else's; zeros are numbers.
-            March::Single(m) => {
+            AnyBody::Single(body) => {
                 let numbers = unsafe { zeroed::<f32>(behind, needed - own) };
-                Batch::new(&m.scene, count, numbers).map(Many::Single)
+                Many::Single(Batch::new(body.scene(), count, numbers)?)
             }
             // SAFETY: the same.
             #[cfg(feature = "double")]
-            March::Double(m) => {
+            AnyBody::Double(body) => {
                 let numbers = unsafe { zeroed::<f64>(behind, needed - own) };
-                Batch::new(&m.scene, count, numbers).map(Many::Double)
+                Many::Double(Batch::new(body.scene(), count, numbers)?)
             }
         };
-        let march = bound.map_err(|error| body.message.note(VdmStatus::VDM_MEMORY, &error))?;
         let place = memory.at.cast::<Self>();
         // SAFETY: aligned to 16 as the batch is, and long enough.
-        unsafe { place.write(Self { march }) };
+        unsafe { place.write(Self { many }) };
         Ok(place.as_ptr().cast())
     }
 
@@ -87,7 +85,7 @@ impl Instances {
     }
 
     pub fn clear(&mut self) -> VdmStatus {
-        match &mut self.march {
+        match &mut self.many {
             Many::Single(batch) => batch.clear(),
             #[cfg(feature = "double")]
             Many::Double(batch) => batch.clear(),
@@ -96,89 +94,66 @@ impl Instances {
     }
 
     /// Loads an instance with the loads of the body.
-    pub fn load(&mut self, body: &mut Body, instance: usize) -> VdmStatus {
-        let done = both!(self, body, b, m => b.load(&m.scene, instance, &m.loads));
-        answer(&mut body.message, done, VdmStatus::VDM_LOAD)
+    pub fn load(&mut self, body: &mut Body, instance: usize) -> Answer {
+        both!(self, body, b, parts => b.load(parts.scene, instance, parts.loads));
+        Ok(VdmStatus::VDM_OK)
     }
 
     /// Gives an instance the state of the body.
-    pub fn set(&mut self, body: &mut Body, instance: usize) -> VdmStatus {
-        let done = both!(self, body, b, m => b.set(instance, &m.state));
-        answer(&mut body.message, done, VdmStatus::VDM_STEP)
+    pub fn set(&mut self, body: &mut Body, instance: usize) -> Answer {
+        both!(self, body, b, parts => b.set(instance, parts.state));
+        Ok(VdmStatus::VDM_OK)
     }
 
     /// Gives the body the state of an instance.
-    pub fn get(&mut self, body: &mut Body, instance: usize) -> VdmStatus {
-        let done = both!(self, body, b, m => b.get(instance, &mut m.state));
-        answer(&mut body.message, done, VdmStatus::VDM_STEP)
+    pub fn get(&mut self, body: &mut Body, instance: usize) -> Answer {
+        both!(self, body, b, parts => b.get(instance, parts.state));
+        Ok(VdmStatus::VDM_OK)
     }
 
     /// The same, with the loads of the body as those of its last step.
-    pub fn get_under(&mut self, body: &mut Body, instance: usize) -> VdmStatus {
-        let done = both!(self, body, b, m => b.get_under(instance, &mut m.state, &m.loads));
-        answer(&mut body.message, done, VdmStatus::VDM_STEP)
+    pub fn get_under(&mut self, body: &mut Body, instance: usize) -> Answer {
+        both!(self, body, b, parts => b.get_under(instance, parts.state, parts.loads));
+        Ok(VdmStatus::VDM_OK)
     }
 
-    pub fn carry(&mut self, body: &mut Body) -> VdmStatus {
-        let done = both!(self, body, b, m => b.carry(&m.scene));
-        answer(&mut body.message, done, VdmStatus::VDM_STEP)
+    pub fn carry(&mut self, body: &mut Body) -> Answer {
+        both!(self, body, b, parts => b.carry(parts.scene));
+        Ok(VdmStatus::VDM_OK)
     }
 
-    pub fn step(&mut self, body: &mut Body, steps: u64, found: &mut VdmBatchStatus) -> VdmStatus {
-        let done = both!(self, body, b, m => march(b, m, steps));
-        let done = done.map(|done| {
-            done.map(|BatchStatus { moving, at_rest, refused }| {
-                *found = VdmBatchStatus { moving, at_rest, refused };
-            })
-        });
-        match answer(&mut body.message, done, VdmStatus::VDM_STEP) {
-            VdmStatus::VDM_OK if found.refused > 0 => {
-                body.message.note(VdmStatus::VDM_STEP, &StepError::NotFinite)
-            }
-            VdmStatus::VDM_OK if found.moving == 0 => VdmStatus::VDM_AT_REST,
-            status => status,
+    pub fn step(&mut self, body: &mut Body, steps: u64, out: &mut VdmBatchStatus) -> Answer {
+        let BatchStatus { moving, at_rest, refused } =
+            both!(self, body, b, parts => march(b, parts.scene, steps));
+        *out = VdmBatchStatus { moving, at_rest, refused };
+        match (refused, moving) {
+            (0, 0) => Ok(VdmStatus::VDM_AT_REST),
+            (0, _) => Ok(VdmStatus::VDM_OK),
+            _ => Err(StepError::NotFinite.into()),
         }
     }
 
     /// What the last step found of an instance.
-    pub fn status(&mut self, body: &mut Body, instance: usize) -> VdmStatus {
-        let found = match &self.march {
-            Many::Single(batch) => batch.status(instance),
-            #[cfg(feature = "double")]
-            Many::Double(batch) => batch.status(instance),
-        };
-        match found {
-            Ok(Status::AtRest) => VdmStatus::VDM_AT_REST,
-            Ok(_) => VdmStatus::VDM_OK,
-            Err(error) => body.message.note(VdmStatus::VDM_STEP, &error),
-        }
+    pub fn status(&mut self, body: &mut Body, instance: usize) -> Answer {
+        Ok(match both!(self, body, b, _parts => b.status(instance)) {
+            Status::AtRest => VdmStatus::VDM_AT_REST,
+            _ => VdmStatus::VDM_OK,
+        })
     }
 }
 
 /// Steps; stops where nothing moves, and after a step in which an instance was refused.
 fn march<T: Scalar>(
     batch: &mut Batch<'_, T>,
-    moved: &Moved<T>,
+    scene: &Scene<'_, T>,
     steps: u64,
 ) -> Result<BatchStatus, StepError> {
     let mut found = BatchStatus::default();
     for _ in 0..steps {
-        found = batch.step(&moved.scene)?;
+        found = batch.step(scene)?;
         if found.refused > 0 || found.moving == 0 {
             break;
         }
     }
     Ok(found)
-}
-
-fn answer<E: core::fmt::Display>(
-    message: &mut Message,
-    done: Result<Result<(), E>, ()>,
-    refused: VdmStatus,
-) -> VdmStatus {
-    match done {
-        Ok(Ok(())) => VdmStatus::VDM_OK,
-        Ok(Err(error)) => message.note(refused, &error),
-        Err(()) => message.note(VdmStatus::VDM_ARGUMENT, &"body and batch are in different precisions"),
-    }
 }

@@ -1,8 +1,9 @@
 //! What was wrong, in words, without heap.
 
 use core::ffi::{CStr, c_char};
-use core::fmt::{self, Display, Write};
+use core::fmt::{self, Write};
 
+use crate::refusal::Refusal;
 use crate::types::VdmStatus;
 
 /// Bytes of a message, its zero included.
@@ -37,29 +38,22 @@ impl Write for Message {
 
 impl Message {
     /// Keeps what was wrong.
-    pub fn note(&mut self, status: VdmStatus, what: &dyn Display) -> VdmStatus {
+    pub fn note(&mut self, what: &Refusal) -> VdmStatus {
         *self = Self::default();
         // A message that is too long is cut.
         #[cfg(feature = "words")]
         let _ = write!(self, "{what}");
         #[cfg(not(feature = "words"))]
-        {
-            let _ = what;
-            let _ = self.write_str(crate::message::status(status as i32).to_str().unwrap_or(""));
-        }
-        status
+        let _ = self.write_str(status(what.status() as i32).to_str().unwrap_or(""));
+        what.status()
     }
 
-    /// Hands the words out.
-    pub fn hand_out(&self, status: VdmStatus, text: &mut [c_char]) -> VdmStatus {
-        copy(&self.bytes[..self.used], text);
+    /// The words of a refusal, handed out at once.
+    pub fn tell(what: &Refusal, text: Option<&mut [c_char]>) -> VdmStatus {
+        let mut message = Self::default();
+        let status = message.note(what);
+        copy(message.bytes.get(..message.used).unwrap_or_default(), text.unwrap_or_default());
         status
-    }
-
-    /// Both.
-    pub fn tell(&mut self, status: VdmStatus, what: &dyn Display, text: &mut [c_char]) -> VdmStatus {
-        let status = self.note(status, what);
-        self.hand_out(status, text)
     }
 
     /// The words, with a zero at their end.
@@ -83,6 +77,7 @@ pub const fn status(status: i32) -> &'static CStr {
     match status {
         0 => c"done",
         1 => c"done; the body is at rest",
+        2 => c"done; the state was carried over to other parameters or another precision",
         -1 => c"a null pointer, or an index or a name that the file does not have",
         -2 => c"lent memory is too short or not aligned to 16 bytes",
         -3 => c"no vademecum file that can be stepped",
@@ -90,6 +85,7 @@ pub const fn status(status: i32) -> &'static CStr {
         -5 => c"the load is refused",
         -6 => c"the step is refused; the state is unchanged",
         -7 => c"the file does not hold what is asked for",
+        -8 => c"the bytes are no saved state of this body",
         _ => c"no status of this library",
     }
 }

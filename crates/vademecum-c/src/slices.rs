@@ -2,20 +2,23 @@
 
 use core::ffi::{CStr, c_char};
 
-/// Bytes that live as long as the caller says.
+/// Bytes of a file, which live as long as the caller says; `None` for null.
 ///
 /// # Safety
 /// `data` is null or points to `length` bytes that stay unchanged for `'a`.
 pub unsafe fn borrowed<'a>(data: *const u8, length: usize) -> Option<&'a [u8]> {
     // SAFETY: as the caller promises.
-    unsafe { lent(data, length) }
+    unsafe { lent(data, length) }.filter(|_| !data.is_null())
 }
 
-/// Numbers to read; `None` for null.
+/// Values to read; `None` for null, unless there are none of them.
 ///
 /// # Safety
 /// `data` is null or points to `length` values that stay unchanged for `'a`.
 pub unsafe fn lent<'a, T>(data: *const T, length: usize) -> Option<&'a [T]> {
+    if length == 0 {
+        return Some(&[]);
+    }
     if data.is_null() || !data.is_aligned() || length > isize::MAX as usize / size_of::<T>() {
         return None;
     }
@@ -23,16 +26,19 @@ pub unsafe fn lent<'a, T>(data: *const T, length: usize) -> Option<&'a [T]> {
     Some(unsafe { core::slice::from_raw_parts(data, length) })
 }
 
-/// Values to write; none for null.
+/// Values to write; `None` for null, unless there are none of them.
 ///
 /// # Safety
 /// `data` is null or points to `length` values that nobody else uses during `'a`.
-pub unsafe fn lent_mut<'a, T>(data: *mut T, length: usize) -> &'a mut [T] {
+pub unsafe fn lent_mut<'a, T>(data: *mut T, length: usize) -> Option<&'a mut [T]> {
+    if length == 0 {
+        return Some(&mut []);
+    }
     if data.is_null() || !data.is_aligned() || length > isize::MAX as usize / size_of::<T>() {
-        return &mut [];
+        return None;
     }
     // SAFETY: not null, aligned, and as long as the caller promises.
-    unsafe { core::slice::from_raw_parts_mut(data, length) }
+    Some(unsafe { core::slice::from_raw_parts_mut(data, length) })
 }
 
 /// So many numbers.
@@ -42,6 +48,15 @@ pub unsafe fn lent_mut<'a, T>(data: *mut T, length: usize) -> &'a mut [T] {
 pub unsafe fn given<const N: usize>(data: *const f64) -> Option<[f64; N]> {
     // SAFETY: as the caller promises.
     unsafe { lent(data, N) }?.try_into().ok()
+}
+
+/// Room for so many values.
+///
+/// # Safety
+/// `data` is null or points to `N` values that nobody else uses during `'a`.
+pub unsafe fn room<'a, T, const N: usize>(data: *mut T) -> Option<&'a mut [T; N]> {
+    // SAFETY: as the caller promises.
+    unsafe { lent_mut(data, N) }?.try_into().ok()
 }
 
 /// A text of C.

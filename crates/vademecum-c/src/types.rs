@@ -1,7 +1,16 @@
 //! What crosses the boundary.
 
-/// Version of this interface: callers compare it with the header they were compiled with.
-pub const VDM_ABI: u32 = 3;
+use core::ffi::c_char;
+
+/// Version of this interface: callers compare it with the header they were compiled with. `VDM_ABI` 4 holds:
+/// later versions add calls and change none.
+pub const VDM_ABI: u32 = 4;
+
+/// Largest number of nodes of a place.
+pub const VDM_MAX_PLACE_NODES: usize = 16;
+
+/// `VdmPlace.frame` of a place that is a list of nodes.
+pub const VDM_NO_FRAME: u32 = u32::MAX;
 
 /// What a call found.
 #[repr(C)]
@@ -11,7 +20,10 @@ pub enum VdmStatus {
     VDM_OK = 0,
     /// Done; the body is at rest and further steps cost nothing.
     VDM_AT_REST = 1,
-    /// A pointer is null, or an index or a name is not the file's.
+    /// Done; the state that was restored was saved at other parameters or in another precision: displacement
+    /// and velocity are what they were.
+    VDM_CARRIED = 2,
+    /// A pointer is null or not aligned, or an index or a name is not the file's.
     VDM_ARGUMENT = -1,
     /// Lent memory is too short or not aligned to 16 bytes.
     VDM_MEMORY = -2,
@@ -25,6 +37,8 @@ pub enum VdmStatus {
     VDM_STEP = -6,
     /// The file does not hold what is asked for.
     VDM_OUTPUT = -7,
+    /// The bytes are no saved state of this body.
+    VDM_STATE = -8,
 }
 
 /// In which numbers a body is stepped.
@@ -89,10 +103,15 @@ pub struct VdmOptions {
     pub contacts: u32,
     /// 0: outputs show the modes only.
     pub residual: u32,
-    /// `vdm_compliance` and `vdm_free_motion` take so many places at most; 64 is the largest number.
+    /// `vdm_compliance` and `vdm_free_motion` take so many places at most.
     pub places: u32,
     /// Not 0: there is room for `vdm_keep_loads`.
     pub keep_loads: u32,
+    /// Not 0: there is room for `vdm_solve_statics`, where the file has the factor of its stiffness.
+    pub static_field: u32,
+    /// Not 0: a body without supports flies, and `vdm_step` moves its frame, too. 0: the host moves the frame
+    /// and gives its angular velocity to `vdm_push_spin`.
+    pub flight: u32,
     /// Of the separated solution only the first so many terms; 0: all.
     pub terms: u32,
     /// Sub-steps of a step at large displacements; 0: those the file was built with.
@@ -121,10 +140,6 @@ pub struct VdmOptions {
 pub struct VdmNeeds {
     /// Bytes for the body, aligned to 16, for as long as it is used.
     pub memory: usize,
-    /// Numbers of type `double`, while `vdm_bind` and `vdm_set_parameter` run.
-    pub work: usize,
-    /// Numbers to lend to `vdm_save`.
-    pub state: usize,
     /// Modes.
     pub modes: u32,
     /// Nodes of the body; those of the surface come first.
@@ -152,14 +167,20 @@ pub struct VdmBody {
     _private: [u8; 0],
 }
 
-/// A place of the surface: three loadable nodes and their shares.
+/// A place: a list of nodes with weights, and a radius; or a frame of the file.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Default)]
 pub struct VdmPlace {
-    /// Loadable nodes.
-    pub nodes: [u32; 3],
-    /// Their shares, which sum to 1.
-    pub weights: [f64; 3],
+    /// Number of nodes, 1 to `VDM_MAX_PLACE_NODES`; 0 of a frame.
+    pub count: u32,
+    /// The frame, or `VDM_NO_FRAME`. No file has frames yet, so others are refused.
+    pub frame: u32,
+    /// The nodes; those behind `count` do not matter.
+    pub nodes: [u32; VDM_MAX_PLACE_NODES],
+    /// Their weights, which sum to 1.
+    pub weights: [f64; VDM_MAX_PLACE_NODES],
+    /// Radius in m; 0 of a point. This version refuses a positive one.
+    pub radius: f64,
     /// Where it is at rest, in m; what `vdm_locate` found.
     pub position: [f64; 3],
     /// How far that is from the point asked for, in m.
@@ -254,4 +275,18 @@ pub struct VdmBatchStatus {
     pub at_rest: usize,
     /// Instances whose new state would not be finite; they keep the old one.
     pub refused: usize,
+}
+
+/// A row of the table of quantities.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Default)]
+pub struct VdmQuantity {
+    /// Its name.
+    pub name: [c_char; 24],
+    /// Its unit.
+    pub unit: [c_char; 8],
+    /// Unit of its velocity; empty where it has none.
+    pub rate_unit: [c_char; 8],
+    /// Not 0: one number is all of it.
+    pub scalar: u32,
 }

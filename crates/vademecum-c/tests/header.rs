@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 use std::process::Command;
 
 use vademecum_eval::format::File;
-use vademecum_eval::{Contact, Field, Loads, Scene, SceneOptions, State, Surface};
+use vademecum_eval::{Body, BodyOptions, Field};
 use vademecum_tests::program::{repository, vademecum};
 
 fn own(path: &str) -> PathBuf {
@@ -154,11 +154,11 @@ fn every_call_does_what_the_header_says_under_sanitizers_and_valgrind() {
         "flight",
         "held",
         "loads",
-        "modes",
         "operator",
         "parameter",
         "pattern in flight",
         "patterns",
+        "quantities",
         "reactions",
         "shape",
         "states",
@@ -225,7 +225,7 @@ fn what_is_installed_serves_pkg_config_cmake_and_cplusplus() {
     if there("cmake") {
         let project = format!(
             "cmake_minimum_required(VERSION 3.18)\nproject(use LANGUAGES C CXX)\nset(CMAKE_CXX_STANDARD 17)\n\
-             find_package(vademecum 0.1 REQUIRED)\n\
+             find_package(vademecum 0.2 REQUIRED)\n\
              add_executable(installed {c})\ntarget_link_libraries(installed PRIVATE vademecum::vademecum)\n\
              add_executable(props {cpp})\ntarget_link_libraries(props PRIVATE vademecum::shared)\n\
              add_subdirectory({own} own)\n\
@@ -257,25 +257,19 @@ fn a_haptic_loop_in_c_gets_the_bits_of_the_evaluator() {
     // The same loop in Rust.
     let bytes = std::fs::read(&file).expect("a file");
     let file_read = File::parse(&bytes).expect("a vademecum");
-    let options = SceneOptions::default();
-    let sizes = Scene::<f32>::sizes(&file_read, &options).expect("sizes");
-    let (mut memory, mut work) = (vec![0.0; sizes.scene], vec![0.0; sizes.work]);
-    let (mut a, mut b) = (vec![0.0; sizes.state], vec![0.0; sizes.loads]);
-    let scene = Scene::<f32>::bind(&file_read, &options, &mut memory, &mut work).expect("a scene");
-    let mut state = State::new(&scene, &mut a).expect("a state");
-    let mut loads = Loads::new(&scene, &mut b).expect("loads");
-    let place = Surface::new(&file_read).expect("a surface").locate([0.9, 0.05, 0.1]).expect("a place");
+    let options = BodyOptions::default();
+    let mut memory = vec![0.0; Body::<f32>::len_for(&file_read, &options).expect("a length")];
+    let mut body = Body::<f32>::bind(&file_read, &options, &mut memory).expect("a body");
+    let place = body.locate([0.9, 0.05, 0.1]).expect("a place");
     for tick in 0..1000 {
-        loads.clear();
+        body.clear();
         let depth = 2e-3 * f64::from(tick) / 1000.0;
-        let under = scene.point(&state, &place, Field::Displacement).expect("a point");
-        let force = [0.0, 0.0, -2e3 * (depth + under[2])];
-        let contact = Contact { nodes: place.nodes, weights: place.weights, force };
-        loads.add_contact(&scene, &contact).expect("a contact");
-        scene.step(&mut state, &loads).expect("a step");
+        let under = body.point(&place, Field::Displacement).expect("a point");
+        body.push(&place, [0.0, 0.0, -2e3 * (depth + under[2])]).expect("a force");
+        body.step().expect("a step");
     }
-    let under = scene.point(&state, &place, Field::Displacement).expect("a point");
-    let tip = scene.probe(&state, 0, Field::Velocity).expect("a probe");
+    let under = body.point(&place, Field::Displacement).expect("a point");
+    let tip = body.probe(0, Field::Velocity).expect("a probe");
     let expected = format!("{:.17e} {tip:.17e}", under[2]);
     let numbers =
         |text: &str| text.split_whitespace().map(|x| x.parse().expect("a number")).collect::<Vec<f64>>();

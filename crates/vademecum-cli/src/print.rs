@@ -1,8 +1,8 @@
 //! Results that several commands print.
 
 use vademecum_build::certificate::{LargeReport, StructureReport};
-use vademecum_build::chapter::ChapterReport;
 use vademecum_build::report::BuildReport;
+use vademecum_build::report::ChapterReport;
 use vademecum_study::parameters::ParameterValue;
 use vademecum_study::verify::{LargeVerification, Verification};
 

@@ -4,7 +4,7 @@
 //!
 //! Yes, if you have a vademecum file and want to know how its body moves under forces that you learn while it
 //! moves: a haptic device, a game, a controller, a plot. A step takes from tens of nanoseconds to
-//! microseconds (`docs/benchmarks/step.md`), so it fits into any loop, and the crate runs where there is no
+//! microseconds (`docs/measurements/step.md`), so it fits into any loop, and the crate runs where there is no
 //! operating system.
 //!
 //! No, if you want to
@@ -18,52 +18,45 @@
 //! # The flow
 //!
 //! ```text
-//! bytes ──► File::parse ──► Scene::bind ◄── memory that the caller lends
+//! bytes ──► File::parse ──► Body::bind ◄── one slice that the caller lends
 //!                               │
-//!               ┌───────────────┴───────────────┐
-//!          State::new                      Loads::new
-//!               │                               │ ◄── add_contact ◄── Surface::locate ◄── a finger
-//!               │                               │ ◄── add_pattern ◄── gravity, pressure
-//!               └────────► Scene::step ◄────────┘
-//!                               │ ▲
-//!                               │ └──────────────── Scene::set_parameter ◄── a slider
+//!           push, push_pattern ─┤ ◄── locate ◄── a finger
+//!           set_parameters ─────┤ ◄── a slider
 //!                               ▼
-//!             probe, node, point, surface_into, body_into, energy
+//!                           Body::step
+//!                               │
+//!                               ▼
+//!             read: probe, node, point, surface, stress, reactions, energies
 //! ```
 //!
-//! **Bind**: [`Scene::bind`] chooses one of the structures of the file (diagonal or block), fuses the stages
-//! of the time scheme into one increment map `y ← y + D y + ℓ` and keeps it in memory that the caller
-//! lends. **Step**: contacts and patterns add up in [`Loads`], and [`Scene::step`] advances a [`State`] by
-//! one time step. **Read**: each output costs what it reads and nothing else.
+//! [`Body`] owns everything of one body: the file, its [`Scene`], one [`State`], its [`Loads`], the flight of
+//! a body without supports, and the work of binding. **Bind**: the scene takes one of the structures of the
+//! file (exact, diagonal, block, or strain for large displacements) and keeps the map of a step in lent
+//! memory. **Step**: contacts and patterns add up in the loads, and a step advances the state by `Δt`.
+//! **Read**: [`Quantity`] is the table of all outputs; each costs its own numbers and nothing else. The parts
+//! are public: many states on one scene need no more than a [`State`] and [`Loads`] each.
 //!
 //! ```
 //! use vademecum_eval::format::File;
-//! use vademecum_eval::{Contact, Field, Loads, Scene, SceneOptions, State, Surface};
+//! use vademecum_eval::{Body, BodyOptions, Field};
 //!
-//! /// Pushes down with 20 N at the surface point nearest to `finger`; how that point has moved after `steps` steps, in m.
+//! /// Displacement \[m\] of the surface point nearest to `finger` after `steps` steps under 20 N downwards.
 //! fn push(bytes: &[u8], finger: [f64; 3], steps: usize) -> Result<[f64; 3], Box<dyn std::error::Error>> {
-//!     let file = File::parse(bytes)?;
-//!     let options = SceneOptions::default();
+//!     let (file, options) = (File::parse(bytes)?, BodyOptions::default());
 //!
 //!     // Bind. The caller lends all memory; nothing is allocated from here on.
-//!     let sizes = Scene::<f32>::sizes(&file, &options)?;
-//!     let (mut memory, mut work) = (vec![0.0; sizes.scene], vec![0.0; sizes.work]);
-//!     let (mut state_memory, mut load_memory) = (vec![0.0; sizes.state], vec![0.0; sizes.loads]);
-//!     let scene = Scene::bind(&file, &options, &mut memory, &mut work)?;
-//!     let mut state = State::new(&scene, &mut state_memory)?;
-//!     let mut loads = Loads::new(&scene, &mut load_memory)?;
+//!     let mut memory = vec![0.0; Body::<f32>::len_for(&file, &options)?];
+//!     let mut body = Body::<f32>::bind(&file, &options, &mut memory)?;
 //!
-//!     // Touch. A load stays until `loads.clear()`.
-//!     let touched = Surface::new(&file)?.locate(finger).ok_or("no loadable surface")?;
-//!     let force = [0.0, 0.0, -20.0];
-//!     loads.add_contact(&scene, &Contact { nodes: touched.nodes, weights: touched.weights, force })?;
+//!     // Touch. A load stays until `body.clear()`.
+//!     let touched = body.locate(finger).ok_or("no loadable surface")?;
+//!     body.push(&touched, [0.0, 0.0, -20.0])?;
 //!
-//!     // Step: this loop is what runs a thousand times a second. The first step of a new state starts with the
-//!     // acceleration that its loads demand.
+//!     // Step: this loop runs a thousand times a second.
 //!     for _ in 0..steps {
-//!         scene.step(&mut state, &loads)?;
+//!         body.step()?;
 //!     }
-//!     Ok(scene.point(&state, &touched, Field::Displacement)?)
+//!     Ok(body.point(&touched, Field::Displacement)?)
 //! }
 //! # fn main() -> Result<(), Box<dyn std::error::Error>> {
 //! #     let bytes = include_bytes!(concat!(env!("CARGO_MANIFEST_DIR"), "/../../fixtures/golden/fixed-f64.vdm"));
@@ -76,45 +69,39 @@
 //! Where there is a heap, [`Simulation`] (feature `alloc`) owns all of that memory and does the same in five
 //! lines.
 //!
-//! # The longest ways through
+//! # Common uses
 //!
-//! - **A finger pushes a body.** [`Mapped::copy`] or [`Mapped::map`] (feature `mmap`) or your own bytes,
-//!   `File::parse`, [`Scene::sizes`], [`Scene::bind`], [`State::new`] and [`Loads::new`] once. Then, for each
-//!   step: [`Surface::locate`] where the finger has moved, [`Loads::clear`] and [`Loads::add_contact`] where
-//!   the force has changed, [`Scene::step`], and [`Scene::point`] for the finger or [`Scene::surface_into`]
-//!   for the picture.
-//! - **A stiff tool presses a body.** A force that a spring gives is stable only if the spring is softer than
-//!   the body within one step. Ask [`Scene::compliance`] and [`Scene::free_motion`] instead, solve for the
-//!   forces with which tool and body just touch at the end of the step, and give them to
-//!   [`Loads::add_contact`] (`examples/press_a_sphere.rs`).
-//! - **A slider changes the body.** [`SceneOptions::find`] tells the index of a live parameter by its name;
-//!   [`Scene::set_parameter`] sets it, in 5 µs for 8 modes and 270 µs for 64, and carries the state over. The
-//!   loads from before are stale: clear them and add them again. For several parameters at once, or several
-//!   states: [`SceneOptions::set`], [`Scene::rebind`] and [`State::carry`]. A value outside of its range is
-//!   refused and changes nothing.
-//! - **A body flies.** [`FreeBody::new`] beside the scene of a body without supports; then, for each step,
-//!   [`FreeBody::push`] and [`FreeBody::pull`], [`FreeBody::step`], and [`FreeBody::point`]. A host that
-//!   moves bodies itself asks [`Loads::add_spin`] instead.
+//! - **A finger pushes a body.** Bytes of your own, or [`Mapped::copy`] or [`Mapped::map`] (feature `mmap`);
+//!   `File::parse` and [`Body::bind`] once. Then, for each step: [`Body::locate`] where the finger has moved,
+//!   [`Body::clear`] and [`Body::push`] where the force has changed, [`Body::step`], and [`Body::point`] for
+//!   the finger or [`Body::surface_into`] for the picture.
+//! - **A stiff tool presses a body.** A spring force is stable only if the spring is softer than the body
+//!   within one step. [`Body::compliance`] (the Delassus operator of the contacts) and [`Body::free_motion`]
+//!   give the forces with which tool and body just touch at the end of the step
+//!   (`examples/press_a_sphere.rs`).
+//! - **A slider changes the body.** [`SceneOptions::find`] gives the index of a live parameter by its name;
+//!   [`Body::set_parameters`] sets any number of them, in 5 µs for 8 modes and 270 µs for 64, and carries the
+//!   state over. Loads from before are stale: clear them and add them again. A value outside its range, an
+//!   unknown or a doubled parameter is refused and changes nothing.
+//! - **A body flies.** A body without supports has a floating frame of reference, and [`Body::step`] moves
+//!   both: [`Body::throw`], [`Body::pull`], [`Body::in_space`]. A host that moves the frame itself binds
+//!   without flight and uses [`Body::push_spin`].
 //! - **Many bodies of one file.** [`Batch::len_for`] and [`Batch::new`]; [`Batch::load`] for each instance
-//!   that is pushed, [`Batch::step`] for all of them, [`Batch::get`] for each that is looked at, and then
-//!   every output of the scene.
-//!
-//! Beside these: [`State::save_into`] and [`State::restore`] keep every bit, [`Scene::set`] places a body,
-//! [`Modal::march`] takes many steps under unchanged loads at a time, [`Scene::cost`] tells what each move
-//! reads, [`Scene::increment_into`] hands out `D`.
+//!   that is pushed, [`Batch::step`] for all of them, [`Batch::get`] for each that is read.
+//! - **A state is kept.** [`Body::save_into`] and [`Body::restore`]: tagged bytes, every bit.
 //!
 //! # Features
 //!
 //! | feature | what it adds | needs |
 //! |---|---|---|
 //! | `alloc` | [`Simulation`]: a body that owns its memory, in five lines | a heap |
-//! | `std` | `Simulation::open`: from a path; AVX2 for large displacements, found at run time | an operating system |
-//! | `full`, on by default | everything a file may hold; without it exact steps only, for microcontrollers | nothing |
+//! | `std` | `Simulation::open`: from a path; AVX2 for large displacements, found at run time | a system |
+//! | `full`, by default | everything a file may hold; without it exact steps only, for microcontrollers | nothing |
 //! | `mmap` | [`Mapped`]: a file mapped into memory | an operating system |
 //! | `unpack` | [`format::unpack_into`]: files that were packed to be shipped | `std` |
-//! | `chapter` | [`chapter`]: files of the method as its chapter prints it, a baseline to compare with | nothing |
+//! | `chapter` | [`chapter`]: files of the method as its chapter prints it, a baseline | nothing |
 //!
-//! # The odd thing
+//! # Arithmetic
 //!
 //! The kernels multiply and add, and never use a fused multiply-add (`core` has none, and Rust does not
 //! contract on its own). The goals in speed are met without it, and a scenario gives the same bits on every
@@ -131,7 +118,8 @@ extern crate alloc;
 #[cfg(feature = "std")]
 extern crate std;
 
-// From the lowest room to the highest: a room uses those above its own line, and the scene that all of them extend.
+// From the lowest room to the highest: a room uses those above its own line, and the scene that all of them
+// extend.
 mod base;
 
 mod kernels;
@@ -153,9 +141,13 @@ mod body;
 pub mod chapter;
 
 pub use base::error::{BindError, LoadError, OutputError, ParameterError, StepError};
-pub use base::options::{SceneOptions, Sizes, Status, Structure, StructureChoice};
+pub use base::options::{RegionScales, SceneOptions, Sizes, Status, Structure, StructureChoice};
 pub use base::scalar::Scalar;
+pub use body::any::{AnyBody, Precision};
 pub use body::batch::{Batch, BatchStatus};
+pub use body::body::{Body, BodyOptions, BodyParts, LoadsAfter};
+pub use body::quantity::{At, Quantity};
+pub use body::saved::{Restored, SavedError};
 #[cfg(feature = "alloc")]
 pub use body::simulation::{Simulation, SimulationError};
 pub use body::tree::{SurfaceTree, TreeSizes};
@@ -170,6 +162,7 @@ pub use scene::state::State;
 pub use sections::contact::Contact;
 #[cfg(feature = "mmap")]
 pub use sections::mmap::{Mapped, OpenError};
+pub use sections::place::{MAX_PLACE_NODES, Place, PlaceError};
 pub use sections::rows::Field;
 pub use sections::stress_rows::StressPoint;
 pub use sections::surface::{Surface, SurfacePoint, nearest_in_triangle};

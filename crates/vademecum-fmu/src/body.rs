@@ -7,8 +7,8 @@
 
 use vademecum_eval::format::{File, MAX_PARAMETERS, Metadata, ParameterRole, SectionKind};
 use vademecum_eval::{
-    BindError, Contact, Field, Loads, OutputError, RigidMotion, Scene, SceneOptions, State, StructureChoice,
-    SurfacePoint,
+    BindError, BodyOptions, BodyParts, Contact, Field, OutputError, Place, RigidMotion, SceneOptions,
+    StructureChoice, SurfacePoint,
 };
 
 use crate::bytes::{Cursor, Pen};
@@ -23,13 +23,9 @@ pub struct Body {
     counts: Counts,
     points: Points<'static>,
     names: Names,
-    /// Where the nodes are at rest.
-    file: File<'static>,
-    /// The rigid motion of a body without supports.
+    /// Start and last step of the flight of a body without supports.
     flight: Option<Flight>,
-    scene: Scene<'static, f64>,
-    state: State<'static, f64>,
-    loads: Loads<'static, f64>,
+    body: vademecum_eval::Body<'static, f64>,
     /// Forces on the points, three numbers each, then amplitudes of the patterns, then the force on the
     /// centre of a free body.
     inputs: &'static mut [f64],
@@ -37,7 +33,6 @@ pub struct Body {
     shown: &'static mut [f64],
     /// A state: the one before a step that may fail, or one on its way in or out.
     saved: &'static mut [f64],
-    work: &'static mut [f64],
     /// The loads are not those of the inputs.
     stale: bool,
 }
@@ -60,34 +55,29 @@ struct Names {
 
 /// Numbers that a body wants.
 struct Lengths {
-    scene: usize,
-    state: usize,
-    loads: usize,
+    body: usize,
     inputs: usize,
     saved: usize,
-    work: usize,
 }
 
 impl Lengths {
-    fn of(file: &File<'_>, options: &SceneOptions, points: usize) -> Result<Self, BindError> {
-        let sizes = Scene::<f64>::sizes(file, options)?;
+    fn of(file: &File<'_>, options: &BodyOptions, points: usize) -> Result<Self, BindError> {
         let metadata = file.metadata();
         let inputs = points.saturating_mul(3).saturating_add(metadata.n_patterns as usize).saturating_add(3);
         let saved = 3 * metadata.n_modes as usize;
-        Ok(Self {
-            scene: sizes.scene,
-            state: sizes.state,
-            loads: sizes.loads,
-            inputs,
-            saved,
-            work: sizes.work,
-        })
+        let body = vademecum_eval::Body::<f64>::len_for(file, options)?;
+        Ok(Self { body, inputs, saved })
     }
 
     fn sum(&self) -> usize {
-        let Self { scene, state, loads, inputs, saved, work } = *self;
-        [scene, state, loads, inputs, inputs, saved, work].into_iter().fold(0, usize::saturating_add)
+        let Self { body, inputs, saved } = *self;
+        [body, inputs, inputs, saved].into_iter().fold(0, usize::saturating_add)
     }
+}
+
+/// Options of the evaluator's body: no compliance is asked for.
+fn body_options(metadata: &Metadata<'_>, points: usize) -> BodyOptions {
+    BodyOptions { scene: options(metadata, points), places: 0, ..BodyOptions::default() }
 }
 
 /// What a body of a file is bound to: the structure that `vademecum run` takes, except that a file with live
@@ -108,7 +98,7 @@ impl Body {
     /// # Errors
     /// [`BindError`]: a file that cannot be stepped.
     pub fn len_for(file: &File<'_>, points: usize) -> Result<usize, BindError> {
-        Ok(Lengths::of(file, &options(file.metadata(), points), points)?.sum())
+        Ok(Lengths::of(file, &body_options(file.metadata(), points), points)?.sum())
     }
 
     /// A body at rest, at the parameters that the file was built for.
@@ -120,50 +110,25 @@ impl Body {
         points: Points<'static>,
         memory: &'static mut [f64],
     ) -> Result<Self, BindError> {
-        let options = options(file.metadata(), points.len());
+        let options = body_options(file.metadata(), points.len());
         let lengths = Lengths::of(file, &options, points.len())?;
-        let (found, needed) = (memory.len(), lengths.sum());
-        let mut rest = memory;
-        let mut take = |length: usize| {
-            let (taken, left) = core::mem::take(&mut rest).split_at_mut_checked(length)?;
-            rest = left;
-            Some(taken)
-        };
-        let Lengths { scene, state, loads, inputs, saved, work } = lengths;
-        let pieces = [scene, state, loads, inputs, inputs, saved, work].map(&mut take);
-        let [Some(scene), Some(state), Some(loads), Some(inputs), Some(shown), Some(saved), Some(work)] =
-            pieces
-        else {
-            return Err(BindError::LentMemory { found, needed });
-        };
-        let scene = Scene::bind(file, &options, scene, work)?;
-        let state = State::new(&scene, state)?;
-        let loads = Loads::new(&scene, loads)?;
-        let saved = saved.get_mut(..scene.state_numbers()).unwrap_or_default();
+        let short = BindError::LentMemory { found: memory.len(), needed: lengths.sum() };
+        let Lengths { body, inputs, saved } = lengths;
+        let (body, rest) = memory.split_at_mut_checked(body).ok_or(short)?;
+        let (own_inputs, rest) = rest.split_at_mut_checked(inputs).ok_or(short)?;
+        let (shown, rest) = rest.split_at_mut_checked(inputs).ok_or(short)?;
+        let body = vademecum_eval::Body::bind(file, &options, body)?;
+        let saved = rest.get_mut(..saved.min(body.scene().state_numbers())).ok_or(short)?;
         let counts = Counts::of(file, points.len() as u32, points.stresses() as u32);
         let names = Names {
             patterns: text(file, SectionKind::PatternNames),
             probes: text(file, SectionKind::ProbeNames),
             supports: text(file, SectionKind::SupportNames),
         };
-        inputs.fill(0.0);
+        own_inputs.fill(0.0);
         shown.fill(0.0);
-        let (flight, file, stale) = (Flight::new(&scene), *file, false);
-        Ok(Self {
-            counts,
-            points,
-            names,
-            file,
-            flight,
-            scene,
-            state,
-            loads,
-            inputs,
-            shown,
-            saved,
-            work,
-            stale,
-        })
+        let flight = body.flight().map(Flight::new);
+        Ok(Self { counts, points, names, flight, body, inputs: own_inputs, shown, saved, stale: false })
     }
 
     /// What can be counted.
@@ -175,13 +140,13 @@ impl Body {
     /// `Δt` \[s\].
     #[must_use]
     pub const fn time_step(&self) -> f64 {
-        self.scene.parameters().time_step
+        self.body.time_step()
     }
 
     /// Modes of the basis.
     #[must_use]
     pub const fn n_modes(&self) -> usize {
-        self.scene.n_modes()
+        self.body.scene().n_modes()
     }
 
     /// Puts everything back as it was made.
@@ -189,13 +154,14 @@ impl Body {
     /// # Errors
     /// [`Refusal::Bind`] can only come from a file that has changed.
     pub fn reset(&mut self) -> Result<(), Refusal> {
-        let options = options(self.scene.metadata(), self.points.len());
-        self.scene.rebind(&options, self.work)?;
-        self.state.rest();
-        self.loads.clear();
+        let options = options(self.body.scene().metadata(), self.points.len());
+        // Without loads and at rest, nothing is left of what was.
+        self.body.clear();
+        self.body.rest();
+        let _ = self.body.rebind(&options)?;
         self.inputs.fill(0.0);
         self.shown.fill(0.0);
-        self.flight = Flight::new(&self.scene);
+        self.flight = self.body.flight().map(Flight::new);
         self.stale = false;
         Ok(())
     }
@@ -220,7 +186,7 @@ impl Body {
         use Variable as V;
         Ok(match variable {
             V::Step => self.time_step(),
-            V::Energy => self.scene.energy(&self.state)?,
+            V::Energy => self.body.energy()?,
             V::Force(..) | V::Pattern(_) | V::BodyForce(_) => {
                 let place = self.input(variable).and_then(|at| self.inputs.get(at));
                 *place.ok_or(Refusal::NoVariable)?
@@ -229,17 +195,21 @@ impl Body {
                 self.at_point(point, component, Field::Displacement, seen)?
             }
             V::Velocity(point, component) => self.at_point(point, component, Field::Velocity, seen)?,
-            V::Probe(probe) => self.scene.probe(&self.state, probe as usize, Field::Displacement)?,
-            V::ProbeVelocity(probe) => self.scene.probe(&self.state, probe as usize, Field::Velocity)?,
+            V::Probe(probe) => self.body.probe(probe as usize, Field::Displacement)?,
+            V::ProbeVelocity(probe) => self.body.probe(probe as usize, Field::Velocity)?,
             V::Parameter(index) => {
-                parameter(self.scene.options(), self.scene.metadata(), index).ok_or(Refusal::NoVariable)?
+                parameter(self.body.scene().options(), self.body.scene().metadata(), index)
+                    .ok_or(Refusal::NoVariable)?
             }
             V::VonMises(index) => self.von_mises(index)?,
             V::ReactionForce(support, c) => self.reaction(support, c, seen)?,
             V::ReactionMoment(support, c) => self.reaction(support, c.saturating_add(3), seen)?,
-            V::BodyPosition(_) | V::BodyAttitude(_) | V::BodyVelocity(_) | V::BodySpin(_) => {
-                self.flight.and_then(|flight| flight.value(variable)).ok_or(Refusal::NoVariable)?
-            }
+            V::BodyPosition(_) | V::BodyAttitude(_) | V::BodyVelocity(_) | V::BodySpin(_) => self
+                .body
+                .flight()
+                .and_then(|free| flight::value(free, variable))
+                .ok_or(Refusal::NoVariable)?,
+            V::Total(index) => self.body.total(Variable::total(index).ok_or(Refusal::NoVariable)?)?,
             V::Time => return Err(Refusal::NoVariable),
         })
     }
@@ -248,9 +218,10 @@ impl Body {
     fn von_mises(&self, index: u32) -> Result<f64, Refusal> {
         let place = self.points.stress(index as usize).ok_or(Refusal::NoVariable)?;
         let mut most = 0.0f64;
-        for point in 0..self.scene.n_stress_points() {
-            if self.scene.stress_point(point).is_some_and(|point| point.node == place.node) {
-                most = most.max(self.scene.stress(&self.state, point)?.von_mises());
+        let scene = self.body.scene();
+        for point in 0..scene.n_stress_points() {
+            if scene.stress_point(point).is_some_and(|point| point.node == place.node) {
+                most = most.max(scene.stress(self.body.state(), point)?.von_mises());
             }
         }
         Ok(most)
@@ -260,7 +231,7 @@ impl Body {
     fn reaction(&self, support: u32, component: u32, seen: &mut Seen) -> Result<f64, Refusal> {
         let exerted = match seen.support {
             Some((known, exerted)) if known == support => exerted,
-            _ => self.scene.reaction(&self.state, support as usize)?.total(),
+            _ => self.body.scene().reaction(self.body.state(), support as usize)?.total(),
         };
         seen.support = Some((support, exerted));
         exerted.get(component as usize).copied().ok_or(Refusal::NoVariable)
@@ -271,19 +242,17 @@ impl Body {
             Some((point, of, moved)) if (point, of) == (index, field) => moved,
             _ => {
                 let missing = OutputError::OutOfRange { index: index as usize, count: self.points.len() };
-                let place = placed(&self.file, &self.points.get(index as usize).ok_or(missing)?);
-                match (&self.flight, field) {
-                    (None, _) => self.scene.point(&self.state, &place, field)?,
+                let place = placed(self.body.file(), &self.points.get(index as usize).ok_or(missing)?);
+                let (scene, state) = (self.body.scene(), self.body.state());
+                match (self.body.flight(), field) {
+                    (None, _) => self.body.point(&place, field)?,
                     // In space, the rigid motion included.
-                    (Some(flight), Field::Displacement) => {
-                        let at = flight.free.point(&self.scene, &self.state, &place)?;
-                        let [x, y, z] = at;
+                    (Some(free), Field::Displacement) => {
+                        let [x, y, z] = free.point(scene, state, &place)?;
                         let [a, b, c] = place.position;
                         [x - a, y - b, z - c]
                     }
-                    (Some(flight), Field::Velocity) => {
-                        flight.free.velocity(&self.scene, &self.state, &place)?
-                    }
+                    (Some(free), Field::Velocity) => free.velocity(scene, state, &place)?,
                 }
             }
         };
@@ -302,7 +271,7 @@ impl Body {
         settings: impl Fn() -> I,
         starting: bool,
     ) -> Result<(), (Variable, Refusal)> {
-        let mut options = *self.scene.options();
+        let mut options = *self.body.scene().options();
         let mut last = None;
         let mut flight = self.flight;
         let mut thrown = None;
@@ -318,28 +287,35 @@ impl Body {
                     thrown = Some(variable);
                 }
                 Variable::Parameter(index) => {
-                    let metadata = self.scene.metadata();
+                    let metadata = self.body.scene().metadata();
                     if parameter(&options, metadata, index).is_none() {
                         return Err((variable, Refusal::NoVariable));
                     }
-                    let done = options.set(metadata, index as usize, value);
+                    let done = options.set(metadata, &[(index as usize, value)]);
                     done.map_err(|error| (variable, Refusal::Parameter(error)))?;
                     last = Some(variable);
                 }
                 _ => return Err((variable, Refusal::NotSettable)),
             }
         }
-        if let (Some(variable), Some(flight)) = (thrown, &mut flight) {
-            flight.begin().ok_or((variable, Refusal::Unsupported("an attitude of zero is none")))?;
+        let begin = |body: &Self, flight: &Option<Flight>| {
+            let (flight, free) = (flight.as_ref()?, body.body.flight()?);
+            flight.begin(free.body())
+        };
+        if let Some(variable) = thrown {
+            let refusal = Refusal::Unsupported("an attitude of zero is none");
+            begin(self, &flight).ok_or((variable, refusal))?;
         }
         if let Some(variable) = last {
-            self.scene.rebind(&options, self.work).map_err(|error| (variable, Refusal::Bind(error)))?;
+            let _ = self.body.rebind(&options).map_err(|error| (variable, Refusal::Bind(error)))?;
             self.stale = true;
         }
-        self.flight = flight;
-        if let Some(flight) = &mut self.flight {
-            flight.free.follow(&self.scene);
+        if thrown.is_some() {
+            // At the mass that belongs to the parameters.
+            let motion = begin(self, &flight);
+            let _ = motion.and_then(|motion| self.body.set_motion(motion));
         }
+        self.flight = flight;
         for (variable, value) in settings() {
             if let Some(place) = self.input(variable).and_then(|at| self.inputs.get_mut(at)) {
                 // The sign of a zero is no change.
@@ -355,19 +331,20 @@ impl Body {
     /// # Errors
     /// [`Refusal`]; the body is then where it was.
     pub fn step(&mut self, steps: u64) -> Result<(), Refusal> {
-        let before = self.flight;
-        if self.stale && before.is_none() {
-            self.load(false)?;
+        let before = (self.flight, self.body.flight().copied());
+        if self.stale && self.flight.is_none() {
+            self.load()?;
             self.stale = false;
         }
-        self.state.save_into(self.saved)?;
+        self.body.state().save_into(self.saved)?;
         for taken in 0..steps {
             let done = match self.flight {
                 Some(_) => self.fly(),
-                None => self.scene.step(&mut self.state, &self.loads).map(drop).map_err(Refusal::from),
+                None => self.body.step().map(drop).map_err(Refusal::from),
             };
             if let Err(refusal) = done {
-                self.flight = before;
+                self.flight = before.0;
+                self.body.with(|parts| *parts.flight = before.1);
                 if taken > 0 {
                     self.put_back()?;
                 }
@@ -382,47 +359,43 @@ impl Body {
 
     /// A step of a free body, in the directions of space.
     fn fly(&mut self) -> Result<(), Refusal> {
-        let Self { flight, scene, loads, points, inputs, state, file, counts, .. } = self;
-        let Some(flight) = flight else { return Err(Refusal::NoVariable) };
-        let mut inputs = inputs.iter().copied();
-        let free = &mut flight.free;
-        free.follow(scene);
-        free.clear(loads);
-        for index in 0..points.len() {
-            let force = next_force(&mut inputs);
-            let Some(point) = points.get(index).filter(|_| force != [0.0; 3]) else { continue };
-            free.push(scene, loads, &placed(file, &point), force)?;
-        }
-        for (pattern, amplitude) in inputs.by_ref().take(counts.patterns as usize).enumerate() {
-            if amplitude != 0.0 {
-                free.push_pattern(scene, loads, pattern, amplitude)?;
-            }
-        }
-        free.pull(next_force(&mut inputs));
-        flight.turned = free.middle(scene);
+        let pull = self.load()?;
+        self.body.pull(pull)?;
+        let (Some(flight), Some(free)) = (&mut self.flight, self.body.flight()) else {
+            return Err(Refusal::NoVariable);
+        };
+        flight.turned = free.middle(self.body.scene());
         let spin = |motion: &RigidMotion| motion.spin(free.body());
-        flight.spins = [spin(free.motion()), spin(&free.ahead(scene))];
-        free.step(scene, state, loads)?;
+        flight.spins = [spin(free.motion()), spin(&free.ahead(self.body.scene()))];
+        self.body.step()?;
         Ok(())
     }
 
-    /// Makes the loads of the inputs, or of those of the last step.
-    fn load(&mut self, shown: bool) -> Result<(), Refusal> {
-        let inputs = if shown { &*self.shown } else { &*self.inputs };
-        let acting = Acting {
-            scene: &self.scene,
-            points: &self.points,
-            patterns: self.counts.patterns,
-            flight: self.flight.as_ref(),
-        };
-        acting.load(&mut self.loads, inputs.iter().copied())
+    /// Makes the loads of the inputs; the force on the centre of a free body. A point without force stays
+    /// out, so that an unloaded body can rest.
+    fn load(&mut self) -> Result<[f64; 3], Refusal> {
+        let Self { body, points, inputs, counts, .. } = self;
+        let mut inputs = inputs.iter().copied();
+        body.clear();
+        for index in 0..points.len() {
+            let force = next_force(&mut inputs);
+            let Some(point) = points.get(index).filter(|_| force != [0.0; 3]) else { continue };
+            body.push(&Place::triangle(point.nodes, point.weights), force)?;
+        }
+        for (pattern, amplitude) in inputs.by_ref().take(counts.patterns as usize).enumerate() {
+            if amplitude != 0.0 {
+                body.push_pattern(pattern, amplitude)?;
+            }
+        }
+        Ok(next_force(&mut inputs))
     }
 
     /// Takes the saved state back, with the loads of the step that led to it.
     fn put_back(&mut self) -> Result<(), Refusal> {
-        self.load(true)?;
+        let Self { body, flight, points, counts, shown, saved, .. } = self;
+        let acting = Acting { points, patterns: counts.patterns, flight: flight.as_ref() };
+        body.with(|parts| acting.restore(parts, shown.iter().copied(), saved))?;
         self.stale = true;
-        self.state.restore_under(self.saved, &self.loads)?;
         Ok(())
     }
 
@@ -440,11 +413,11 @@ impl Body {
     pub fn save_into(&mut self, pen: &mut Pen<'_>) -> Result<(), Refusal> {
         let mut parameters = [0.0; MAX_PARAMETERS];
         for (index, place) in (0..).zip(&mut parameters) {
-            let value = parameter(self.scene.options(), self.scene.metadata(), index);
-            *place = value.unwrap_or_default();
+            let scene = self.body.scene();
+            *place = parameter(scene.options(), scene.metadata(), index).unwrap_or_default();
         }
-        self.state.save_into(self.saved)?;
-        let flight = self.flight.map(|flight| flight.numbers());
+        self.body.state().save_into(self.saved)?;
+        let flight = self.flight.zip(self.body.flight()).map(|(flight, free)| flight.numbers(free.motion()));
         let flight = flight.as_ref().map_or(&[][..], |numbers| &numbers[..]);
         let parts = [&parameters[..], flight, self.inputs, self.shown, self.saved];
         for part in parts {
@@ -461,11 +434,11 @@ impl Body {
         const SHORT: Refusal = Refusal::Saved("it is too short");
         let mut parameters = [0.0; MAX_PARAMETERS];
         cursor.numbers(&mut parameters).ok_or(SHORT)?;
-        let mut flight = self.flight;
-        if let Some(flight) = &mut flight {
+        let mut flight = None;
+        if self.flight.is_some() {
             let mut numbers = [0.0; flight::NUMBERS];
             cursor.numbers(&mut numbers).ok_or(SHORT)?;
-            *flight = flight.restored(&numbers).ok_or(Refusal::Saved("its flight is none"))?;
+            flight = Some(Flight::restored(&numbers).ok_or(Refusal::Saved("its flight is none"))?);
         }
         let inputs = cursor.take(8 * self.inputs.len()).ok_or(SHORT)?;
         let shown = cursor.take(8 * self.shown.len()).ok_or(SHORT)?;
@@ -474,36 +447,36 @@ impl Body {
         if !numbers(inputs).chain(numbers(shown)).chain(numbers(state)).all(f64::is_finite) {
             return Err(Refusal::Saved("it has a number that is not finite"));
         }
-        let before = *self.scene.options();
-        let mut options = before;
+        let before = (*self.body.scene().options(), self.body.flight().copied());
+        let mut options = before.0;
         for (index, value) in (0..).zip(parameters) {
-            if parameter(&options, self.scene.metadata(), index).is_some() {
-                options.set(self.scene.metadata(), index as usize, value)?;
+            let metadata = self.body.scene().metadata();
+            if parameter(&options, metadata, index).is_some() {
+                options.set(metadata, &[(index as usize, value)])?;
             }
         }
-        if options != before {
-            self.scene.rebind(&options, self.work)?;
+        if options != before.0 {
+            let _ = self.body.rebind(&options)?;
         }
         // Forces so large that they cannot be applied are found here, before anything else is changed.
         self.stale = true;
         let own = self.saved.iter_mut();
         own.zip(numbers(state)).for_each(|(place, number)| *place = number);
-        // The mass that belongs to the parameters, before the momenta that were kept beside them.
-        if let (Some(kept), Some(own)) = (&mut flight, Flight::new(&self.scene)) {
-            let motion = *kept.free.motion();
-            kept.free = own.free;
-            kept.free.set_motion(motion);
-        }
-        let loads = &mut self.loads;
-        let (scene, points, patterns) = (&self.scene, &self.points, self.counts.patterns);
-        let acting = Acting { scene, points, patterns, flight: flight.as_ref() };
-        let done = acting
-            .load(loads, numbers(shown))
-            .and_then(|()| Ok(self.state.restore_under(self.saved, loads)?));
-        if let Err(refusal) = done {
-            self.scene.rebind(&before, self.work)?;
+        let Self { body, points, counts, saved, .. } = self;
+        let motion = flight.map(|(_, motion)| motion);
+        let flight = flight.map(|(flight, _)| flight);
+        let acting = Acting { points, patterns: counts.patterns, flight: flight.as_ref() };
+        if let Err(refusal) = body.with(|parts| acting.restore(parts, numbers(shown), saved)) {
+            let _ = self.body.rebind(&before.0)?;
+            self.body.with(|parts| *parts.flight = before.1);
             return Err(refusal);
         }
+        // Every bit comes back: what was kept is not made of length one again.
+        self.body.with(|parts| {
+            if let (Some(free), Some(motion)) = (parts.flight, motion) {
+                free.set_motion(motion);
+            }
+        });
         self.flight = flight;
         self.inputs.iter_mut().zip(numbers(inputs)).for_each(|(place, number)| *place = number);
         self.shown.iter_mut().zip(numbers(shown)).for_each(|(place, number)| *place = number);
@@ -521,14 +494,14 @@ impl Body {
             V::Pattern(pattern) => line(self.names.patterns, pattern),
             V::Probe(probe) | V::ProbeVelocity(probe) => line(self.names.probes, probe),
             V::Parameter(index) => {
-                let parameter = self.scene.metadata().active_parameters().get(index as usize);
+                let parameter = self.body.scene().metadata().active_parameters().get(index as usize);
                 parameter.map_or("", |parameter| parameter.name)
             }
             V::VonMises(index) => self.points.stress(index as usize).map_or("", |place| place.name),
             V::ReactionForce(support, _) | V::ReactionMoment(support, _) => {
                 line(self.names.supports, support)
             }
-            V::Time | V::Step | V::Energy => "",
+            V::Time | V::Step | V::Energy | V::Total(_) => "",
             V::BodyForce(_) | V::BodyPosition(_) | V::BodyAttitude(_) => "",
             V::BodyVelocity(_) | V::BodySpin(_) => "",
         }
@@ -552,33 +525,39 @@ fn text(file: &File<'static>, kind: SectionKind) -> &'static str {
     file.section(kind).and_then(|section| section.text().ok()).unwrap_or_default()
 }
 
-/// What makes loads of inputs.
+/// Loads of a step that was taken, made again from its inputs.
 struct Acting<'a> {
-    scene: &'a Scene<'static, f64>,
     points: &'a Points<'static>,
     patterns: u32,
-    /// Whose forces are those of space, as the body was turned in its last step.
+    /// Of a free body, whose forces are those of space, as it was turned in that step.
     flight: Option<&'a Flight>,
 }
 
 impl Acting<'_> {
-    /// Makes the loads of these inputs. A point without force stays out, so that an unloaded body can rest.
-    fn load(&self, loads: &mut Loads<'_, f64>, mut inputs: impl Iterator<Item = f64>) -> Result<(), Refusal> {
+    /// Takes a state back under these inputs.
+    fn restore(
+        &self,
+        parts: BodyParts<'_, 'static, f64>,
+        mut inputs: impl Iterator<Item = f64>,
+        state: &[f64],
+    ) -> Result<(), Refusal> {
+        let (scene, loads) = (parts.scene, parts.loads);
         loads.clear();
         for index in 0..self.points.len() {
             let force = next_force(&mut inputs);
             let Some(point) = self.points.get(index).filter(|_| force != [0.0; 3]) else { continue };
             let force = self.flight.map_or(force, |flight| flight.turned.to_body(force));
-            loads.add_contact(self.scene, &Contact { nodes: point.nodes, weights: point.weights, force })?;
+            loads.add_contact(scene, &Contact::new(Place::triangle(point.nodes, point.weights), force))?;
         }
         for (pattern, amplitude) in inputs.take(self.patterns as usize).enumerate() {
             if amplitude != 0.0 {
-                loads.add_pattern(self.scene, pattern, amplitude)?;
+                loads.add_pattern(scene, pattern, amplitude)?;
             }
         }
         if let Some(Flight { spins: [before, after], .. }) = self.flight {
-            loads.add_spin(self.scene, *before, *after)?;
+            loads.add_spin(scene, *before, *after)?;
         }
+        parts.state.restore_under(state, loads)?;
         Ok(())
     }
 }
@@ -593,7 +572,7 @@ fn next_force(inputs: &mut impl Iterator<Item = f64>) -> [f64; 3] {
 }
 
 /// A named point, and where it is at rest in a file that says so.
-fn placed(file: &File<'static>, point: &Point<'_>) -> SurfacePoint {
+fn placed(file: &File<'_>, point: &Point<'_>) -> SurfacePoint {
     let &Point { nodes, weights, .. } = point;
     let mut position = [0.0; 3];
     let section = file.section(SectionKind::NodeCoordinates);
@@ -604,7 +583,7 @@ fn placed(file: &File<'static>, point: &Point<'_>) -> SurfacePoint {
             }
         }
     }
-    SurfacePoint { nodes, weights, position, distance: 0.0 }
+    SurfacePoint { place: Place::triangle(nodes, weights), position, distance: 0.0 }
 }
 
 /// Value of a parameter at these options; `None` for one that an FMU does not offer. The time step is one:
@@ -615,8 +594,8 @@ pub fn parameter(options: &SceneOptions, metadata: &Metadata<'_>, index: u32) ->
     match metadata.active_parameters().get(index as usize)?.role {
         R::Stiffness => Some(options.stiffness),
         R::Density => Some(options.density),
-        R::RegionStiffness { region } => options.region_stiffness.get(region as usize).copied(),
-        R::RegionDensity { region } => options.region_density.get(region as usize).copied(),
+        R::RegionStiffness { region } => options.regions.stiffness().get(region as usize).copied(),
+        R::RegionDensity { region } => options.regions.density().get(region as usize).copied(),
         R::Alpha => Some(options.alpha.unwrap_or(metadata.alpha)),
         R::Beta => Some(options.beta.unwrap_or(metadata.beta)),
         _ => None,

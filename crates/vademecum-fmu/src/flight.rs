@@ -1,6 +1,6 @@
 //! The rigid motion of a free body: where it starts, where it is, and how its last step was turned.
 
-use vademecum_eval::{FreeBody, RigidMotion, Scene};
+use vademecum_eval::{FreeBody, RigidBody, RigidMotion};
 
 use crate::variables::Variable;
 
@@ -9,11 +9,9 @@ pub const NUMBERS: usize = START + 13 + 4 + 6;
 /// Those of the start.
 const START: usize = 13;
 
-/// A free body in its flight.
+/// Start and last step of a flight, whose rigid motion the evaluator's body has.
 #[derive(Clone, Copy, Debug)]
 pub struct Flight {
-    /// The rigid motion, and what pushes it in the coming step.
-    pub free: FreeBody,
     /// As it was set before the first step: position, attitude (real part last), velocity, angular velocity.
     start: [f64; START],
     /// How the body was turned halfway through the last step, in which forces of space acted on it.
@@ -23,15 +21,13 @@ pub struct Flight {
 }
 
 impl Flight {
-    /// At rest where the file has it; `None` for a body with supports.
-    pub fn new(scene: &Scene<'_, f64>) -> Option<Self> {
-        let free = FreeBody::new(scene, RigidMotion::at_rest)?;
-        let turned = *free.motion();
-        let mut flight = Self { free, start: [0.0; START], turned, spins: [[0.0; 3]; 2] };
+    /// A start at the body's present motion.
+    pub fn new(free: &FreeBody) -> Self {
+        let mut flight = Self { start: [0.0; START], turned: *free.motion(), spins: [[0.0; 3]; 2] };
         for (index, place) in (0..).zip(flight.start.iter_mut()) {
-            *place = own(&free, index);
+            *place = own(free, index);
         }
-        Some(flight)
+        flight
     }
 
     /// Place of a variable among the numbers of a start.
@@ -50,23 +46,17 @@ impl Flight {
         Self::place(variable).is_some()
     }
 
-    /// Its value.
-    pub fn value(&self, variable: Variable) -> Option<f64> {
-        Some(own(&self.free, Self::place(variable)?))
-    }
-
-    /// Sets a number of the start; [`Flight::begin`] makes a motion of all of them.
+    /// Sets a number of the start, of all of which [`Flight::begin`] makes a motion.
     pub fn set(&mut self, variable: Variable, value: f64) {
         let place = Self::place(variable).and_then(|place| self.start.get_mut(place));
         place.into_iter().for_each(|place| *place = value);
     }
 
-    /// Starts the flight; `None` where the attitude is zero.
-    pub fn begin(&mut self) -> Option<()> {
+    /// The motion of the start; `None` where the attitude is zero.
+    pub fn begin(&self, body: &RigidBody) -> Option<RigidMotion> {
         let [x, y, z, a, b, c, w, u, v, s, p, q, r] = self.start;
-        let body = *self.free.body();
         let placed =
-            RigidMotion { position: [x, y, z], attitude: [w, a, b, c], ..RigidMotion::at_rest(&body) };
+            RigidMotion { position: [x, y, z], attitude: [w, a, b, c], ..RigidMotion::at_rest(body) };
         let placed = placed.normalised()?;
         let turning = body.angular_momentum_of(placed.to_body([p, q, r]));
         let motion = RigidMotion {
@@ -74,37 +64,39 @@ impl Flight {
             angular_momentum: placed.to_space(turning),
             ..placed
         };
-        self.free.set_motion(motion.normalised()?);
-        Some(())
+        motion.normalised()
     }
 
     /// The numbers that are kept.
-    pub fn numbers(&self) -> [f64; NUMBERS] {
+    pub fn numbers(&self, motion: &RigidMotion) -> [f64; NUMBERS] {
         let mut numbers = [0.0; NUMBERS];
-        let RigidMotion { position, attitude, momentum, angular_momentum } = *self.free.motion();
+        let RigidMotion { position, attitude, momentum, angular_momentum } = *motion;
         let all = self.start.iter().chain(&position).chain(&attitude).chain(&momentum);
         let all = all.chain(&angular_momentum).chain(&self.turned.attitude).chain(self.spins.as_flattened());
         numbers.iter_mut().zip(all).for_each(|(out, &number)| *out = number);
         numbers
     }
 
-    /// The same flight as it was kept; `None` where a number is not finite, or an attitude zero.
-    pub fn restored(&self, numbers: &[f64; NUMBERS]) -> Option<Self> {
+    /// A flight and its motion as they were kept; `None` where a number is not finite, or an attitude zero.
+    pub fn restored(numbers: &[f64; NUMBERS]) -> Option<(Self, RigidMotion)> {
         let mut left = numbers.iter().copied();
-        let mut flight = *self;
-        flight.start = take(&mut left);
+        let start: [f64; START] = take(&mut left);
         let (position, attitude) = (take(&mut left), take(&mut left));
         let (momentum, angular_momentum) = (take(&mut left), take(&mut left));
         let motion = RigidMotion { position, attitude, momentum, angular_momentum };
-        // Every bit comes back, so nothing is made of length one here.
         motion.normalised()?;
-        flight.free.set_motion(motion);
-        flight.turned.attitude = take(&mut left);
-        flight.turned.normalised()?;
-        flight.spins = [take(&mut left), take(&mut left)];
-        let finite = flight.start.iter().chain(flight.spins.as_flattened()).all(|number| number.is_finite());
-        finite.then_some(flight)
+        // Only its attitude is used: it turns directions.
+        let turned = RigidMotion { attitude: take(&mut left), ..motion };
+        turned.normalised()?;
+        let spins = [take(&mut left), take(&mut left)];
+        let finite = start.iter().chain(spins.as_flattened()).all(|number| number.is_finite());
+        finite.then_some((Self { start, turned, spins }, motion))
     }
+}
+
+/// Value of a variable of the rigid motion.
+pub fn value(free: &FreeBody, variable: Variable) -> Option<f64> {
+    Some(own(free, Flight::place(variable)?))
 }
 
 /// The next numbers.

@@ -2,8 +2,8 @@
 //!
 //! The references of a kind are consecutive, and kinds follow each other in the order of [`Variable`].
 
-use vademecum_eval::RigidBody;
 use vademecum_eval::format::{File, SectionKind};
+use vademecum_eval::{Quantity, RigidBody};
 
 /// How many there are of everything that is counted.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -63,12 +63,25 @@ pub enum Variable {
     BodyVelocity(u32),
     /// Component 0 to 2 of the angular velocity of a free body in space \[rad/s\].
     BodySpin(u32),
+    /// A further scalar of the whole body, of [`Variable::total`].
+    Total(u32),
 }
 
 impl Variable {
+    /// The scalars of the whole body behind the energy, in the order of the evaluator's table.
+    pub fn totals() -> impl Iterator<Item = Quantity> {
+        Quantity::totals().filter(|quantity| *quantity != Quantity::Energy)
+    }
+
+    /// The quantity of number `index` among [`Variable::totals`].
+    #[must_use]
+    pub fn total(index: u32) -> Option<Quantity> {
+        Self::totals().nth(index as usize)
+    }
+
     /// First part of its name, and last part for a component: `force.NAME.x`.
     #[must_use]
-    pub const fn kind(self) -> (&'static str, Option<&'static str>) {
+    pub fn kind(self) -> (&'static str, Option<&'static str>) {
         const fn component(component: u32) -> Option<&'static str> {
             match component {
                 0 => Some("x"),
@@ -96,6 +109,7 @@ impl Variable {
             Self::BodyAttitude(c) => ("body_attitude", component(c)),
             Self::BodyVelocity(c) => ("body_velocity", component(c)),
             Self::BodySpin(c) => ("body_angular_velocity", component(c)),
+            Self::Total(index) => (Self::total(index).map_or("", Quantity::name), None),
         }
     }
 }
@@ -121,14 +135,31 @@ impl Counts {
     }
 
     /// How many references of each kind there are, in their order.
-    const fn lengths(&self) -> [u32; 18] {
+    fn lengths(&self) -> [u32; 19] {
         let Self { points, patterns, probes, parameters, stresses, supports, free } = *self;
         let (moved, held, flown) =
             (points.saturating_mul(3), supports.saturating_mul(3), free.saturating_mul(3));
         let turned = free.saturating_mul(4);
         [
-            1, 1, 1, moved, moved, moved, patterns, probes, probes, parameters, stresses, held, held, flown,
-            flown, turned, flown, flown,
+            1,
+            1,
+            1,
+            moved,
+            moved,
+            moved,
+            patterns,
+            probes,
+            probes,
+            parameters,
+            stresses,
+            held,
+            held,
+            flown,
+            flown,
+            turned,
+            flown,
+            flown,
+            Variable::totals().fold(0, |count, _| count + 1),
         ]
     }
 
@@ -158,7 +189,8 @@ impl Counts {
                     14 => V::BodyPosition(at),
                     15 => V::BodyAttitude(at),
                     16 => V::BodyVelocity(at),
-                    _ => V::BodySpin(at),
+                    17 => V::BodySpin(at),
+                    _ => V::Total(at),
                 });
             };
             at = beyond;
@@ -176,14 +208,14 @@ impl Counts {
 
 #[cfg(test)]
 mod tests {
-    use super::{Counts, Variable as V};
+    use super::{Counts, Quantity, Variable as V};
 
     #[test]
     fn references_follow_each_other() {
         let (stresses, supports, free) = (1, 2, 1);
         let counts = Counts { points: 2, patterns: 1, probes: 2, parameters: 1, stresses, supports, free };
         let all: Vec<V> = counts.all().collect();
-        assert_eq!(all.len(), 3 + 3 * 6 + 1 + 2 * 2 + 1 + 1 + 2 * 6 + 4 * 3 + 4);
+        assert_eq!(all.len(), 3 + 3 * 6 + 1 + 2 * 2 + 1 + 1 + 2 * 6 + 4 * 3 + 4 + V::totals().count());
         assert_eq!(all[..5], [V::Time, V::Step, V::Energy, V::Force(0, 0), V::Force(0, 1)]);
         assert_eq!(all[8..10], [V::Force(1, 2), V::Displacement(0, 0)]);
         let tail = [V::Velocity(1, 2), V::Pattern(0), V::Probe(0), V::Probe(1), V::ProbeVelocity(0)];
@@ -191,8 +223,9 @@ mod tests {
         assert_eq!(all[25..28], [V::ProbeVelocity(1), V::Parameter(0), V::VonMises(0)]);
         assert_eq!(all[33..35], [V::ReactionForce(1, 2), V::ReactionMoment(0, 0)]);
         assert_eq!(all[49..51], [V::BodyAttitude(3), V::BodyVelocity(0)]);
-        assert_eq!(all.last(), Some(&V::BodySpin(2)));
+        assert_eq!(all[55..58], [V::BodySpin(2), V::Total(0), V::Total(1)]);
+        assert_eq!(Some(V::Total(1).kind().0), V::total(1).map(Quantity::name));
         assert_eq!(counts.variable(all.len() as u32), None);
-        assert_eq!(Counts::default().all().count(), 3);
+        assert_eq!(Counts::default().all().count(), 3 + V::totals().count());
     }
 }

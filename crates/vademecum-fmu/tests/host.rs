@@ -9,7 +9,7 @@ use std::sync::Mutex;
 
 use vademecum_eval::format::{File, ParameterRole, SectionKind};
 use vademecum_eval::{
-    Contact, Field, FreeBody, Loads, RigidMotion, Scene, SceneOptions, State, Surface, SurfacePoint,
+    Contact, Field, FreeBody, Loads, Place, RigidMotion, Scene, SceneOptions, State, Surface, SurfacePoint,
 };
 use vademecum_fmu::fmi2::*;
 use vademecum_fmu::fmi3::*;
@@ -44,8 +44,7 @@ impl Unit {
         let file = File::parse(&bytes).expect("a file");
         // A file without geometry is touched at two of its nodes.
         let at_node = |node: u32| SurfacePoint {
-            nodes: [node; 3],
-            weights: [1.0, 0.0, 0.0],
+            place: Place::triangle([node; 3], [1.0, 0.0, 0.0]),
             position: [0.0; 3],
             distance: 0.0,
         };
@@ -54,7 +53,7 @@ impl Unit {
             Err(_) => [at_node(0), at_node(5)],
         };
         let row = |(name, point): (&'static str, &SurfacePoint)| {
-            let (nodes, weights) = (point.nodes, point.weights);
+            let (nodes, weights) = point.place.corners().expect("a triangle");
             Point { name, nodes, weights }
         };
         let rows: Vec<Point<'_>> = ["root", "far 100 %s"].into_iter().zip(&points).map(row).collect();
@@ -296,7 +295,7 @@ fn numbers_are_those_of_the_evaluator_bit_for_bit() {
             let size = f64::from(internal) * step;
             loads.clear();
             for (p, at) in unit.points.iter().enumerate() {
-                let contact = Contact { nodes: at.nodes, weights: at.weights, force: force(turn, p) };
+                let contact = Contact::new(at.place, force(turn, p));
                 loads.add_contact(&scene, &contact).expect("a contact");
             }
             if amplitude != 0.0 {
@@ -367,8 +366,7 @@ fn stress_and_reactions_are_those_of_the_evaluator() {
         for (component, force) in [(0, 3.0), (2, -20.0)] {
             assert_eq!(two.set(unit.reference(V::Force(1, component)), force), 0);
         }
-        let SurfacePoint { nodes, weights, .. } = unit.points[1];
-        let contact = Contact { nodes, weights, force: [3.0, 0.0, -20.0] };
+        let contact = Contact::new(unit.points[1].place, [3.0, 0.0, -20.0]);
         loads.add_contact(&scene, &contact).expect("a push");
         for turn in 0..9 {
             assert_eq!(two.step(f64::from(turn) * step, step), 0);

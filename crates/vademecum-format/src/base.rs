@@ -17,7 +17,7 @@ pub const BASE_PATTERNS: [&str; 12] = [
     "base.wzwx",
 ];
 
-/// How a base moves at an instant, in its own axes.
+/// Motion of a base at an instant, in its own axes.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct BaseMotion {
     /// Acceleration of its point \[m/s²\].

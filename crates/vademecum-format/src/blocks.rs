@@ -48,13 +48,13 @@ impl<'a> Blocks<'a> {
         Ok(Self { kind, filter, decoded_length, block_length, ends, frames })
     }
 
-    /// How many blocks there are.
+    /// Number of blocks.
     #[must_use]
     pub const fn len(&self) -> usize {
         self.ends.len()
     }
 
-    /// Whether there are none.
+    /// True without any block.
     #[must_use]
     pub const fn is_empty(&self) -> bool {
         self.ends.is_empty()
@@ -87,14 +87,14 @@ impl<'a> Blocks<'a> {
         bounds.and_then(|bounds| self.frames.get(bounds)).ok_or(refused)
     }
 
-    /// How the bytes of each block are filtered.
+    /// The filter of each block's bytes.
     #[must_use]
     pub const fn filter(&self) -> Filter {
         self.filter
     }
 }
 
-/// What is done to the bytes of a block before they are compressed, and undone after.
+/// A reversible order of a block's bytes that makes them easier to compress.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Filter {
     /// Bytes of a number.

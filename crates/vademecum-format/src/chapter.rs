@@ -1,6 +1,6 @@
 //! The chapter's structure: the stage maps of chapter 5 as it prints them (equations 5.8 and 5.9, key
-//! `chapter5` of `docs/bibliography.md`), kept as a baseline. The file format calls it the *canonical*
-//! structure, and the sections and refusals keep that name because files stay readable for ever.
+//! `chapter5` of `docs/reference/bibliography.md`), kept as a baseline. The file format calls it the
+//! *canonical* structure, and the sections and refusals keep that name because files stay readable for ever.
 //!
 //! Every coordinate of the state, the magnitude of the load and its position is an axis with one-dimensional
 //! functions of its own. Stage `i` of the scheme is `ζ_i = Σ_parts Σ_t (Π_a g_ta(x_a)) f_t` with

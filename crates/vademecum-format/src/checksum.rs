@@ -23,7 +23,7 @@ pub fn small(bytes: &[u8]) -> u32 {
     !crc
 }
 
-/// What four bits that leave the register add to it.
+/// Contribution of four bits that leave the register.
 #[cfg(any(test, not(feature = "full")))]
 const TABLE: [u32; 16] = {
     let (mut table, mut k) = ([0; 16], 0);

@@ -51,7 +51,7 @@ impl Element {
     }
 }
 
-/// How a section's bytes are stored.
+/// Storage of a section's bytes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[repr(u8)]
 #[non_exhaustive]
@@ -75,7 +75,7 @@ impl Codec {
         all.into_iter().find(|codec| *codec as u8 == code)
     }
 
-    /// Whether numbers of this type may be stored so.
+    /// True if numbers of this type may be stored so.
     #[must_use]
     pub fn codes(self, element: Element) -> bool {
         self != Self::Delta || element == Element::I16

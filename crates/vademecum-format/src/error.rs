@@ -38,7 +38,7 @@ pub enum FormatError {
     /// 5: bytes that must be zero are not (header, directory entry or padding).
     #[error("byte {offset} is padding and must be zero; the file is damaged")]
     NotZero {
-        /// Where in the file, in bytes from its start.
+        /// Place in the file, in bytes from its start.
         offset: u64,
     },
     /// 6: the file is longer or shorter than it says.
@@ -46,7 +46,7 @@ pub enum FormatError {
     FileLength {
         /// Bytes given.
         found: u64,
-        /// What the header or the last section says.
+        /// Length by the header or the last section.
         expected: u64,
     },
     /// 7: more sections than the limit.
@@ -62,7 +62,7 @@ pub enum FormatError {
     MetadataOffset {
         /// The file's.
         found: u64,
-        /// Where they must be.
+        /// Their required place.
         expected: u64,
     },
     /// 9: metadata longer than the limit or than the file.
@@ -181,7 +181,7 @@ pub enum FormatError {
         kind: u32,
         /// The file's.
         found: u64,
-        /// Where it must begin.
+        /// Its required start.
         expected: u64,
     },
     /// 24: a section's length disagrees with its shape, its codec or the file.
@@ -191,7 +191,7 @@ pub enum FormatError {
         kind: u32,
         /// The file's.
         found: u64,
-        /// What follows from shape and element type.
+        /// Length by shape and element type.
         expected: u64,
     },
     /// 25: a section's shape disagrees with the metadata.
@@ -203,7 +203,7 @@ pub enum FormatError {
         axis: u8,
         /// The file's.
         found: u64,
-        /// What the metadata ask for.
+        /// Number by the metadata.
         expected: u64,
     },
     /// 26: a section is missing that an announced structure or parameter needs.
@@ -302,7 +302,7 @@ pub enum FormatError {
     },
 }
 
-/// What a [`FormatError::Count`] or [`FormatError::Number`] speaks of.
+/// Subject of a [`FormatError::Count`] or [`FormatError::Number`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum Quantity {

@@ -23,7 +23,7 @@
 
 use crate::scheme::{HISTORY, MAX_STAGES, SchemeTable, StepParameters, TableError};
 
-/// What one stage becomes at given parameters; see the module's equation.
+/// Coefficients of one stage at given parameters; see the module's equation.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct StageCoefficients {
     /// `θ = k̃/m̃` \[s²\].
@@ -163,7 +163,7 @@ struct Propagation<'a> {
     r: usize,
     /// `x_l`, one after the other, each of length r.
     increments: &'a mut [f64],
-    /// What `E_i` multiplies.
+    /// The factor of `E_i`.
     combined: &'a mut [f64],
 }
 

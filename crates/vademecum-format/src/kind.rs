@@ -145,8 +145,9 @@ macro_rules! kinds {
 
             const fn extents(self) -> [Extent; 3] {
                 use Extent::{
-                    Any, AxisPoints, ChapterCertificate, Factors, InteriorNodes, LoadNodes, ModeComponents, Modes,
-                    Nodes, Of, Patterns, Probes, RadiusSample, Regions, RigidBody, SurfaceNodes, Terms, Triangles,
+                    Any, AxisPoints, ChapterCertificate, Factors, InteriorNodes, LoadNodes, ModeComponents,
+                    Modes, Nodes, Of, Patterns, Probes, RadiusSample, Regions, RigidBody, SurfaceNodes, Terms,
+                    Triangles,
                 };
                 match self {
                     $(Self::$kind => shape!($($extent),+),)+
@@ -220,17 +221,17 @@ kinds! {
     CanonicalPositions = 27: 1, required, U32, [Any];
     /// Direction of the load, `f64 (3)`; absent when its components are axes.
     CanonicalDirection = 28: 1, required, F64, [Of(3)];
-    /// What the build measured of it: the numbers of a structure's certificate, the step at which the
+    /// Its certificate: the numbers of a structure's certificate, the step at which the
     /// trajectory left a range (NaN: never), and per stage the relative error of the map, of its state and of
     /// its load part; `f64 (8 + 3 n_stages)`.
     CanonicalCertificate = 29: 1, required, F64, [ChapterCertificate];
-    /// What rewriting cost, for people: kind, relative error of displacement fields, of velocity fields,
+    /// Errors of rewriting, for people: kind, relative error of displacement fields, of velocity fields,
     /// largest of any mode; `f64 (any, 4)`. Since version 1.1.
     Losses = 30: 1, optional, F64, [Any, Of(4)];
-    /// What a build did to make an unstable step stable, for people: UTF-8, one repair a line. Since
+    /// Repairs by which a build made an unstable step stable, for people: UTF-8, one repair a line. Since
     /// version 1.1.
     Repairs = 31: 1, optional, U8, [Any];
-    /// What a build measured of its structures beside the certificate, for people: largest error ÷ floor of
+    /// Measurements of the structures besides the certificate, for people: largest error ÷ floor of
     /// any run, defect of reciprocity, growth of energy; `f64 (3, 3)`, a row for the diagonal, the block and
     /// the canonical structure, NaN where it was not measured. Since version 1.2.
     StructureFigures = 32: 2, optional, F64, [Of(3), Of(3)];
@@ -270,7 +271,7 @@ kinds! {
     FactorValues = 45: 4, optional, REAL, [Any];
     /// `K⁻¹F_p` \[m\] in the order of the factor, `f32|f64 (n_patterns, any)`.
     PatternAnswer = 46: 4, optional, REAL, [Patterns, Any];
-    /// Where the stress is known: node, in the file's order, and region; `u32 (any, 2)`. Since version 1.5,
+    /// Points of known stress: node, in the file's order, and region; `u32 (any, 2)`. Since version 1.5,
     /// as all below.
     StressPoints = 47: 5, optional, U32, [Any, Of(2)];
     /// Stress of each mode at these points: xx, yy, zz, xy, yz, zx, with the regions' moduli as built;
@@ -290,7 +291,7 @@ kinds! {
     SupportNames = 53: 5, optional, U8, [Any];
     /// Point about which the moment of each support is taken \[m\], `f64 (any, 3)`.
     SupportPoints = 54: 5, optional, F64, [Any, Of(3)];
-    /// What the acceleration of each mode adds to the force and the moment of each support,
+    /// Contribution of each mode's acceleration to the force and the moment of each support,
     /// `f64 (any, 6, r)`.
     ReactionBasis = 55: 5, optional, F64, [Any, Of(6), Modes];
     /// Force and moment of each support under a unit force at a loadable node that stays: row the component

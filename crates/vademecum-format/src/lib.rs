@@ -1,4 +1,4 @@
-//! What a vademecum file is, byte for byte, and what its numbers mean.
+//! Reader and writer of vademecum files, and the meaning of their numbers.
 //!
 //! The builder writes through this crate, the evaluator reads through it, and they share nothing else. The
 //! normative text is `formats/vademecum-1.md`.
@@ -89,6 +89,7 @@ mod write;
 pub use base::{BASE_PATTERNS, BaseMotion, base_field};
 pub use blocks::{Blocks, Filter, MAX_BLOCK_LENGTH};
 pub use chapter::{Chapter, ChapterAxis, ChapterPart, ChapterRole};
+pub use checksum::checksum;
 pub use element::{Codec, Element};
 pub use error::{FormatError, Quantity};
 pub use kind::{CHAPTER_AXIS, CHAPTER_CERTIFICATE, SectionKind};

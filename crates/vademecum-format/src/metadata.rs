@@ -1,4 +1,4 @@
-//! What a file says about itself: where it came from, how many of everything, the scheme, the axes, the
+//! Metadata of a file: its origin, its counts, the scheme, the axes, the
 //! certificate.
 //!
 //! Encoded by bincode 2.0.1 with fixed-width little-endian integers, under a size limit; strings are borrowed
@@ -76,7 +76,7 @@ pub struct Metadata<'a> {
     pub n_regions: u32,
     /// Number of parameters in use.
     pub n_parameters: u32,
-    /// What a scene can be set to; those past `n_parameters` are [`Parameter::UNUSED`].
+    /// Parameters of a scene; those past `n_parameters` are [`Parameter::UNUSED`].
     pub parameters: [Parameter<'a>; MAX_PARAMETERS],
     /// Axes of the block structure's separated solution; those past `n_axes` are [`Axis::UNUSED`].
     pub axes: [Axis<'a>; MAX_AXES],
@@ -88,7 +88,7 @@ pub struct Metadata<'a> {
     pub diagonal: bool,
     /// The block structure is present.
     pub block: bool,
-    /// What the build measured about itself.
+    /// Error certificate of the build.
     pub certificate: Certificate,
 }
 
@@ -144,7 +144,7 @@ where
     Ok(items)
 }
 
-/// What a build measured, per structure.
+/// Error certificate, per structure.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Encode, BorrowDecode)]
 pub struct Certificate {
     /// Of the diagonal structure.
@@ -153,7 +153,7 @@ pub struct Certificate {
     pub block: StructureCertificate,
 }
 
-/// What a build measured of one structure; NaN where it was not measured.
+/// Error certificate of one structure; NaN where it was not measured.
 #[derive(Clone, Copy, Debug, PartialEq, Encode, BorrowDecode)]
 pub struct StructureCertificate {
     /// Relative L2 error over all dofs and steps at unseen loads, mass norm.
@@ -225,9 +225,9 @@ pub struct Axis<'a> {
     pub name: &'a str,
     /// Its unit; empty for a pure number.
     pub unit: &'a str,
-    /// What it changes.
+    /// Coordinate along the axis.
     pub role: AxisRole,
-    /// How its factors are stored.
+    /// Storage of its factors.
     pub kind: AxisKind,
     /// The factors are functions of the natural logarithm of the parameter; `lower` is then positive.
     pub log: bool,
@@ -270,7 +270,7 @@ impl Axis<'_> {
     }
 }
 
-/// What the coordinate of an axis is made of.
+/// Coordinate of an axis.
 #[derive(Clone, Copy, Debug, PartialEq, Encode, BorrowDecode)]
 #[non_exhaustive]
 pub enum AxisRole {
@@ -289,7 +289,7 @@ pub enum AxisRole {
     },
 }
 
-/// How the factors of an axis are stored and evaluated between its points.
+/// Interpolation of an axis's factors between its points.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Encode, BorrowDecode)]
 #[non_exhaustive]
 pub enum AxisKind {
@@ -301,7 +301,7 @@ pub enum AxisKind {
     Chebyshev,
 }
 
-/// How metadata are encoded.
+/// Encoding of the metadata.
 pub(crate) fn configuration() -> Configuration<LittleEndian, Fixint, Limit<MAX_METADATA>> {
     bincode::config::standard().with_little_endian().with_fixed_int_encoding().with_limit::<MAX_METADATA>()
 }

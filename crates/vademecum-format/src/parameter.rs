@@ -1,4 +1,4 @@
-//! What a scene can be set to: the parameters a file was built for, each with its range.
+//! Live parameters of a file, each with its range.
 
 use bincode::{BorrowDecode, Encode};
 
@@ -9,7 +9,7 @@ pub struct Parameter<'a> {
     pub name: &'a str,
     /// Its unit; empty for a pure number.
     pub unit: &'a str,
-    /// What it changes; no two parameters share one.
+    /// The quantity it changes; no two parameters share one.
     pub role: ParameterRole,
     /// Its range is best walked in the logarithm; `lower` is then positive.
     pub log: bool,
@@ -48,7 +48,7 @@ impl Parameter<'_> {
     }
 }
 
-/// What a parameter changes: a factor on what the file was built with, or (`α`, `β`, `Δt`) the value itself.
+/// Quantity changed by a parameter: a factor on the value of the build, or (`α`, `β`, `Δt`) the value itself.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Encode, BorrowDecode)]
 #[non_exhaustive]
 pub enum ParameterRole {

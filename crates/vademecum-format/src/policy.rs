@@ -1,4 +1,4 @@
-//! What counts as good enough, for builder and evaluator alike.
+//! Thresholds of accuracy and stability, for builder and evaluator alike.
 //!
 //! The builder judges a file by these rules before it writes it, and the evaluator judges by the same rules
 //! when it chooses between the structures of a file. A problem file may ask other tolerances of its build
@@ -8,7 +8,7 @@
 /// the full-order trajectory, so no structure on that basis does better.
 pub const FLOOR_RATIO: f64 = 1.1;
 
-/// What a trajectory may err beside [`FLOOR_RATIO`] times the floor, relative to the full-order trajectory,
+/// Allowed error of a trajectory besides [`FLOOR_RATIO`] times the floor, relative to that of full order,
 /// so that a basis with a floor near 0 does not have to be matched to rounding.
 pub const ABSOLUTE_ERROR: f64 = 1e-6;
 

@@ -32,13 +32,13 @@ impl<'a> Quantised<'a> {
         as_many.then_some(Self { scales, numbers, columns })
     }
 
-    /// How many numbers there are.
+    /// Count of numbers.
     #[must_use]
     pub const fn len(&self) -> usize {
         self.numbers.len()
     }
 
-    /// Whether there are none.
+    /// True without any number.
     #[must_use]
     pub const fn is_empty(&self) -> bool {
         self.numbers.is_empty()

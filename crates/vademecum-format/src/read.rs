@@ -57,7 +57,7 @@ impl<'a> File<'a> {
         Ok(file)
     }
 
-    /// What the file says about itself.
+    /// The file's metadata.
     #[must_use]
     pub const fn metadata(&self) -> &Metadata<'a> {
         &self.metadata
@@ -261,7 +261,7 @@ fn read_metadata<'a>(
     Ok(metadata)
 }
 
-/// Where the section begins: refusals 23, 24 and 5. Holds for sections of any kind.
+/// Start of the section: refusals 23, 24 and 5. Holds for sections of any kind.
 fn check_place(entry: &Entry, end: u64, bytes: &[u8]) -> Result<u64, FormatError> {
     let kind = entry.kind;
     let length = bytes.len() as u64;

@@ -9,7 +9,7 @@
 //! where the history `z = (u, Δt u̇, Δt² ü, u_1, …, u_{i−1})` holds the old state and the earlier stages, and
 //! `F_0 = F(t_n)`, `F_j = F(t_n + c_j Δt)`. The new state is a linear combination of
 //! `(u, Δt u̇, Δt² ü, u_1, …, u_s)`. Full-order solver, reduced solver and vademecum read this same table
-//! (`docs/theory/`).
+//! (`docs/explanation/`).
 
 use bincode::{BorrowDecode, Encode};
 use core::fmt;
@@ -81,7 +81,7 @@ pub enum TableError {
     /// The number of stages is not 1 to [`MAX_STAGES`].
     #[error("a scheme of {found} stages; 1 to {MAX_STAGES} are possible")]
     StageCount {
-        /// What the table says.
+        /// Number in the table.
         found: u8,
     },
     /// A scheme of stages beside the strain structure, which has a step of its own.
@@ -114,7 +114,7 @@ pub enum TableError {
     Inconsistent {
         /// The stage, or the number of stages for `finish`.
         stage: usize,
-        /// What the sum misses by.
+        /// Error of the sum.
         by: f64,
     },
     /// A step parameter is not finite or not in its range, or makes `m̃` or `k̃` of a stage not positive.
@@ -181,7 +181,7 @@ impl SchemeTable {
         Self { n_stages: 0, stages: [stage; MAX_STAGES], finish: [nothing; 3] }
     };
 
-    /// Whether modes are moved exactly, and there are no stages.
+    /// True for exact integration of modes, which has no stages.
     #[must_use]
     pub const fn is_exact(&self) -> bool {
         self.n_stages == 0

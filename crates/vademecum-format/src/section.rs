@@ -36,7 +36,7 @@ pub enum Numbers<'a> {
 }
 
 impl<'a> Numbers<'a> {
-    /// How many there are.
+    /// Count of numbers.
     #[must_use]
     pub const fn len(&self) -> usize {
         match self {
@@ -46,7 +46,7 @@ impl<'a> Numbers<'a> {
         }
     }
 
-    /// Whether there are none.
+    /// True without any number.
     #[must_use]
     pub const fn is_empty(&self) -> bool {
         self.len() == 0
@@ -113,7 +113,7 @@ impl<'a> Section<'a> {
         self.codec
     }
 
-    /// Whether a reader that does not know it must refuse the file.
+    /// True if a reader that does not know it must refuse the file.
     #[must_use]
     pub const fn is_required(&self) -> bool {
         self.required

@@ -14,7 +14,7 @@ pub const MAX_STRAIN_ROWS: u32 = 65_536;
 /// Most sub-steps of a step.
 pub const MAX_SUBSTEPS: u32 = 1024;
 
-/// How many coordinates and rows the strain structure has.
+/// Numbers of coordinates and rows of the strain structure.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct StrainSizes {
     /// `n`: coordinates that interact.

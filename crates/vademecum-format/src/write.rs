@@ -24,9 +24,9 @@ pub struct SectionInput<'a> {
     pub kind: SectionKind,
     /// Its element type.
     pub element: Element,
-    /// How `stored` is coded.
+    /// Codec of `stored`.
     pub codec: Codec,
-    /// Whether a reader that does not know the kind must refuse the file.
+    /// True if a reader that does not know the kind must refuse the file.
     pub required: bool,
     /// Its shape; places past its rank are 1.
     pub shape: [u64; 3],

@@ -123,7 +123,7 @@ impl<T: Number> Body for Simulation<T> {
     }
 
     fn set(&mut self, parameter: usize, value: f64) -> Result<(), BindError> {
-        self.set_parameter(parameter, value)
+        self.set_parameters(&[(parameter, value)])
     }
 
     fn probe(&self, probe: usize, field: Field) -> Result<f64, OutputError> {

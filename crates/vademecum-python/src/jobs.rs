@@ -6,7 +6,7 @@ use std::sync::Arc;
 
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
-use vademecum_build::pipeline::{self, BuildOptions};
+use vademecum_build::pipeline::BuildOptions;
 use vademecum_build::prepared::prepare;
 use vademecum_build::progress::Stopwatch;
 use vademecum_build::store::Store;
@@ -57,7 +57,7 @@ pub fn build(
         let store = settings.work.as_ref().map(|folder| Store::new(folder, settings.fresh));
         let Settings { repair, long, memory, .. } = settings;
         let options = BuildOptions { store: store.as_ref(), repair, long, memory, ..BuildOptions::default() };
-        let outcome = pipeline::build(&problem, &options, listener)?;
+        let outcome = vademecum_chapter::build(&problem, &options, listener)?;
         let built = if settings.keep_missed { outcome.either() } else { outcome.kept()? };
         Ok((Content::given(Path::new("built.vdm"), built.bytes)?, json(&built.report)?))
     })?;

@@ -14,17 +14,17 @@ impl PyPoint {
     #[new]
     #[pyo3(signature = (nodes, weights=[1.0, 0.0, 0.0], position=[f64::NAN; 3], distance=0.0))]
     fn new(nodes: [u32; 3], weights: [f64; 3], position: [f64; 3], distance: f64) -> Self {
-        Self(SurfacePoint { nodes, weights, position, distance })
+        Self(SurfacePoint { place: vademecum_eval::Place::triangle(nodes, weights), position, distance })
     }
 
     #[getter]
     fn nodes(&self) -> (u32, u32, u32) {
-        self.0.nodes.into()
+        self.0.place.corners().unwrap_or_default().0.into()
     }
 
     #[getter]
     fn weights(&self) -> (f64, f64, f64) {
-        self.0.weights.into()
+        self.0.place.corners().unwrap_or_default().1.into()
     }
 
     #[getter]
@@ -38,7 +38,8 @@ impl PyPoint {
     }
 
     fn __repr__(&self) -> String {
-        let SurfacePoint { nodes: [a, b, c], position: [x, y, z], distance, .. } = self.0;
+        let SurfacePoint { position: [x, y, z], distance, .. } = self.0;
+        let (a, b, c) = self.nodes();
         format!("<SurfacePoint at ({x}, {y}, {z}), nodes {a}, {b}, {c}, {distance} away>")
     }
 }
@@ -73,5 +74,5 @@ pub fn located(
 
 /// A force at a point.
 pub fn contact(at: &SurfacePoint, force: [f64; 3]) -> Contact {
-    Contact { nodes: at.nodes, weights: at.weights, force }
+    Contact::new(at.place, force)
 }

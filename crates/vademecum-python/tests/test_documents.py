@@ -6,7 +6,7 @@ from pathlib import Path
 import pytest
 
 CRATE = Path(__file__).parents[1]
-PAGES = [CRATE / "README.md", CRATE.parents[1] / "docs/consumers/python.md"]
+PAGES = [CRATE / "README.md", CRATE.parents[1] / "docs/how-to/python.md"]
 
 
 @pytest.mark.parametrize("page", PAGES, ids=lambda page: page.name)

@@ -76,7 +76,7 @@ pub fn decode(section: &Section<'_>, limit: u64) -> Result<Vec<u8>, RewriteError
     Ok(raw)
 }
 
-/// Whether the section's frames hold what it declares, found out without memory for it: they are decoded
+/// Checks that the section's frames have the declared length, without memory for it: they are decoded
 /// piece by piece and the pieces are counted.
 ///
 /// # Errors

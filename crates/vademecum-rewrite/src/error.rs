@@ -15,21 +15,21 @@ pub enum RewriteError {
     /// The file holds optional sections of a later version, which rewriting would lose.
     #[error("{count} section(s) are of a kind this program does not know, and rewriting would lose them")]
     Unknown {
-        /// How many.
+        /// Their number.
         count: usize,
     },
-    /// What is to be kept is not in the file.
+    /// The file does not have the sections to keep.
     #[error("to keep {keep}, the file needs section {kind}, which it does not have")]
     Absent {
         /// The section.
         kind: SectionKind,
-        /// What was to be kept.
+        /// The choice of sections to keep.
         keep: Keep,
     },
     /// The file holds no more than what is to be kept.
     #[error("the file holds nothing beside {keep}: there is nothing to strip")]
     NothingToStrip {
-        /// What was to be kept.
+        /// The choice of sections to keep.
         keep: Keep,
     },
     /// The file has no term that could be dropped.
@@ -70,19 +70,19 @@ pub enum RewriteError {
         kind: SectionKind,
         /// Its decoded length.
         declared: u64,
-        /// What is wrong.
+        /// The fault, in words.
         reason: String,
     },
     /// The compressor failed.
     #[error("zstd cannot compress a section: {reason}")]
     Compress {
-        /// What it says.
+        /// Its message.
         reason: &'static str,
     },
     /// The machine has too little memory.
     #[error("the machine has no memory for {bytes} bytes more")]
     Memory {
-        /// What was asked for.
+        /// Bytes asked for.
         bytes: u64,
     },
     /// A number is infinite or not a number.
@@ -90,9 +90,9 @@ pub enum RewriteError {
     NotFinite {
         /// The section.
         kind: SectionKind,
-        /// Where, counted from 0.
+        /// Its place, counted from 0.
         place: usize,
-        /// What it is.
+        /// Its value.
         value: f64,
     },
     /// An index is past the end of what it counts.
@@ -100,11 +100,11 @@ pub enum RewriteError {
     Index {
         /// The section.
         kind: SectionKind,
-        /// Where, counted from 0.
+        /// Its place, counted from 0.
         place: usize,
-        /// What it is.
+        /// Its value.
         index: u32,
-        /// How many there are.
+        /// Number of items.
         count: u32,
     },
     /// Names are too few, too many, empty or the same.
@@ -112,7 +112,7 @@ pub enum RewriteError {
     Names {
         /// The section.
         kind: SectionKind,
-        /// What is wrong.
+        /// The fault, in words.
         reason: String,
     },
     /// A section says what cannot be, or what another section contradicts.
@@ -120,9 +120,9 @@ pub enum RewriteError {
     Unsound {
         /// The section.
         kind: SectionKind,
-        /// What kind of fault it is.
+        /// Kind of the fault.
         fault: Fault,
-        /// Where it is, what was found and what was expected.
+        /// Place of the fault, found and expected values.
         reason: String,
     },
     /// A certificate in the metadata says what cannot be.
@@ -130,7 +130,7 @@ pub enum RewriteError {
     Certificate {
         /// The structure.
         structure: &'static str,
-        /// What was found and what was expected.
+        /// Found and expected values.
         reason: String,
     },
     /// The points of an axis do not increase, or leave its range.
@@ -141,7 +141,7 @@ pub enum RewriteError {
     },
 }
 
-/// What can be wrong with sections whose every number is finite.
+/// Faults of sections whose every number is finite.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum Fault {
@@ -153,7 +153,7 @@ pub enum Fault {
     Dependent,
     /// A matrix that must be symmetric is not.
     NotSymmetric,
-    /// What must not be negative is.
+    /// A number that must not be negative is.
     Negative,
     /// It contradicts another section.
     Disagrees,

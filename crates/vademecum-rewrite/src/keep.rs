@@ -1,14 +1,14 @@
-//! What a stripped file can still do.
+//! Capabilities of a stripped file.
 
 use vademecum_format::SectionKind;
 
-/// What a stripped file can still do.
+/// Capabilities of a stripped file.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Keep {
     /// Stepping under load patterns, probe values, energy, live parameters. No fields, no contacts, no
     /// geometry.
     Probes,
-    /// That, and the surface: geometry, contacts, surface fields. No fields inside the body.
+    /// The same, and the surface: geometry, contacts, surface fields. No fields inside the body.
     Surface,
     /// Everything that is there.
     All,
@@ -26,7 +26,7 @@ impl std::fmt::Display for Keep {
 }
 
 impl Keep {
-    /// Whether a section stays.
+    /// True if a section stays.
     #[must_use]
     pub fn keeps(self, kind: SectionKind) -> bool {
         use SectionKind as S;

@@ -19,7 +19,7 @@ mod terms;
 mod unpack;
 mod whole;
 
-pub use check::{Checked, check, check_coordinates, check_limited, lines};
+pub use check::{CheckReport, check, check_coordinates, check_limited, lines};
 pub use codec::{DECODED_LIMIT, decode, default_limit};
 pub use error::{Fault, RewriteError};
 pub use keep::Keep;
@@ -27,5 +27,5 @@ pub use numbers::numbers;
 pub use pack::{pack, pack_limited, pack_within, read_losses};
 pub use round::{Loss, WORST_MODE};
 pub use strip::strip;
-pub use terms::{Dropped, drop_terms, drop_terms_limited, fewest_terms};
+pub use terms::{TermReduction, drop_terms, drop_terms_limited, fewest_terms};
 pub use unpack::{unpack, unpack_wanted};

@@ -39,7 +39,7 @@ pub(crate) fn reals_of(file: &File<'_>, kind: SectionKind) -> Result<Option<Vec<
     file.section(kind).map(|section| collected(section.numbers()?)).transpose()
 }
 
-/// What a section says that cannot be.
+/// A fault in a section.
 pub(crate) fn unsound(kind: SectionKind, fault: Fault, reason: String) -> RewriteError {
     RewriteError::Unsound { kind, fault, reason }
 }

@@ -169,7 +169,7 @@ fn moved(exact: &[f64], rounded: &[f64]) -> f64 {
     if off == 0.0 { 0.0 } else { off / (0..3).map(side).fold(0.0, f64::max) }
 }
 
-/// What the errors of a section are held against; `None` if the file cannot say (no basis to the loads, no
+/// Reference magnitude for the errors of a section; `None` if the file cannot say (no basis to the loads, no
 /// numbers).
 fn measure(file: &File<'_>, section: &Section<'_>, values: &[f64]) -> Result<Option<Measure>, RewriteError> {
     let r = file.metadata().n_modes as usize;
@@ -228,7 +228,7 @@ pub(super) fn term_strengths(file: &File<'_>) -> Result<Vec<f64>, RewriteError> 
     Ok(strengths)
 }
 
-/// What earlier rewriting cost, by section.
+/// Errors of earlier rewriting, by section.
 ///
 /// # Errors
 /// [`RewriteError::Frame`], [`RewriteError::TooLarge`].

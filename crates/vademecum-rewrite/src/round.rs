@@ -20,7 +20,7 @@ pub const WORST_MODE: f64 = 32.0;
 /// Largest quantised number.
 const LARGEST: f64 = i16::MAX as f64;
 
-/// What rounding a section costs, relative.
+/// Relative errors of rounding a section.
 #[derive(Clone, Copy, Debug, Default, PartialEq, serde::Serialize)]
 pub struct Loss {
     /// Of displacement fields.
@@ -32,13 +32,13 @@ pub struct Loss {
 }
 
 impl Loss {
-    /// Whether it is within a tolerance on fields.
+    /// True if it is within a tolerance on fields.
     pub(super) fn within(&self, tolerance: f64) -> bool {
         self.displacement <= tolerance && self.worst_mode <= WORST_MODE * tolerance
     }
 }
 
-/// What errors are held against: mean squares of the coordinates, `|B_k|²` over the nodes, and for loads how
+/// Reference magnitudes for errors: mean squares of the coordinates, `|B_k|²` over the nodes, for loads how
 /// strongly each term counts.
 pub(super) struct Measure {
     /// `s_k`, and `s_k λ_k`.
@@ -60,7 +60,7 @@ impl Measure {
         (c % self.n_modes(), c / (3 * self.n_modes()))
     }
 
-    /// What the change from `exact` to `rounded` costs.
+    /// Errors of the change from `exact` to `rounded`.
     pub fn loss(&self, exact: &[f64], rounded: &[f64]) -> Loss {
         let columns = 3 * self.n_modes() * self.terms.len();
         let mut off = vec![0.0; self.n_modes()];

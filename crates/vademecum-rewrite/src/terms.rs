@@ -15,13 +15,13 @@ use super::pack::reals_of;
 use super::whole::{whole, write_with};
 
 /// Most terms a file may have here: the Gram matrices hold their square.
-const MOST_TERMS: usize = 4096;
+const MAX_TERMS: usize = 4096;
 /// Most points of the axes' grid the error is measured at.
-const MOST_POINTS: u64 = 4096;
+const MAX_POINTS: u64 = 4096;
 
-/// What dropping terms did.
+/// Result of dropping terms.
 #[derive(Clone, Copy, Debug, PartialEq, serde::Serialize)]
-pub struct Dropped {
+pub struct TermReduction {
     /// Terms before.
     pub before: usize,
     /// Terms left.
@@ -38,18 +38,18 @@ pub struct Dropped {
 /// [`RewriteError::Tolerance`]; [`RewriteError::NoTerms`] if the file has no block structure or every term is
 /// needed; [`RewriteError::Format`], [`RewriteError::Unknown`], [`RewriteError::Frame`],
 /// [`RewriteError::TooLarge`].
-pub fn fewest_terms(bytes: &[u8], tolerance: f64) -> Result<Dropped, RewriteError> {
+pub fn fewest_terms(bytes: &[u8], tolerance: f64) -> Result<TermReduction, RewriteError> {
     fewest_terms_limited(bytes, tolerance, default_limit(bytes.len()))
 }
 
-fn fewest_terms_limited(bytes: &[u8], tolerance: f64, limit: u64) -> Result<Dropped, RewriteError> {
+fn fewest_terms_limited(bytes: &[u8], tolerance: f64, limit: u64) -> Result<TermReduction, RewriteError> {
     if !(1e-12..=0.1).contains(&tolerance) {
         return Err(RewriteError::Tolerance { tolerance });
     }
     let file = whole(bytes)?;
     check_total(&file, of_terms, limit)?;
     let terms = file.metadata().n_terms as usize;
-    if !file.metadata().block || !(2..=MOST_TERMS).contains(&terms) {
+    if !file.metadata().block || !(2..=MAX_TERMS).contains(&terms) {
         return Err(RewriteError::NoTerms { terms });
     }
     let maps = Maps::new(&file)?;
@@ -65,7 +65,7 @@ fn fewest_terms_limited(bytes: &[u8], tolerance: f64, limit: u64) -> Result<Drop
         return Err(RewriteError::NoTerms { terms });
     }
     let (error_rms, error_max) = maps.error(enough);
-    Ok(Dropped { before: terms, left: enough, error_rms, error_max })
+    Ok(TermReduction { before: terms, left: enough, error_rms, error_max })
 }
 
 /// The file with the [`fewest_terms`] for a tolerance. The error is added to the map errors of the block
@@ -73,7 +73,7 @@ fn fewest_terms_limited(bytes: &[u8], tolerance: f64, limit: u64) -> Result<Drop
 ///
 /// # Errors
 /// Those of [`fewest_terms`].
-pub fn drop_terms(bytes: &[u8], tolerance: f64) -> Result<(Vec<u8>, Dropped), RewriteError> {
+pub fn drop_terms(bytes: &[u8], tolerance: f64) -> Result<(Vec<u8>, TermReduction), RewriteError> {
     drop_terms_limited(bytes, tolerance, default_limit(bytes.len()))
 }
 
@@ -85,7 +85,7 @@ pub fn drop_terms_limited(
     bytes: &[u8],
     tolerance: f64,
     limit: u64,
-) -> Result<(Vec<u8>, Dropped), RewriteError> {
+) -> Result<(Vec<u8>, TermReduction), RewriteError> {
     let dropped = fewest_terms_limited(bytes, tolerance, limit)?;
     Ok((without(&whole(bytes)?, &dropped)?, dropped))
 }
@@ -177,7 +177,7 @@ fn grid(metadata: &Metadata<'_>, factors: &[f64]) -> Vec<Vec<f64>> {
     let counts: Vec<u64> = metadata.active_axes().iter().map(|axis| u64::from(axis.n_points)).collect();
     let all = counts.iter().fold(1u64, |all, &n| all.saturating_mul(n));
     // Steps of a golden section through the grid: no two points in a row are alike.
-    let stride = if all > MOST_POINTS { (all as f64 * 0.618_033_988_75) as u64 | 1 } else { 1 };
+    let stride = if all > MAX_POINTS { (all as f64 * 0.618_033_988_75) as u64 | 1 } else { 1 };
     let product = |point: u64| {
         let mut place = point.wrapping_mul(stride) % all;
         let (mut start, mut g) = (0, vec![1.0; terms]);
@@ -189,11 +189,11 @@ fn grid(metadata: &Metadata<'_>, factors: &[f64]) -> Vec<Vec<f64>> {
         }
         g
     };
-    (0..all.min(MOST_POINTS)).map(product).collect()
+    (0..all.min(MAX_POINTS)).map(product).collect()
 }
 
 /// The file with its first terms only.
-fn without(file: &File<'_>, dropped: &Dropped) -> Result<Vec<u8>, RewriteError> {
+fn without(file: &File<'_>, dropped: &TermReduction) -> Result<Vec<u8>, RewriteError> {
     let mut metadata = *file.metadata();
     metadata.n_terms = dropped.left as u32;
     let block = &mut metadata.certificate.block;

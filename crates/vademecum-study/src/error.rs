@@ -7,7 +7,6 @@ use std::path::PathBuf;
 
 use vademecum_build::basis::{BasisError, SnapshotError};
 use vademecum_build::certificate::CertificateError;
-use vademecum_build::chapter::ChapterError;
 use vademecum_build::dynamics::large::LargeError;
 use vademecum_build::dynamics::{
     FullOrderError, HarmonicError, MarchError, ModesError, ReferenceError, SchemeError, TooMuchWork,
@@ -19,6 +18,7 @@ use vademecum_build::pipeline::BuildError;
 use vademecum_build::prepared::{BodyError, PrepareError, TimeStepError};
 use vademecum_build::progress::Cancelled;
 use vademecum_build::response::ResponseError;
+use vademecum_chapter::ChapterError;
 use vademecum_eval::chapter::{ChapterBindError, ChapterLoadError, ChapterStepError};
 use vademecum_eval::{BindError, LoadError, OpenError, OutputError, StepError};
 use vademecum_format::scheme::TableError;
@@ -401,9 +401,14 @@ as_build!(
     FullOrderError,
     ResponseError,
     ParametricError,
-    ChapterError,
     GreenError
 );
+
+impl From<ChapterError> for StudyError {
+    fn from(error: ChapterError) -> Self {
+        Self::Build(BuildError::Other(Box::new(error)))
+    }
+}
 
 /// Errors of the evaluator and of rewriting are errors of the file.
 macro_rules! as_file {

@@ -1,6 +1,6 @@
 //! Energy of an unforced motion.
 
-use vademecum_eval::{Contact, Loads, Scalar, Scene, SceneOptions, State};
+use vademecum_eval::{Contact, Loads, Place, Scalar, Scene, SceneOptions, State};
 use vademecum_format::{File, SectionKind};
 
 use crate::contents::numbers;
@@ -73,7 +73,7 @@ pub(crate) fn push<T: Scalar>(
             let size = |row: &[f64]| row.iter().map(|x| x * x).sum::<f64>();
             let rows = basis.chunks_exact(3 * scene.n_modes()).map(size).take(n_load_nodes).enumerate();
             let node = rows.max_by(|a, b| a.1.total_cmp(&b.1)).map_or(0, |row| row.0 as u32);
-            let contact = Contact { nodes: [node; 3], weights: [1.0, 0.0, 0.0], force: [1e-3; 3] };
+            let contact = Contact::new(Place::triangle([node; 3], [1.0, 0.0, 0.0]), [1e-3; 3]);
             loads.add_contact(scene, &contact)?;
         }
     }

@@ -121,9 +121,9 @@ impl ModalModel {
             Ok(Mat::from_fn(r, r, |i, j| (0..parts.len() / (r * r)).map(|q| part(q, i, j)).sum()))
         };
         let mut diagonal = true;
-        let stiffness = if moved(&options.region_stiffness) {
+        let stiffness = if moved(options.regions.stiffness()) {
             diagonal = false;
-            sum(S::RegionStiffness, &options.region_stiffness)?
+            sum(S::RegionStiffness, options.regions.stiffness())?
         } else if eigenvalues.len() == r {
             Mat::from_fn(r, r, |i, j| if i == j { eigenvalues[i] } else { 0.0 })
         } else {
@@ -134,9 +134,9 @@ impl ModalModel {
             }
             Mat::from_fn(r, r, |i, j| whole[i * r + j])
         };
-        let mass = if moved(&options.region_density) {
+        let mass = if moved(options.regions.density()) {
             diagonal = false;
-            sum(S::RegionMass, &options.region_density)?
+            sum(S::RegionMass, options.regions.density())?
         } else {
             Mat::identity(r, r)
         };
@@ -238,7 +238,7 @@ fn row(file: &File<'_>, placed: &ResponsePoint, side: Side) -> Result<Vec<f64>, 
             let kind = SectionKind::SurfaceBasis;
             let rows = numbers(file, kind)?;
             let mut sum = vec![0.0; r];
-            for (&node, weight) in point.nodes.iter().zip(point.weights) {
+            for (node, weight) in point.place.entries() {
                 for (c, along) in direction.iter().enumerate() {
                     let start = (3 * node as usize + c) * r;
                     let row = rows.get(start..start + r).ok_or(FileError::Missing { kind })?;
@@ -272,7 +272,7 @@ fn static_rest(
 fn add(scene: &Scene<'_, f64>, loads: &mut Loads<'_, f64>, input: &ResponsePoint) -> Result<(), FileError> {
     match input {
         ResponsePoint::Point(at, force) => {
-            let contact = Contact { nodes: at.nodes, weights: at.weights, force: *force };
+            let contact = Contact::new(at.place, *force);
             loads.add_contact(scene, &contact)?;
         }
         ResponsePoint::Named(index) => loads.add_pattern(scene, *index, 1.0)?,
@@ -366,7 +366,7 @@ pub fn compare_response(
         let mut row = vec![];
         match (place(file, channel, side)?, side) {
             (ResponsePoint::Point(at, direction), _) => {
-                for (&node, weight) in at.nodes.iter().zip(at.weights) {
+                for (node, weight) in at.place.entries() {
                     for (c, along) in direction.iter().enumerate() {
                         let free = dofs.free(3 * nodes[node as usize] as usize + c);
                         row.extend(free.map(|free| (free, weight * along)));

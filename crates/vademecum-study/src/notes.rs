@@ -102,8 +102,8 @@ fn is_zero(rows: &Numbers<'_>, index: usize, r: usize) -> bool {
 /// True if all dofs under a contact's force are fixed.
 fn held(r: usize, basis: &Numbers<'_>, placed: &PlacedContact) -> bool {
     let contact = &placed.contact;
-    let nodes = contact.nodes.iter().zip(contact.weights).filter(|(_, weight)| *weight != 0.0);
-    let mut dofs = nodes.flat_map(|(&node, _)| (0..3).map(move |c| (node as usize, c)));
+    let nodes = contact.place.entries().filter(|(_, weight)| *weight != 0.0);
+    let mut dofs = nodes.flat_map(|(node, _)| (0..3).map(move |c| (node as usize, c)));
     dofs.all(|(node, c)| contact.force[c] == 0.0 || is_zero(basis, 3 * node + c, r))
 }
 

@@ -38,7 +38,7 @@ pub fn set(
             return Err(StudyError::TimeStepTwice { name: name.clone() });
         }
         let (lower, upper) = (parameter.lower, parameter.upper);
-        options.set(metadata, index, *value).map_err(|_| StudyError::OutsideRange {
+        options.set(metadata, &[(index, *value)]).map_err(|_| StudyError::OutsideRange {
             name: name.clone(),
             value: *value,
             lower,
@@ -64,8 +64,8 @@ pub fn values(options: &SceneOptions, metadata: &Metadata<'_>) -> Vec<ParameterV
     let value = |p: &vademecum_format::Parameter<'_>| match p.role {
         R::Stiffness => options.stiffness,
         R::Density => options.density,
-        R::RegionStiffness { region } => options.region_stiffness[region as usize],
-        R::RegionDensity { region } => options.region_density[region as usize],
+        R::RegionStiffness { region } => options.regions.stiffness()[region as usize],
+        R::RegionDensity { region } => options.regions.density()[region as usize],
         R::Alpha => options.alpha.unwrap_or(metadata.alpha),
         R::Beta => options.beta.unwrap_or(metadata.beta),
         R::TimeStep => options.time_step.unwrap_or(metadata.time_step),
@@ -82,7 +82,7 @@ pub(crate) fn setting(options: &SceneOptions, metadata: &Metadata<'_>, space: &P
     setting.step.alpha = options.alpha.unwrap_or(setting.step.alpha);
     setting.step.beta = options.beta.unwrap_or(setting.step.beta);
     (setting.step.stiffness, setting.step.density) = (options.stiffness, options.density);
-    setting.stiffness.iter_mut().zip(options.region_stiffness).for_each(|(scale, asked)| *scale = asked);
-    setting.density.iter_mut().zip(options.region_density).for_each(|(scale, asked)| *scale = asked);
+    setting.stiffness.iter_mut().zip(options.regions.stiffness()).for_each(|(scale, &asked)| *scale = asked);
+    setting.density.iter_mut().zip(options.regions.density()).for_each(|(scale, &asked)| *scale = asked);
     setting
 }

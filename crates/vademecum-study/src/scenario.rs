@@ -115,7 +115,7 @@ impl Scenario {
                 path: place(&key),
                 key,
                 found: format!("a table that makes products up to {size:e}"),
-                expected,
+                expected: expected.into(),
             }
         };
         for (i, contact) in self.contacts.iter_mut().enumerate() {
@@ -136,9 +136,13 @@ impl Scenario {
                         "`force` beside it, or `time,fx,fy,fz`",
                     )
                 };
-                return Err(
-                    TomlError::Impossible { path: place(&key), key, found: found.into(), expected }.into()
-                );
+                return Err(TomlError::Impossible {
+                    path: place(&key),
+                    key,
+                    found: found.into(),
+                    expected: expected.into(),
+                }
+                .into());
             }
             let force = contact.force.unwrap_or_default().iter().fold(0.0, |m: f64, f| m.max(f.abs()));
             if force * table.largest(0) > LARGEST {

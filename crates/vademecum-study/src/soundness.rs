@@ -6,16 +6,16 @@ use vademecum_build::certificate::spectral_radius;
 use vademecum_eval::{SceneOptions, StructureChoice};
 use vademecum_format::policy::STABLE_RADIUS;
 use vademecum_format::{Codec, File, Parameter, SectionKind, StructureCertificate};
-use vademecum_rewrite::{Checked, check_limited, unpack_wanted};
+use vademecum_rewrite::{CheckReport, check_limited, unpack_wanted};
 
 use crate::error::{FileError, StudyError};
 
 /// Result of a check.
 #[derive(Clone, Copy, Debug, Serialize)]
 pub struct Soundness {
-    /// Checked contents.
+    /// CheckReport contents.
     #[serde(flatten)]
-    pub checked: Checked,
+    pub checked: CheckReport,
     /// Settings of the parameters at which the spectral radius of a step was found, over all structures.
     pub settings: usize,
     /// Corners of the parameters' box that were left out: the axes of the file end before them, or there are
@@ -74,7 +74,7 @@ pub fn check_file(bytes: &[u8], limit: u64) -> Result<Soundness, StudyError> {
             let mut options = nominal;
             let place = || place(parameters, corner);
             let set = parameters.iter().enumerate().try_for_each(|(index, parameter)| {
-                options.set(metadata, index, value(parameter, corner, index))
+                options.set(metadata, &[(index, value(parameter, corner, index))])
             });
             let beyond = match set {
                 Ok(()) => match found.hold(&file, "block", &own.block, &options, place) {

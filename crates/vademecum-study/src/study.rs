@@ -291,7 +291,7 @@ impl Study {
             rayleigh,
             block,
             diagonal: others.is_empty(),
-            others,
+            others: others.iter().collect(),
             parameters,
             separation: None,
             certificate: Certificate::default(),

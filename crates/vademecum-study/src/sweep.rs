@@ -116,7 +116,12 @@ impl Sweep {
         let name = path.display().to_string();
         let sweep: Sweep = toml_file::parse(&toml_file::read(path)?, &name)?;
         let impossible = |key: String, found: &str, expected: &'static str| {
-            Err(TomlError::Impossible { path: name.clone(), key, found: found.into(), expected })
+            Err(TomlError::Impossible {
+                path: name.clone(),
+                key,
+                found: found.into(),
+                expected: expected.into(),
+            })
         };
         if sweep.problems.is_empty() {
             return impossible("problems".into(), "empty", "one problem file or more");

@@ -13,7 +13,9 @@ use core::panic::PanicInfo;
 use core::slice::{from_raw_parts, from_raw_parts_mut};
 
 use vademecum_eval::format::{File, MAX_REGIONS, Metadata, ParameterRole};
-use vademecum_eval::{Contact, Field, SceneOptions, Status, StructureChoice, SurfacePoint};
+use vademecum_eval::{
+    Contact, Field, Place, Quantity, RegionScales, SceneOptions, Status, StructureChoice, SurfacePoint,
+};
 
 use crate::message::Message;
 use crate::refusal::Refusal;
@@ -219,14 +221,31 @@ pub extern "C" fn parameter(index: usize) -> u32 {
     1
 }
 
+/// Leaves the row of scalar `index` of the whole body in the exchange buffer: places and lengths of its name, its
+/// unit and a line about it. 0 if there is none.
+#[unsafe(no_mangle)]
+pub extern "C" fn total(index: usize) -> u32 {
+    let Some(quantity) = Quantity::totals().nth(index) else { return 0 };
+    let text = |text: &str| [text.as_ptr() as usize as f64, text.len() as f64];
+    let unit = quantity.unit(Field::Displacement).unwrap_or_default();
+    module().give([quantity.name(), unit, quantity.text()].into_iter().flat_map(text));
+    1
+}
+
 /// The exchange buffer as options: structure (0 chosen, 1 diagonal, 2 block, 4 exact), `Δt` \[s\], scales of
 /// stiffness and density, `α` \[1/s\], `β` \[s\], rest threshold \[m kg^½\], then the scales of each region's
 /// stiffness and of each region's density, 8 and 8.
 fn options(numbers: &[f64; EXCHANGE]) -> SceneOptions {
     let [structure, time_step, stiffness, density, alpha, beta, rest_below, regions @ ..] = *numbers;
-    let (mut region_stiffness, mut region_density) = ([1.0; MAX_REGIONS], [1.0; MAX_REGIONS]);
-    let scales = region_stiffness.iter_mut().chain(&mut region_density);
-    scales.zip(regions).for_each(|(scale, number)| *scale = number);
+    let mut scales = RegionScales::ONE;
+    for (region, &number) in (0..).zip(regions.iter().take(2 * MAX_REGIONS)) {
+        let count = MAX_REGIONS as u32;
+        // Their numbers are within what there may be.
+        let _ = match u32::checked_sub(region, count) {
+            None => scales.set_stiffness(region, number),
+            Some(region) => scales.set_density(region, number),
+        };
+    }
     let structure = match structure as u32 {
         1 => StructureChoice::Diagonal,
         2 => StructureChoice::Block,
@@ -238,8 +257,7 @@ fn options(numbers: &[f64; EXCHANGE]) -> SceneOptions {
         time_step: Some(time_step),
         stiffness,
         density,
-        region_stiffness,
-        region_density,
+        regions: scales,
         alpha: Some(alpha),
         beta: Some(beta),
         rest_below,
@@ -255,7 +273,7 @@ pub extern "C" fn bind_len(double: u32) -> usize {
     let options = options(&module.exchange);
     let lengths = if double == 0 { lengths::<f32>(file, &options) } else { lengths::<f64>(file, &options) };
     match lengths {
-        Ok((numbers, work)) => 8 * (numbers + work),
+        Ok((body, field)) => 8 * (body + field),
         Err(refusal) => {
             module.message.say(&refusal);
             0
@@ -274,16 +292,16 @@ pub unsafe extern "C" fn bind(double: u32, at: *mut u8) -> u32 {
     module.bound = Bound::Nothing;
     let Some(file) = &module.file else { return 0 };
     let options = options(&module.exchange);
-    // SAFETY (both): the range holds `bind_len` bytes, 8 for each number of the session and of its work.
+    // SAFETY (both): the range holds `bind_len` bytes, 8 for each number of the body and of its field.
     let bound = if double == 0 {
-        lengths::<f32>(file, &options).and_then(|(n, work)| {
-            let (memory, work) = unsafe { split(at, n, work) };
-            Session::<f32>::bind(file, &options, memory, work).map(Bound::Single)
+        lengths::<f32>(file, &options).and_then(|(body, field)| {
+            let (field, memory) = unsafe { split(at, field, body) };
+            Session::<f32>::bind(file, &options, memory, field).map(Bound::Single)
         })
     } else {
-        lengths::<f64>(file, &options).and_then(|(n, work)| {
-            let (memory, work) = unsafe { split(at, n, work) };
-            Session::<f64>::bind(file, &options, memory, work).map(Bound::Double)
+        lengths::<f64>(file, &options).and_then(|(body, field)| {
+            let (field, memory) = unsafe { split(at, field, body) };
+            Session::<f64>::bind(file, &options, memory, field).map(Bound::Double)
         })
     };
     match bound {
@@ -298,15 +316,15 @@ pub unsafe extern "C" fn bind(double: u32, at: *mut u8) -> u32 {
     }
 }
 
-/// Numbers of a session and of its work in one range, 8 bytes each, set to zero.
+/// Numbers of a field and of a body in one range, 8 bytes each, set to zero.
 ///
 /// # Safety
-/// The range is lent and holds `8 (n + work)` bytes, aligned to 8.
-unsafe fn split<T>(at: *mut u8, n: usize, work: usize) -> (&'static mut [T], &'static mut [f64]) {
+/// The range is lent and holds `8 (n + body)` bytes, aligned to 8.
+unsafe fn split<T>(at: *mut u8, n: usize, body: usize) -> (&'static mut [T], &'static mut [f64]) {
     // SAFETY: the caller's promise; zero bytes are the number 0 in both precisions.
     unsafe {
-        at.write_bytes(0, 8 * (n + work));
-        (from_raw_parts_mut(at.cast::<T>(), n), from_raw_parts_mut(at.add(8 * n).cast::<f64>(), work))
+        at.write_bytes(0, 8 * (n + body));
+        (from_raw_parts_mut(at.cast::<T>(), n), from_raw_parts_mut(at.add(8 * n).cast::<f64>(), body))
     }
 }
 
@@ -320,13 +338,13 @@ pub extern "C" fn clear_loads() -> u32 {
 }
 
 fn point_of(nodes: [u32; 3], weights: [f64; 3]) -> SurfacePoint {
-    SurfacePoint { nodes, weights, position: [0.0; 3], distance: 0.0 }
+    SurfacePoint { place: Place::triangle(nodes, weights), position: [0.0; 3], distance: 0.0 }
 }
 
 /// Adds a held contact: nodes, weights (the third completes 1), force \[N\].
 #[unsafe(no_mangle)]
 pub extern "C" fn add_contact(a: u32, b: u32, c: u32, wa: f64, wb: f64, fx: f64, fy: f64, fz: f64) -> u32 {
-    let contact = Contact { nodes: [a, b, c], weights: [wa, wb, 1.0 - wa - wb], force: [fx, fy, fz] };
+    let contact = Contact::new(Place::triangle([a, b, c], [wa, wb, 1.0 - wa - wb]), [fx, fy, fz]);
     module().ask(|player| player.add_contact(&contact).map(|()| 1))
 }
 
@@ -409,8 +427,9 @@ pub extern "C" fn locate(x: f64, y: f64, z: f64) -> u32 {
     let Some(file) = &module.file else { return 0 };
     match nearest(file, [x, y, z]) {
         Ok(Some(p)) => {
-            let nodes = p.nodes.map(f64::from);
-            module.give(nodes.into_iter().chain(p.weights).chain(p.position).chain([p.distance]));
+            let (nodes, weights) = p.place.corners().unwrap_or_default();
+            let nodes = nodes.map(f64::from);
+            module.give(nodes.into_iter().chain(weights).chain(p.position).chain([p.distance]));
             1
         }
         Ok(None) => 0,

@@ -2,8 +2,8 @@
 
 use vademecum_eval::format::{File, Section, SectionKind};
 use vademecum_eval::{
-    BindError, Contact, Field, Loads, Scalar, Scene, SceneOptions, State, Status, StepError, Structure,
-    Surface, SurfacePoint,
+    BindError, Body, BodyOptions, Contact, Field, Quantity, Scalar, SceneOptions, Status, StepError,
+    Structure, Surface, SurfacePoint,
 };
 
 use crate::refusal::Refusal;
@@ -21,30 +21,31 @@ pub struct Watch {
 /// Everything a page needs of one bound file. `T` is the precision of the march.
 #[derive(Debug)]
 pub struct Session<'m, T> {
-    scene: Scene<'m, T>,
-    state: State<'m, T>,
-    loads: Loads<'m, T>,
+    body: Body<'m, T>,
     field: &'m mut [T],
     watch: Option<Watch>,
     tool: Option<Tool>,
     ground: Option<Ground<'m>>,
-    /// The loads and the tool's forces, for one step.
-    pressed: Loads<'m, T>,
-    /// For the operator of the tool's places.
-    work: &'m mut [T],
 }
 
-/// How many numbers of `T` and of `f64` (for the time of the call) [`Session::bind`] wants.
+/// Room for the loads without the tool's forces, and for the places that the tool touches.
+fn body_options(options: &SceneOptions) -> BodyOptions {
+    BodyOptions {
+        scene: *options,
+        places: MOST_PLACES,
+        keep_loads: true,
+        flight: false,
+        ..BodyOptions::default()
+    }
+}
+
+/// Numbers of `f64` for the body and of `T` for a field of the surface that [`Session::bind`] takes.
 ///
 /// # Errors
 /// [`Refusal::Bind`].
 pub fn lengths<T: Scalar>(file: &File<'_>, options: &SceneOptions) -> Result<(usize, usize), Refusal> {
-    let sizes = Scene::<T>::sizes(file, options)?;
-    let metadata = file.metadata();
-    let field = 3 * metadata.n_surface_nodes as usize;
-    // What a scene's `compliance_work` says, before there is a scene.
-    let operator = (3 * MOST_PLACES + 1) * metadata.n_modes as usize;
-    Ok((sizes.scene + sizes.state + 2 * sizes.loads + field + operator, sizes.work))
+    let body = Body::<T>::len_for(file, &body_options(options))?;
+    Ok((body, 3 * file.metadata().n_surface_nodes as usize))
 }
 
 impl<'m, T: Scalar> Session<'m, T> {
@@ -55,27 +56,13 @@ impl<'m, T: Scalar> Session<'m, T> {
     pub fn bind(
         file: &File<'m>,
         options: &SceneOptions,
-        memory: &'m mut [T],
-        work: &mut [f64],
+        memory: &'m mut [f64],
+        field: &'m mut [T],
     ) -> Result<Self, Refusal> {
-        let sizes = Scene::<T>::sizes(file, options)?;
-        let found = memory.len();
-        let short = BindError::LentMemory { found, needed: lengths::<T>(file, options)?.0 };
-        let (scene, memory) = memory.split_at_mut_checked(sizes.scene).ok_or(short)?;
-        let (state, memory) = memory.split_at_mut_checked(sizes.state).ok_or(short)?;
-        let (loads, memory) = memory.split_at_mut_checked(sizes.loads).ok_or(short)?;
-        let (pressed, memory) = memory.split_at_mut_checked(sizes.loads).ok_or(short)?;
-        let field = 3 * file.metadata().n_surface_nodes as usize;
-        let (field, tool_work) = memory.split_at_mut_checked(field).ok_or(short)?;
-        let scene = Scene::bind(file, options, scene, work)?;
-        let state = State::new(&scene, state)?;
-        let (loads, pressed) = (Loads::new(&scene, loads)?, Loads::new(&scene, pressed)?);
-        // Only with exact steps there is a tool.
-        let operator =
-            if scene.structure() == Structure::Exact { scene.compliance_work(MOST_PLACES) } else { 0 };
-        let work = tool_work.get_mut(..operator).ok_or(short)?;
-        let ground = Ground::new(file).ok();
-        Ok(Self { scene, state, loads, field, watch: None, tool: None, ground, pressed, work })
+        let (found, needed) = (field.len(), 3 * file.metadata().n_surface_nodes as usize);
+        let field = field.get_mut(..needed).ok_or(BindError::LentMemory { found, needed })?;
+        let body = Body::bind(file, &body_options(options), memory)?;
+        Ok(Self { body, field, watch: None, tool: None, ground: Ground::new(file).ok() })
     }
 }
 
@@ -97,7 +84,8 @@ pub trait Player {
     fn add_pattern(&mut self, index: usize, amplitude: f64) -> Result<(), Refusal>;
     /// What [`Player::march`] records beside the probes.
     fn watch(&mut self, watch: Option<Watch>);
-    /// Numbers of one record of [`Player::march`]: the probes, the watched component (0 without), the energy.
+    /// Numbers of one record of [`Player::march`]: the probes, the watched component (0 without), and the
+    /// scalars of the whole body ([`Quantity::totals`]), the energy first.
     fn record_len(&self) -> usize;
     /// Takes `steps` steps; after each, writes a record while `records` has room.
     ///
@@ -146,7 +134,7 @@ pub trait Player {
 
 impl<T: Scalar> Player for Session<'_, T> {
     fn structure(&self) -> u32 {
-        match self.scene.structure() {
+        match self.body.structure() {
             vademecum_eval::Structure::Diagonal => 1,
             vademecum_eval::Structure::Block => 2,
             vademecum_eval::Structure::Exact => 4,
@@ -155,15 +143,15 @@ impl<T: Scalar> Player for Session<'_, T> {
     }
 
     fn clear_loads(&mut self) {
-        self.loads.clear();
+        self.body.clear();
     }
 
     fn add_contact(&mut self, contact: &Contact) -> Result<(), Refusal> {
-        Ok(self.loads.add_contact(&self.scene, contact)?)
+        Ok(self.body.push(contact, contact.force)?)
     }
 
     fn add_pattern(&mut self, index: usize, amplitude: f64) -> Result<(), Refusal> {
-        Ok(self.loads.add_pattern(&self.scene, index, amplitude)?)
+        Ok(self.body.push_pattern(index, amplitude)?)
     }
 
     fn watch(&mut self, watch: Option<Watch>) {
@@ -171,7 +159,7 @@ impl<T: Scalar> Player for Session<'_, T> {
     }
 
     fn record_len(&self) -> usize {
-        self.scene.metadata().n_probes as usize + 2
+        self.body.scene().metadata().n_probes as usize + 1 + Quantity::totals().count()
     }
 
     fn march(&mut self, steps: usize, records: &mut [f64]) -> Result<Status, Refusal> {
@@ -187,16 +175,17 @@ impl<T: Scalar> Player for Session<'_, T> {
     }
 
     fn surface(&mut self, field: Field) -> Result<*const u8, Refusal> {
-        self.scene.surface_into(&self.state, field, self.field)?;
+        self.body.surface_into(field, self.field)?;
         Ok(self.field.as_ptr().cast())
     }
 
     fn equivalent_stress(&mut self) -> Result<*const u8, Refusal> {
         self.field.fill(T::ZERO);
         let nodes = self.field.as_chunks_mut::<3>().0;
-        for index in 0..self.scene.n_stress_points() {
-            let stress = T::from_f64(self.scene.stress(&self.state, index)?.von_mises());
-            let node = self.scene.stress_point(index).map(|point| point.node as usize);
+        let (scene, state) = (self.body.scene(), self.body.state());
+        for index in 0..scene.n_stress_points() {
+            let stress = T::from_f64(scene.stress(state, index)?.von_mises());
+            let node = scene.stress_point(index).map(|point| point.node as usize);
             // Between two regions the larger one.
             if let Some([most, ..]) = node.and_then(|node| nodes.get_mut(node))
                 && stress > *most
@@ -208,33 +197,34 @@ impl<T: Scalar> Player for Session<'_, T> {
     }
 
     fn point(&self, point: &SurfacePoint, field: Field) -> Result<[f64; 3], Refusal> {
-        Ok(self.scene.point(&self.state, point, field)?)
+        Ok(self.body.point(point, field)?)
     }
 
     fn energy(&self) -> Result<f64, Refusal> {
-        Ok(self.scene.energy(&self.state)?)
+        Ok(self.body.energy()?)
     }
 
     fn coordinates(&self, out: &mut [f64]) {
-        let rate = 1.0 / self.scene.parameters().time_step;
-        let zeta = self.state.zeta().iter().map(|x| x.to_f64());
-        let rates = self.state.scaled_velocity().iter().map(|x| x.to_f64() * rate);
+        let (rate, state) = (1.0 / self.body.time_step(), self.body.state());
+        let zeta = state.zeta().iter().map(|x| x.to_f64());
+        let rates = state.scaled_velocity().iter().map(|x| x.to_f64() * rate);
         out.iter_mut().zip(zeta.chain(rates)).for_each(|(out, x)| *out = x);
     }
 
     fn set_coordinates(&mut self, values: &[f64]) -> Result<(), Refusal> {
-        let (zeta, rates) = values.split_at_checked(self.scene.n_modes()).ok_or(StepError::Mismatch)?;
-        Ok(self.scene.set(&mut self.state, zeta, rates, &self.loads)?)
+        let (zeta, rates) =
+            values.split_at_checked(self.body.scene().n_modes()).ok_or(StepError::Mismatch)?;
+        Ok(self.body.set(zeta, rates)?)
     }
 
     fn rest(&mut self) {
-        self.state.rest();
+        self.body.rest();
     }
 
     fn hold(&mut self, sphere: Option<Sphere>) -> Result<(), Refusal> {
         self.tool = None;
         let Some(sphere) = sphere else { return Ok(()) };
-        if self.scene.structure() != Structure::Exact || self.ground.is_none() {
+        if self.body.structure() != Structure::Exact || self.ground.is_none() {
             return Err(Refusal::NoTool);
         }
         let Sphere { radius, friction, speed, most, .. } = sphere;
@@ -255,26 +245,31 @@ impl<T: Scalar> Player for Session<'_, T> {
 impl<T: Scalar> Session<'_, T> {
     /// One step, with the tool where there is one.
     fn step(&mut self) -> Result<Status, Refusal> {
-        let Self { scene, state, loads, tool, ground, pressed, work, .. } = self;
+        let Self { body, tool, ground, .. } = self;
         match (tool, ground) {
-            (Some(tool), Some(ground)) => tool.step(ground, scene, state, loads, pressed, work),
-            _ => Ok(scene.step(state, loads)?),
+            (Some(tool), Some(ground)) => tool.step(ground, body),
+            _ => Ok(body.step()?),
         }
     }
 
     fn record(&self, row: &mut [f64]) -> Result<(), Refusal> {
-        let Some((probes, [watched, energy])) = row.split_last_chunk_mut() else { return Ok(()) };
+        let n_probes = self.body.scene().metadata().n_probes as usize;
+        let Some((probes, [watched, totals @ ..])) = row.split_at_mut_checked(n_probes) else {
+            return Ok(());
+        };
         for (index, out) in probes.iter_mut().enumerate() {
-            *out = self.scene.probe(&self.state, index, Field::Displacement)?;
+            *out = self.body.probe(index, Field::Displacement)?;
         }
         *watched = match &self.watch {
             None => 0.0,
             Some(watch) => {
-                let u = self.scene.point(&self.state, &watch.point, Field::Displacement)?;
+                let u = self.body.point(&watch.point, Field::Displacement)?;
                 u.iter().zip(watch.direction).map(|(u, d)| u * d).sum()
             }
         };
-        *energy = self.energy()?;
+        for (quantity, out) in Quantity::totals().zip(totals) {
+            *out = self.body.total(quantity)?;
+        }
         Ok(())
     }
 }

@@ -2,7 +2,7 @@
 //!
 //! A sphere that a spring held to the body would have to be soft, or the march would not be stable. This one
 //! has no spring: before each step it asks where the body goes without it
-//! ([`vademecum_eval::Scene::free_motion`]) and how it yields ([`vademecum_eval::Scene::compliance`]), and
+//! ([`vademecum_eval::Body::free_motion`]) and how it yields ([`vademecum_eval::Body::compliance`]), and
 //! finds the forces with which sphere and body just touch when the step ends, with Coulomb's friction. Every
 //! step of the sphere is a step of the body; a hand gives the sphere a target, which it follows no faster
 //! and no harder than it is told. It never goes into a place that the supports hold.
@@ -11,7 +11,7 @@
 //! tangent plane, so a body in front of the plane is outside of the sphere whichever normal was taken.
 
 use vademecum_eval::format::{File, Numbers, SectionKind};
-use vademecum_eval::{Contact, Field, Loads, OutputError, Scalar, Scene, State, Surface, SurfacePoint};
+use vademecum_eval::{Body, Contact, Field, OutputError, Scalar, Surface, SurfacePoint};
 
 use crate::friction::{MOST, Operator, Place, room, solve};
 use crate::refusal::Refusal;
@@ -79,7 +79,11 @@ pub struct Touch {
 }
 
 const NOWHERE: Touch = Touch {
-    point: SurfacePoint { nodes: [0; 3], weights: [0.0; 3], position: [0.0; 3], distance: 0.0 },
+    point: SurfacePoint {
+        place: vademecum_eval::Place::triangle([0; 3], [0.0; 3]),
+        position: [0.0; 3],
+        distance: 0.0,
+    },
     place: [0.0; 3],
     force: [0.0; 3],
     depth: f64::NEG_INFINITY,
@@ -141,8 +145,7 @@ impl<'m> Ground<'m> {
             }
         }
         best.map(|(distance, node, position)| SurfacePoint {
-            nodes: [node as u32; 3],
-            weights: [1.0, 0.0, 0.0],
+            place: vademecum_eval::Place::triangle([node as u32; 3], [1.0, 0.0, 0.0]),
             position,
             distance,
         })
@@ -187,37 +190,32 @@ impl Tool {
         self.touches().iter().map(|touch| touch.depth).fold(f64::NEG_INFINITY, f64::max)
     }
 
-    /// Takes one step of sphere and body. `held` is what acts besides, `loads` becomes that and the forces of
-    /// the sphere; `work` holds [`Scene::compliance_work`] of [`MOST_PLACES`].
+    /// Takes one step of sphere and body, which has room for [`MOST_PLACES`] places and for kept loads.
     ///
     /// # Errors
     /// [`Refusal`]; the body is then where it was.
     pub fn step<T: Scalar>(
         &mut self,
         ground: &Ground<'_>,
-        scene: &Scene<'_, T>,
-        state: &mut State<'_, T>,
-        held: &Loads<'_, T>,
-        loads: &mut Loads<'_, T>,
-        work: &mut [T],
+        body: &mut Body<'_, T>,
     ) -> Result<vademecum_eval::Status, Refusal> {
         let before = self.sphere.centre;
-        let moves = self.sphere.follow(scene.parameters().time_step);
-        self.look(ground, scene, state, before)?;
+        let moves = self.sphere.follow(body.time_step());
+        self.look(ground, body, before)?;
         let touches = self.touches.get_mut(..self.count).unwrap_or_default();
         let n = touches.len();
 
         // How the places yield in the coming step, and where they go without the sphere.
-        let mut contacts = [Contact { nodes: [0; 3], weights: [0.0; 3], force: [0.0; 3] }; MOST];
+        let mut contacts = [Contact::new(vademecum_eval::Place::triangle([0; 3], [0.0; 3]), [0.0; 3]); MOST];
         for (contact, touch) in contacts.iter_mut().zip(&*touches) {
-            (contact.nodes, contact.weights) = (touch.point.nodes, touch.point.weights);
+            contact.place = touch.point.place;
         }
         let contacts = contacts.get(..n).unwrap_or_default();
         let (mut w, mut free) = (room(), [[0.0; 3]; MOST]);
         let w = w.get_mut(..9 * n * n).unwrap_or_default();
         let free = free.get_mut(..n).unwrap_or_default();
-        scene.compliance_at(state, contacts, w, work)?;
-        scene.free_motion(state, held, contacts, free, work)?;
+        body.compliance(contacts, w)?;
+        body.free_motion(contacts, free)?;
 
         let mut places = [Place::default(); MOST];
         let places = places.get_mut(..n).unwrap_or_default();
@@ -243,16 +241,16 @@ impl Tool {
             }
         }
 
-        loads.copy_from(held)?;
-        for ((contact, place), touch) in contacts.iter().zip(&*places).zip(&mut *touches) {
+        for (place, touch) in places.iter().zip(&mut *touches) {
             touch.force = place.force;
-            if place.force != [0.0; 3] {
-                loads.add_contact(scene, &Contact { force: place.force, ..*contact })?;
-            }
         }
-        let status = scene.step(state, loads)?;
+        // The forces act for this step alone.
+        body.keep_loads()?;
+        let status = pushed_step(body, contacts.iter().zip(places.iter().map(|place| place.force)));
+        body.recall_loads()?;
+        let status = status?;
         for touch in touches {
-            let moved = scene.point(state, &touch.point, Field::Displacement)?;
+            let moved = body.point(&touch.point, Field::Displacement)?;
             touch.place = plus(touch.point.position, moved);
             touch.depth = self.sphere.radius - length(minus(touch.place, self.sphere.centre));
         }
@@ -266,8 +264,7 @@ impl Tool {
     fn look<T: Scalar>(
         &mut self,
         ground: &Ground<'_>,
-        scene: &Scene<'_, T>,
-        state: &State<'_, T>,
+        body: &Body<'_, T>,
         before: Vector,
     ) -> Result<(), Refusal> {
         let Sphere { centre, radius, .. } = self.sphere;
@@ -279,7 +276,7 @@ impl Tool {
         for _ in 0..looks {
             nearest = ground.surface.locate(minus(centre, shift));
             if let Some(point) = &nearest {
-                shift = scene.point(state, point, Field::Displacement)?;
+                shift = body.point(point, Field::Displacement)?;
             }
         }
         self.shift = Some(shift);
@@ -287,7 +284,7 @@ impl Tool {
         let reach = radius + ground.apart + length(minus(centre, before));
         let mut next = nearest.filter(|point| point.distance < reach);
         while let Some(point) = next {
-            let moved = scene.point(state, &point, Field::Displacement)?;
+            let moved = body.point(&point, Field::Displacement)?;
             let place = plus(point.position, moved);
             let Some(free) = self.touches.get_mut(self.count) else { break };
             if place == centre {
@@ -299,4 +296,15 @@ impl Tool {
         }
         Ok(())
     }
+}
+
+/// A step under further forces.
+fn pushed_step<'c, T: Scalar>(
+    body: &mut Body<'_, T>,
+    forces: impl Iterator<Item = (&'c Contact, [f64; 3])>,
+) -> Result<vademecum_eval::Status, Refusal> {
+    for (contact, force) in forces.filter(|(_, force)| *force != [0.0; 3]) {
+        body.push(contact, force)?;
+    }
+    Ok(body.step()?)
 }

@@ -7,7 +7,7 @@ use std::process::Command;
 use vademecum_eval::format::scheme::StepParameters;
 use vademecum_eval::format::{Element, File};
 use vademecum_eval::{
-    Contact, Field, Loads, Scalar, Scene, SceneOptions, State, StructureChoice, Surface, SurfacePoint,
+    Contact, Field, Loads, Place, Scalar, Scene, SceneOptions, State, StructureChoice, Surface, SurfacePoint,
 };
 use vademecum_tests::synthetic::{Body, Layout, bathe};
 use vademecum_web::session::{Player, Session, lengths};
@@ -16,7 +16,7 @@ use vademecum_web::tool::Sphere;
 const LAYOUT: Layout = Layout { rows: 4, load_rows: 3, columns: 3, n_interior: 3, r: 11 };
 
 const POINT: SurfacePoint =
-    SurfacePoint { nodes: [1, 4, 3], weights: [0.25, 0.5, 0.25], position: [0.0; 3], distance: 0.0 };
+    SurfacePoint { place: Place::triangle([1, 4, 3], [0.25, 0.5, 0.25]), position: [0.0; 3], distance: 0.0 };
 
 /// The march of `march.mjs`, for one precision.
 struct Native<'f, 'n> {
@@ -31,7 +31,8 @@ impl Native<'_, '_> {
         }
         let u = scene.point(state, &POINT, Field::Displacement).unwrap();
         self.numbers.push(watch.map_or(0.0, |d| u.iter().zip(d).map(|(u, d)| u * d).sum()));
-        self.numbers.push(scene.energy(state).unwrap());
+        let energies = [scene.energy(state), scene.kinetic_energy(state), scene.strain_energy(state)];
+        self.numbers.extend(energies.map(|energy| energy.unwrap()));
     }
 
     fn march<T: Scalar>(&mut self, structure: StructureChoice) {
@@ -99,9 +100,9 @@ impl Native<'_, '_> {
 fn press<T: Scalar>(file: &File<'_>, numbers: &mut Vec<f64>) -> usize {
     let options =
         SceneOptions { structure: StructureChoice::Exact, alpha: Some(0.0), ..SceneOptions::default() };
-    let (length, work) = lengths::<T>(file, &options).unwrap();
-    let mut memory = vec![T::ZERO; length];
-    let mut session = Session::bind(file, &options, &mut memory, &mut vec![0.0; work]).unwrap();
+    let (body, field) = lengths::<T>(file, &options).unwrap();
+    let (mut memory, mut field) = (vec![0.0; body], vec![T::ZERO; field]);
+    let mut session = Session::bind(file, &options, &mut memory, &mut field).unwrap();
     session.add_pattern(0, -0.3).unwrap();
     let [x, y, z] = Surface::new(file).unwrap().locate([0.3, 0.2, 0.9]).unwrap().position;
     let (centre, target) = ([x, y, z + 0.21], [x + 0.1, y, z + 0.15]);
@@ -129,7 +130,7 @@ fn press<T: Scalar>(file: &File<'_>, numbers: &mut Vec<f64>) -> usize {
 }
 
 fn contact() -> Contact {
-    Contact { nodes: POINT.nodes, weights: POINT.weights, force: [1.0, -2.0, 0.7] }
+    Contact::new(POINT.place, [1.0, -2.0, 0.7])
 }
 
 /// The module to test: the committed one, or the one named by `VADEMECUM_WASM` (a fresh build).

@@ -4,7 +4,7 @@
 use std::sync::OnceLock;
 
 use vademecum_eval::format::File;
-use vademecum_eval::{Contact, Scalar, SceneOptions, StructureChoice};
+use vademecum_eval::{Contact, Place, Scalar, SceneOptions, StructureChoice};
 use vademecum_tests::exact_beam::exact_beam;
 use vademecum_web::refusal::Refusal;
 use vademecum_web::session::{Player, Session, lengths};
@@ -21,9 +21,9 @@ fn beam() -> &'static [u8] {
 
 fn with_session<T: Scalar>(options: &SceneOptions, act: impl FnOnce(&mut Session<'_, T>)) {
     let file = File::parse(beam()).expect("a file");
-    let (numbers, work) = lengths::<T>(&file, options).expect("lengths");
-    let mut memory = vec![T::ZERO; numbers];
-    let mut session = Session::bind(&file, options, &mut memory, &mut vec![0.0; work]).expect("a session");
+    let (body, field) = lengths::<T>(&file, options).expect("lengths");
+    let (mut memory, mut field) = (vec![0.0; body], vec![T::ZERO; field]);
+    let mut session = Session::bind(&file, options, &mut memory, &mut field).expect("a session");
     act(&mut session);
 }
 
@@ -90,7 +90,7 @@ fn a_tool_neither_enters_the_body_nor_gives_it_energy() {
 
 #[test]
 fn nor_does_it_beside_another_load() {
-    let contact = Contact { nodes: [0, 1, 2], weights: [0.25, 0.25, 0.5], force: [1.0, -2.0, -5.0] };
+    let contact = Contact::new(Place::triangle([0, 1, 2], [0.25, 0.25, 0.5]), [1.0, -2.0, -5.0]);
     pressed::<f64>(1e-6, Some(&contact));
 }
 

@@ -88,10 +88,10 @@ static int refused(const char *what) {
 static int touch(struct VdmBody *body, const struct Touch *asked) {
     struct VdmPlace place;
     const double force[3] = {asked->force[0] / 1000.0, asked->force[1] / 1000.0, asked->force[2] / 1000.0};
-    vdm_clear_loads(body);
+    vdm_clear(body);
     if (force[0] == 0 && force[1] == 0 && force[2] == 0) return 0;
     if (vdm_at_node(body, (uint32_t)asked->node, &place) < 0) return 1;
-    return vdm_add_contact(body, &place, force) < 0;
+    return vdm_push(body, &place, force) < 0;
 }
 
 int main(void) {
@@ -105,16 +105,13 @@ int main(void) {
     uint8_t *memory = board_memory(&bytes);
     uint32_t sum = 0, worst = 0, late = 0;
 
-    /* Ask, lend, bind. Work is needed while binding and for parameters: it lies behind the body. */
+    /* Ask, lend, bind. */
     vdm_default_options(&options);
     options.contacts = 1;
     options.places = 0;
     if (vdm_measure(file, length, &options, &needs, text, sizeof text) < 0) return refused(text);
-    const size_t own = (needs.memory + 15u) & ~(size_t)15u;
-    if (own + needs.work * sizeof(double) > bytes) return refused("the body does not fit into RAM");
-    if (vdm_bind(file, length, &options, memory, own, (double *)(void *)(memory + own), needs.work, &body, text,
-                 sizeof text) < 0)
-        return refused(text);
+    if (needs.memory > bytes) return refused("the body does not fit into RAM");
+    if (vdm_bind(file, length, &options, memory, needs.memory, &body, text, sizeof text) < 0) return refused(text);
 
     const int32_t host = host_open("contacts.txt");
     if (host < 0) return refused("the host has no file contacts.txt");

@@ -243,7 +243,7 @@ impl Coupled {
 
 /// A place, without a force.
 fn contact(place: &SurfacePoint) -> Contact {
-    Contact { nodes: place.nodes, weights: place.weights, force: [0.0; 3] }
+    Contact::new(place.place, [0.0; 3])
 }
 
 /// Three rows times a vector that comes in threes.

@@ -4,7 +4,7 @@
 mod seal;
 
 use libfuzzer_sys::fuzz_target;
-use vademecum_eval::{Contact, Field, Loads, Scalar, Scene, SceneOptions, State, StructureChoice};
+use vademecum_eval::{Contact, Field, Loads, Scalar, Scene, SceneOptions, State, StructureChoice, Place};
 use vademecum_format::File;
 
 /// Numbers lent at most: a file that asks for more is one a caller would turn down by its sizes.
@@ -23,7 +23,7 @@ fn step<T: Scalar>(file: &File<'_>, structure: StructureChoice) {
     else {
         return;
     };
-    let contact = Contact { nodes: [0, 1, 2], weights: [0.2, 0.3, 0.5], force: [1.0, -1.0, 2.0] };
+    let contact = Contact::new(Place::triangle([0, 1, 2], [0.2, 0.3, 0.5]), [1.0, -1.0, 2.0]);
     let _ = loads.add_contact(&scene, &contact);
     let _ = loads.add_pattern(&scene, 0, 1.0);
     for _ in 0..4 {

@@ -7,7 +7,7 @@ use std::path::PathBuf;
 
 use libfuzzer_sys::fuzz_target;
 use vademecum_build::input::Problem;
-use vademecum_build::pipeline::{BuildOptions, plan_build};
+use vademecum_build::pipeline::{BuildError, BuildOptions, with_context};
 use vademecum_build::progress::Silent;
 
 /// Most cells of a block that is meshed: a few milliseconds each way.
@@ -28,7 +28,8 @@ fuzz_target!(|text: &[u8]| {
     if files || (MOST_CELLS..20_000).contains(&cells) {
         return;
     }
-    let planned = plan_build(&problem, &options, &Silent);
+    let planned = with_context(&problem, &options, &Silent, |context, _| context.plan(&problem));
+    let planned: Result<_, BuildError> = planned;
     assert!(cells < MOST_CELLS || planned.is_err(), "{cells} cells in {MEMORY} bytes");
     // Every refusal says something, its causes too.
     if let Err(error) = planned {

@@ -5,7 +5,7 @@
 //! cargo run --release -p vademecum-tests --example scaling -- offline [LARGEST_DOFS]
 //! ```
 //!
-//! Records: `docs/benchmarks/scaling.md`.
+//! Records: `docs/measurements/scaling.md`.
 
 mod fit;
 mod offline;

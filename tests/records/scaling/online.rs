@@ -3,7 +3,7 @@
 use std::hint::black_box;
 use std::time::Instant;
 
-use vademecum_eval::{Contact, Field, Scalar, SceneOptions, StructureChoice};
+use vademecum_eval::{Contact, Field, Place, Scalar, SceneOptions, StructureChoice};
 use vademecum_format::Element;
 use vademecum_format::scheme::StepParameters;
 use vademecum_tests::stage::with_scene;
@@ -24,7 +24,7 @@ fn options(structure: StructureChoice) -> SceneOptions {
     SceneOptions { structure, ..SceneOptions::default() }
 }
 
-const CONTACT: Contact = Contact { nodes: [0, 1, 5], weights: [0.2, 0.3, 0.5], force: [1.0, 0.0, 0.0] };
+const CONTACT: Contact = Contact::new(Place::triangle([0, 1, 5], [0.2, 0.3, 0.5]), [1.0, 0.0, 0.0]);
 
 /// Nanoseconds of one call: the fastest of some bursts, each long enough for the clock and short enough to be
 /// left alone by whatever else runs.

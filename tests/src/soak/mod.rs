@@ -4,7 +4,7 @@
 //! An iteration draws its kind and all its choices from the seed and its own number, in a folder of its own,
 //! so it can be repeated alone (`--from N --iterations 1`); only the instant at which a signal arrives is the
 //! machine's. The rules themselves are in [`invariant`] and know only results. The record is
-//! `docs/benchmarks/soak.md`.
+//! `docs/measurements/soak.md`.
 
 pub mod dice;
 pub mod harm;

@@ -63,7 +63,7 @@ fn walk_in<T: Scalar + PartialEq>(built: &Built, dice: &mut Dice) -> Held {
             let length = scene.state_numbers();
             let [before, after] = &mut saved;
             state.save_into(&mut before[..length]).map_err(unexpected("save"))?;
-            let set = scene.set_parameter(index, value, &mut state, &mut work);
+            let set = scene.set_parameters(&[(index, value)], &mut state, &mut work);
             state.save_into(&mut after[..length]).map_err(unexpected("save"))?;
             match set {
                 Ok(()) if outside => {
@@ -99,7 +99,7 @@ fn point(file: &File<'_>, dice: &mut Dice, built: &Built) -> Option<SurfacePoint
 
 fn contact(file: &File<'_>, dice: &mut Dice, built: &Built) -> Option<Contact> {
     let point = point(file, dice, built)?;
-    Some(Contact { nodes: point.nodes, weights: point.weights, force: dice.vector() })
+    Some(Contact::new(point.place, dice.vector()))
 }
 
 /// Steps of a march whose laws are checked.
@@ -112,7 +112,7 @@ type Push = (SurfacePoint, [f64; 3]);
 fn march(bytes: &[u8], options: &SceneOptions, pushes: &[Push], seen: &[Push]) -> Result<Vec<f64>, Breach> {
     with_scene::<f64, _>(bytes, options, |scene, state, loads| {
         for (point, force) in pushes {
-            let contact = Contact { nodes: point.nodes, weights: point.weights, force: *force };
+            let contact = Contact::new(point.place, *force);
             loads.add_contact(scene, &contact).map_err(unexpected("a contact"))?;
         }
         let mut all = vec![];
@@ -193,7 +193,7 @@ fn energy(built: &Built, push: &Push, dice: &mut Dice) -> Held {
     let options = SceneOptions { structure, ..SceneOptions::default() };
     let energies =
         with_scene::<f64, Result<Vec<f64>, Breach>>(&built.bytes, &options, |scene, state, loads| {
-            let contact = Contact { nodes: push.0.nodes, weights: push.0.weights, force: push.1 };
+            let contact = Contact::new(push.0.place, push.1);
             loads.add_contact(scene, &contact).map_err(unexpected("a contact"))?;
             let mut step = |loads: &Loads<'_, f64>| {
                 scene.step(state, loads).map_err(unexpected("a step"))?;

@@ -170,7 +170,7 @@ fn shapes() -> Vec<Cell> {
 }
 
 /// Bodies of 1 mm and 100 m, of steel and gel. Units are compared on a stocky one: the first frequency of a
-/// slender one is itself known to some 1e-10 only (`docs/benchmarks/stability.md`).
+/// slender one is itself known to some 1e-10 only (`docs/measurements/stability.md`).
 fn sizes() -> Vec<Cell> {
     let mut cells = vec![];
     for (material, young, poisson, density) in [("steel", 2.1e11, 0.3, 7850.0), ("gel", 1e3, 0.49, 1000.0)] {

@@ -143,7 +143,7 @@ fn march<T: Scalar>(
     state.restore(&vec![T::ZERO; 3 * scene.n_modes()]).expect("at rest");
     let one = |n: usize| {
         for (index, value) in story.parameters(n).into_iter().enumerate() {
-            scene.set_parameter(index, value, &mut state, &mut work).expect("in range");
+            scene.set_parameters(&[(index, value)], &mut state, &mut work).expect("in range");
         }
         loads.clear();
         loads.add_pattern_staged(&scene, 0, &story.amplitude(n, scene.instants())).expect("a finite load");

@@ -2,7 +2,7 @@
 
 use vademecum_build::input::Problem;
 use vademecum_eval::format::File;
-use vademecum_eval::{Contact, Scalar, Scene, SceneOptions, State, StepError, StructureChoice};
+use vademecum_eval::{Contact, Place, Scalar, Scene, SceneOptions, State, StepError, StructureChoice};
 
 use super::build::{build_kept, structures};
 use super::{Form, Measured, Outcome};
@@ -50,7 +50,7 @@ fn attack<T: Scalar>(bytes: &[u8], structure: StructureChoice) -> Vec<String> {
             loads.clear();
             let force = Contact { force: [0.0, bad, 0.0], ..contact };
             expect("a force", loads.add_contact(scene, &force).is_err());
-            let weights = Contact { weights: [bad, 0.5, 0.5], ..contact };
+            let weights = Contact { place: Place::triangle([0, 1, 2], [bad, 0.5, 0.5]), ..contact };
             expect("a weight", loads.add_contact(scene, &weights).is_err());
             expect("an amplitude", loads.add_pattern(scene, 0, bad).is_err());
             expect("an instant", loads.add_pattern_staged(scene, 0, &[bad; 4]).is_err());

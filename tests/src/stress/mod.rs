@@ -2,7 +2,7 @@
 //! must get.
 //!
 //! One table of cells (`cells.rs`) is read by the test `tests/stress.rs`, which runs the reduced form, and by
-//! `records/stress.rs`, which runs all of it at full size and prints `docs/benchmarks/stability.md`. A cell
+//! `records/stress.rs`, which runs all of it at full size and prints `docs/measurements/stability.md`. A cell
 //! is green when every structure of its file is stable, one of them stays within its tolerance of the
 //! full-order march, and single precision stays with double. Otherwise it is refused by a name, or meets a
 //! limit that has one: both stand in the table, and both are explained in the record.

@@ -6,7 +6,7 @@ use vademecum_build::export::NodeOrder;
 use vademecum_build::pipeline::{BuildOptions, build};
 use vademecum_build::prepared::Prepared;
 use vademecum_build::progress::Silent;
-use vademecum_eval::{Contact, Field, Scene, SceneOptions, State, StaticField, SurfacePoint};
+use vademecum_eval::{Contact, Field, Place, Scene, SceneOptions, State, StaticField, SurfacePoint};
 use vademecum_format::scheme::MAX_STAGES;
 use vademecum_format::{File, SectionKind};
 use vademecum_study::contents::numbers;
@@ -84,12 +84,7 @@ impl Built {
     }
 
     fn step(&self, options: &SceneOptions, contact: &Contact, history: usize) -> (Matrix, Matrix) {
-        let point = SurfacePoint {
-            nodes: contact.nodes,
-            weights: contact.weights,
-            position: [0.0; 3],
-            distance: 0.0,
-        };
+        let point = SurfacePoint { place: contact.place, position: [0.0; 3], distance: 0.0 };
         with_scene::<f64, _>(&self.bytes, options, |scene, state, loads| {
             let time_step = scene.parameters().time_step;
             let when = HISTORIES[history].history(time_step);
@@ -134,7 +129,7 @@ impl Built {
 
 fn contact(push: &Push, order: &NodeOrder) -> Contact {
     let nodes = push.nodes.map(|node| order.file_node[node as usize]);
-    Contact { nodes, weights: push.weights, force: push.force }
+    Contact::new(Place::triangle(nodes, push.weights), push.force)
 }
 
 fn whole_into(scene: &Scene<'_, f64>, state: &State<'_, f64>, out: &mut [f64]) {

@@ -1,5 +1,5 @@
 //! How far files are from the truth under pushes at random places of real bodies, and whether the bound that
-//! they keep is one: what `docs/benchmarks/total-error.md` records.
+//! they keep is one: what `docs/measurements/total-error.md` records.
 //!
 //! A push is a force of 1 N at a point of the loadable surface. It acts in four ways ([`HISTORIES`]); one
 //! reference that is exact in time serves all of them, because its space depends on the force alone.

@@ -1,4 +1,4 @@
-//! The witnesses: geometry, reference values and where they are from (`docs/bibliography.md`).
+//! The witnesses: geometry, reference values and where they are from (`docs/reference/bibliography.md`).
 
 use std::collections::HashMap;
 use std::f64::consts::{FRAC_1_SQRT_2, FRAC_PI_2, FRAC_PI_4, FRAC_PI_6, TAU};

@@ -1,6 +1,6 @@
 //! One basis for a box of region scales: the eigenvectors turn with the contrast between regions, so the
 //! basis is the POD of the energy-weighted Ritz vectors of several parameter samples
-//! (docs/theory/4-basis.md).
+//! (docs/explanation/4-basis.md).
 
 use faer::{Mat, MatMut, MatRef};
 

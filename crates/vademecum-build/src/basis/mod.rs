@@ -15,7 +15,7 @@ pub use find::{basis_of_pod, decompose, find_basis};
 pub use pod::{Apply, Pod, StreamingPod};
 pub use ritz::{Basis, modes_basis, pod_basis, ritz_basis, ritz_coordinates};
 pub use snapshots::{CachedRuns, SnapshotError, SnapshotSchedule, compute, import};
-pub(crate) use snapshots::{run_loads, spread_nodes};
+pub use snapshots::{run_loads, spread_nodes};
 
 #[cfg(test)]
 mod tests;

@@ -7,7 +7,7 @@
 //! used instead of the Gram matrix of the snapshots because that halves the digits, and because faer's
 //! symmetric eigensolver loses small matrices (a displacement in metres squared is small).
 //!
-//! Source: chapter 5, eq. (5.7); `docs/theory/` for the Ritz step.
+//! Source: chapter 5, eq. (5.7); `docs/explanation/` for the Ritz step.
 
 use faer::prelude::*;
 use faer::{Mat, MatRef};

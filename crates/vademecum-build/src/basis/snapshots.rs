@@ -92,7 +92,7 @@ impl SnapshotSchedule {
     }
 
     /// The same in groups marched together.
-    pub(crate) fn groups(&self) -> Vec<Vec<(u32, [f64; 3])>> {
+    pub fn groups(&self) -> Vec<Vec<(u32, [f64; 3])>> {
         self.loads().chunks(RUNS_AT_ONCE).map(<[_]>::to_vec).collect()
     }
 
@@ -120,7 +120,7 @@ const ALIKE: f64 = 1e-9;
 /// Loadable nodes far from each other: the first is farthest from the centroid, each next one from all
 /// before. Of places that are alike in that, the one with the larger sum of distances to all before is taken,
 /// then the first: the choice follows the body when it is turned.
-pub(crate) fn spread_nodes(body: &Body, count: usize) -> Vec<u32> {
+pub fn spread_nodes(body: &Body, count: usize) -> Vec<u32> {
     let mut candidates = body.load_nodes.clone();
     let free = |node: &u32| (0..3).any(|c| body.model.dofs().free(3 * *node as usize + c).is_some());
     candidates.retain(free);
@@ -240,7 +240,7 @@ pub fn compute(
 }
 
 /// The forces of runs marched together, one trajectory each.
-pub(crate) fn run_loads(body: &Body, runs: &SnapshotSchedule, group: &[(u32, [f64; 3])]) -> Vec<TimedLoad> {
+pub fn run_loads(body: &Body, runs: &SnapshotSchedule, group: &[(u32, [f64; 3])]) -> Vec<TimedLoad> {
     let when = Interval { start: 0.0, end: runs.hold, ramp: 0.0 };
     let load = |(column, &(node, direction)): (usize, &(u32, [f64; 3]))| {
         let mut force = vec![0.0; body.n_dof()];

@@ -9,7 +9,7 @@
 //!
 //! The odd thing: the motion drifts freely only after its release, so `Z` grows a little faster than the
 //! cube; a tenth of the steps is taken off for that, which is enough where the release lies in the first
-//! tenth of the march (docs/benchmarks/parameters.md).
+//! tenth of the march (docs/measurements/parameters.md).
 
 /// Share of the estimate that is given.
 const AFTER_RELEASE: f64 = 0.9;

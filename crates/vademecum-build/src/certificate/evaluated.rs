@@ -2,7 +2,8 @@
 
 use faer::{Mat, MatRef};
 use vademecum_eval::{
-    Contact, Field, Loads, OutputError, Scene, SceneOptions, Sizes, State, StaticField, Structure,
+    Body, BodyOptions, Contact, Field, Loads, OutputError, Place, Scene, SceneOptions, State, StaticField,
+    Structure,
 };
 use vademecum_format::File;
 use vademecum_format::scheme::MAX_STAGES;
@@ -27,22 +28,31 @@ const FREE_RUN_WORK: usize = 1_000_000_000;
 /// See [`FREE_RUN_WORK`].
 const FREE_RUN_STEPS: usize = 100_000;
 
-/// Memory lent to the scene of one march.
+/// Options of a body that is only stepped and read.
+pub(super) fn body_options(scene: &SceneOptions) -> BodyOptions {
+    BodyOptions { scene: *scene, places: 0, flight: false, ..BodyOptions::default() }
+}
+
+/// Memory of a body of these options.
+pub(super) fn body_memory(file: &File<'_>, options: &BodyOptions) -> Result<Vec<f64>, CertificateError> {
+    Ok(vec![0.0; Body::<f64>::len_for(file, options)?])
+}
+
+/// Memory lent to one march.
 struct Memory {
-    scene: Vec<f64>,
-    work: Vec<f64>,
+    body: Vec<f64>,
     states: Vec<Vec<f64>>,
     loads: Vec<Vec<f64>>,
 }
 
 impl Memory {
-    fn new(sizes: &Sizes, trajectories: usize) -> Self {
-        Self {
-            scene: vec![0.0; sizes.scene],
-            work: vec![0.0; sizes.work],
+    fn new(file: &File<'_>, options: &SceneOptions, trajectories: usize) -> Result<Self, CertificateError> {
+        let sizes = Scene::<f64>::sizes(file, options)?;
+        Ok(Self {
+            body: body_memory(file, &body_options(options))?,
             states: vec![vec![0.0; sizes.state]; trajectories],
             loads: vec![vec![0.0; sizes.loads]; trajectories],
-        }
+        })
     }
 }
 
@@ -56,9 +66,9 @@ struct Trajectory<'m> {
     factors: [f64; 1 + MAX_STAGES],
 }
 
-/// All unseen loads marched through one scene.
+/// All unseen loads marched through the scene of one body.
 struct March<'m> {
-    scene: Scene<'m, f64>,
+    body: Body<'m, f64>,
     trajectories: Vec<Trajectory<'m>>,
     reciprocity: Reciprocity,
 }
@@ -137,9 +147,8 @@ pub fn measure(
 ) -> Result<Vec<Measured>, CertificateError> {
     let columns = unseen.loads.len();
     let files = candidates.iter().map(|c| File::parse(c.bytes)).collect::<Result<Vec<_>, _>>()?;
-    let memory = |(file, candidate): (&File<'_>, &Candidate<'_>)| {
-        Ok::<_, CertificateError>(Memory::new(&Scene::<f64>::sizes(file, candidate.options)?, columns))
-    };
+    let memory =
+        |(file, candidate): (&File<'_>, &Candidate<'_>)| Memory::new(file, candidate.options, columns);
     let mut memories = files.iter().zip(candidates).map(memory).collect::<Result<Vec<_>, _>>()?;
     let bound = files.iter().zip(candidates).zip(&mut memories);
     let bind = |((file, candidate), memory)| March::bind(file, candidate, memory, order, unseen);
@@ -186,7 +195,7 @@ pub fn certify_exact(
     let time_step = candidate.options.time_step.unwrap_or(file.metadata().time_step);
     let unseen = &unseen.on_steps(time_step);
     let columns = unseen.loads.len();
-    let mut memory = Memory::new(&Scene::<f64>::sizes(&file, candidate.options)?, columns);
+    let mut memory = Memory::new(&file, candidate.options, columns)?;
     let mut march = March::bind(&file, candidate, &mut memory, order, unseen)?;
     let r = candidate.basis.n_modes();
     let mut coordinates = vec![Mat::zeros(r, 1 + unseen.steps); columns];
@@ -253,14 +262,15 @@ impl<'m> March<'m> {
         order: &NodeOrder,
         unseen: &'m UnseenLoads,
     ) -> Result<Self, CertificateError> {
-        let scene = Scene::bind(file, candidate.options, &mut memory.scene, &mut memory.work)?;
+        let body = Body::bind(file, &body_options(candidate.options), &mut memory.body)?;
+        let scene = body.scene();
         let lent = memory.states.iter_mut().zip(&mut memory.loads);
         let trajectories = unseen.loads.iter().zip(lent).map(|(load, (state, loads))| {
             let nodes = load.nodes.map(|node| order.file_node[node as usize]);
-            let contact = Contact { nodes, weights: load.weights, force: load.force };
-            let (state, loads) = (State::new(&scene, state)?, Loads::new(&scene, loads)?);
+            let contact = Contact::new(Place::triangle(nodes, load.weights), load.force);
+            let (state, loads) = (State::new(scene, state)?, Loads::new(scene, loads)?);
             let mut trajectory = Trajectory { contact, load, state, loads, factors: [0.0; 1 + MAX_STAGES] };
-            trajectory.load_step(&scene, 0)?;
+            trajectory.load_step(scene, 0)?;
             // From rest the acceleration is what the force at time zero demands.
             let zero = vec![0.0; scene.n_modes()];
             scene.set(&mut trajectory.state, &zero, &zero, &trajectory.loads)?;
@@ -269,7 +279,7 @@ impl<'m> March<'m> {
         let trajectories = trajectories.collect::<Result<_, CertificateError>>()?;
         let forces = unseen.loads.iter().map(|load| &load.timed.force[..]);
         let reciprocity = Reciprocity::new(candidate.basis, forces);
-        Ok(Self { scene, trajectories, reciprocity })
+        Ok(Self { body, trajectories, reciprocity })
     }
 
     fn measured(
@@ -277,11 +287,11 @@ impl<'m> March<'m> {
         errors: Vec<TrajectoryError>,
         listener: &dyn Listener,
     ) -> Result<Measured, CertificateError> {
-        let increment = increment(&self.scene)?;
+        let increment = increment(self.body.scene())?;
         let energy_growth = self.energy_growth(increment.as_ref())?;
         Ok(Measured {
             errors,
-            spectral_radius: radius(&self.scene)?,
+            spectral_radius: radius(self.body.scene())?,
             energy_ratio: self.free_run_energy(listener)?,
             reciprocity: self.reciprocity.defect(),
             energy_growth,
@@ -291,16 +301,16 @@ impl<'m> March<'m> {
     /// Largest energy that the motions left by the loads reach in a million free steps, over that at their
     /// start. Takes the loads away and leaves the states as they are.
     fn energy_growth(&mut self, increment: MatRef<'_, f64>) -> Result<f64, CertificateError> {
-        let n = self.scene.state_numbers();
+        let n = self.body.scene().state_numbers();
         let mut starts = Mat::zeros(n, self.trajectories.len());
         let mut energies = vec![];
         let mut left = vec![0.0; n];
         for (j, Trajectory { state, loads, .. }) in self.trajectories.iter_mut().enumerate() {
             state.save_into(&mut left)?;
             loads.clear();
-            self.scene.step(state, loads)?;
+            self.body.scene().step(state, loads)?;
             // The first free step removes what is left of the load's acceleration.
-            energies.push(self.scene.energy(state)?);
+            energies.push(self.body.scene().energy(state)?);
             state.save_into(starts.col_as_slice_mut(j))?;
             state.restore(&left)?;
         }
@@ -315,7 +325,7 @@ impl<'m> March<'m> {
                 break;
             }
             state.restore(column)?;
-            largest = largest.max(self.scene.energy(state)? / energies[j % energies.len()]);
+            largest = largest.max(self.body.scene().energy(state)? / energies[j % energies.len()]);
         }
         state.restore(&left)?;
         Ok(largest)
@@ -325,12 +335,12 @@ impl<'m> March<'m> {
     /// on the load; nothing where the file does not have the factor of the stiffness or fields inside the
     /// body. Takes the loads away and leaves the states as they are.
     fn static_fields(&mut self, order: &NodeOrder, dofs: &DofMap) -> Result<Vec<Mat<f64>>, CertificateError> {
-        let [of_answer, of_rest] = self.scene.static_field_sizes();
+        let [of_answer, of_rest] = self.body.scene().static_field_sizes();
         let (mut answer, mut rest) = (vec![0.0; of_answer], vec![0.0; of_rest]);
-        let mut statics = StaticField::new(&self.scene, &mut answer, &mut rest)?;
+        let mut statics = StaticField::new(self.body.scene(), &mut answer, &mut rest)?;
         let mut shown = vec![0.0; 3 * order.nodes.len()];
-        let mut left = vec![0.0; self.scene.state_numbers()];
-        let zero = vec![0.0; self.scene.n_modes()];
+        let mut left = vec![0.0; self.body.scene().state_numbers()];
+        let zero = vec![0.0; self.body.scene().n_modes()];
         let mut fields = vec![];
         for Trajectory { contact, state, loads, factors, .. } in &mut self.trajectories {
             if of_answer == 0 {
@@ -338,10 +348,10 @@ impl<'m> March<'m> {
             }
             state.save_into(&mut left)?;
             loads.clear();
-            loads.add_contact(&self.scene, contact)?;
-            self.scene.set(state, &zero, &zero, loads)?;
-            self.scene.solve_static_field(state, &mut statics)?;
-            let told = self.scene.body_with(state, Field::Displacement, &mut statics, &mut shown);
+            loads.add_contact(self.body.scene(), contact)?;
+            self.body.scene().set(state, &zero, &zero, loads)?;
+            self.body.scene().solve_static_field(state, &mut statics)?;
+            let told = self.body.scene().body_with(state, Field::Displacement, &mut statics, &mut shown);
             loads.clear();
             *factors = [0.0; 1 + MAX_STAGES];
             state.restore(&left)?;
@@ -360,8 +370,8 @@ impl<'m> March<'m> {
     /// One step of every trajectory: their ζ, shape (r, trajectories).
     fn step(&mut self, step: usize) -> Result<Mat<f64>, CertificateError> {
         for trajectory in &mut self.trajectories {
-            trajectory.load_step(&self.scene, step)?;
-            self.scene.step(&mut trajectory.state, &trajectory.loads)?;
+            trajectory.load_step(self.body.scene(), step)?;
+            self.body.scene().step(&mut trajectory.state, &trajectory.loads)?;
         }
         let coordinates = self.coordinates();
         self.reciprocity.add(coordinates.as_ref());
@@ -370,7 +380,7 @@ impl<'m> March<'m> {
 
     /// ζ of every trajectory, shape (r, trajectories).
     fn coordinates(&self) -> Mat<f64> {
-        Mat::from_fn(self.scene.n_modes(), self.trajectories.len(), |i, j| {
+        Mat::from_fn(self.body.scene().n_modes(), self.trajectories.len(), |i, j| {
             self.trajectories[j].state.zeta()[i]
         })
     }
@@ -378,17 +388,17 @@ impl<'m> March<'m> {
     /// Largest energy of a long unloaded run from the last state of the first trajectory, over the energy at
     /// its start.
     fn free_run_energy(&mut self, listener: &dyn Listener) -> Result<f64, CertificateError> {
-        let r = self.scene.n_modes();
+        let r = self.body.scene().n_modes();
         let steps = (FREE_RUN_WORK / (9 * r * r)).min(FREE_RUN_STEPS);
         let Trajectory { state, loads, .. } = &mut self.trajectories[0];
         loads.clear();
         // The first unloaded step removes what is left of the load's acceleration.
-        self.scene.step(state, loads)?;
-        let start = self.scene.energy(state)?;
+        self.body.scene().step(state, loads)?;
+        let start = self.body.scene().energy(state)?;
         let mut largest = start;
         for _ in 0..steps {
-            self.scene.step(state, loads)?;
-            largest = largest.max(self.scene.energy(state)?);
+            self.body.scene().step(state, loads)?;
+            largest = largest.max(self.body.scene().energy(state)?);
         }
         if listener.cancelled() { Err(Cancelled.into()) } else { Ok(largest / start) }
     }
@@ -454,10 +464,9 @@ impl Reciprocity {
 /// # Errors
 /// [`CertificateError`]: a file the evaluator refuses, eigenvalues that do not converge.
 pub fn spectral_radius(file: &File<'_>, options: &SceneOptions) -> Result<f64, CertificateError> {
-    let sizes = Scene::<f64>::sizes(file, options)?;
-    let (mut memory, mut work) = (vec![0.0; sizes.scene], vec![0.0; sizes.work]);
-    let scene = Scene::bind(file, options, &mut memory, &mut work)?;
-    radius(&scene)
+    let options = body_options(options);
+    let mut memory = body_memory(file, &options)?;
+    radius(Body::bind(file, &options, &mut memory)?.scene())
 }
 
 /// Spectral radius of the step of a scene.

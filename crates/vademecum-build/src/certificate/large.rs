@@ -1,11 +1,12 @@
 //! The certificate of large displacements: pushes at full order beside the bytes that ship.
 
 use faer::Mat;
-use vademecum_eval::{Contact, Loads, Scene, SceneOptions, State};
+use vademecum_eval::{Body as MovingBody, Place, SceneOptions};
 use vademecum_format::File;
 use vademecum_format::scheme::MAX_STAGES;
 
 use super::error::CertificateError;
+use super::evaluated::{body_memory, body_options};
 use super::verdict::StructureMeasured;
 use crate::dynamics::TrajectoryError;
 use crate::export::NodeOrder;
@@ -81,35 +82,32 @@ fn follow_push(
     (steps, metered): (usize, bool),
 ) -> Result<(Mat<f64>, f64), CertificateError> {
     let file = File::parse(bytes)?;
-    let sizes = Scene::<f64>::sizes(&file, options)?;
-    let (mut memory, mut work) = (vec![0.0; sizes.scene], vec![0.0; sizes.work]);
-    let (mut of_state, mut of_loads) = (vec![0.0; sizes.state], vec![0.0; sizes.loads]);
-    let scene = Scene::bind(&file, options, &mut memory, &mut work)?;
-    let (mut state, mut loads) = (State::new(&scene, &mut of_state)?, Loads::new(&scene, &mut of_loads)?);
-    let dt = scene.parameters().time_step;
-    let mut found = Mat::zeros(scene.n_modes(), steps);
+    let options = body_options(options);
+    let mut memory = body_memory(&file, &options)?;
+    let mut body = MovingBody::bind(&file, &options, &mut memory)?;
+    let dt = body.time_step();
+    let mut found = Mat::zeros(body.scene().n_modes(), steps);
     let (mut worst, mut largest) = (0.0_f64, f64::MIN_POSITIVE);
     for step in 0..steps {
         // Just after the start of the step and just before its end: a push begins and ends on whole steps.
         let inside = |part: f64| push.within((step as f64 + part) * dt, (step as f64 + 0.5) * dt);
         let mut factors = [0.0; 1 + MAX_STAGES];
         (factors[0], factors[1]) = (inside(0.0), inside(1.0));
-        loads.clear();
+        body.clear();
         if factors.iter().any(|&f| f != 0.0) {
             for &(node, force) in &push.nodes {
                 let at = order.file_node[node as usize];
-                let contact = Contact { nodes: [at; 3], weights: [1.0, 0.0, 0.0], force };
-                loads.add_contact_staged(&scene, &contact, &factors)?;
+                body.push_staged(&Place::triangle([at; 3], [1.0, 0.0, 0.0]), force, &factors)?;
             }
         }
         if metered {
-            let (_, account) = scene.step_metered(&mut state, &loads)?;
+            let (_, account) = body.with(|parts| parts.scene.step_metered(parts.state, parts.loads))?;
             worst = worst.max(account.violation().abs());
             largest = largest.max(account.after);
         } else {
-            scene.step(&mut state, &loads)?;
+            body.step()?;
         }
-        found.col_as_slice_mut(step).copy_from_slice(state.zeta());
+        found.col_as_slice_mut(step).copy_from_slice(body.state().zeta());
     }
     Ok((found, worst / largest))
 }

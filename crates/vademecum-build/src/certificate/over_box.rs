@@ -110,7 +110,7 @@ pub fn certify_box(
 fn block_at(file: &File<'_>, values: &[f64]) -> Result<SceneOptions, CertificateError> {
     let mut options = SceneOptions { structure: StructureChoice::Block, ..SceneOptions::default() };
     for (parameter, &value) in values.iter().enumerate() {
-        options.set(file.metadata(), parameter, value)?;
+        options.set(file.metadata(), &[(parameter, value)])?;
     }
     Ok(options)
 }

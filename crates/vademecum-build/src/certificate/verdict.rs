@@ -23,7 +23,7 @@ pub struct StructureMeasured {
 
 impl StructureMeasured {
     /// The errors of runs of so many steps, and nothing else yet.
-    pub(crate) fn of_runs(runs: Vec<TrajectoryError>, steps: usize) -> Self {
+    pub fn of_runs(runs: Vec<TrajectoryError>, steps: usize) -> Self {
         let largest = |part: fn(&TrajectoryError) -> f64| {
             runs.iter().map(part).reduce(larger).expect("a certificate has runs")
         };
@@ -44,7 +44,7 @@ impl StructureMeasured {
     }
 
     /// What a file may hold of the certificate: NaN where a march overflowed, which is no measurement.
-    pub(crate) fn known(&self) -> StructureCertificate {
+    pub fn known(&self) -> StructureCertificate {
         StructureCertificate::from_numbers(self.certificate.numbers().map(finite))
     }
 

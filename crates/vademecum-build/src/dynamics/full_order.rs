@@ -99,7 +99,7 @@ pub struct Workspace {
 
 impl Workspace {
     /// `u_i − u` of stage `i` (counted from 0) of the step taken last, `(n, c)`.
-    pub(crate) fn increment(&self, stage: usize) -> MatRef<'_, f64> {
+    pub fn increment(&self, stage: usize) -> MatRef<'_, f64> {
         self.increments[stage].as_ref()
     }
 }

@@ -124,7 +124,7 @@ pub fn march_full_order(
 ///
 /// # Errors
 /// As [`march_full_order`].
-pub(crate) fn march_stages(
+pub fn march_stages(
     full: &FullOrder<'_>,
     loads: &[TimedLoad],
     columns: usize,

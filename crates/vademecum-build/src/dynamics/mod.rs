@@ -25,7 +25,7 @@ pub use harmonic::{HarmonicError, harmonic};
 pub use history::{CHORD, Course, History, LoadTable, Wave};
 pub use interval::Interval;
 pub(crate) use krylov::search_vectors;
-pub(crate) use march::march_stages;
+pub use march::march_stages;
 pub use march::{
     ErrorMeter, INSTANTS, MarchError, TimedLoad, TrajectoryError, factors, march_full_order, stage_amplitudes,
 };

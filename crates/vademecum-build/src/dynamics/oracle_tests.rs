@@ -1,4 +1,4 @@
-//! The published problems of `docs/theory`: numbers printed elsewhere, reproduced to their digits.
+//! The published problems of `docs/explanation`: numbers printed elsewhere, reproduced to their digits.
 
 use faer::{Mat, MatRef, mat};
 use vademecum_format::scheme::{MAX_STAGES, SchemeTable};

@@ -121,7 +121,7 @@ impl SchemeKind {
     }
 }
 
-/// Bathe's method (docs/theory/3-schemes.md; chapter eqs. 5.5 and 5.6 with damping).
+/// Bathe's method (docs/explanation/3-schemes.md; chapter eqs. 5.5 and 5.6 with damping).
 ///
 /// ```text
 /// u̇½ = 4/Δt (u½ − u) − u̇,         ü½ = 4/Δt (u̇½ − u̇) − ü

@@ -57,7 +57,7 @@ pub struct Parts<'a> {
     /// Whether the diagonal structure is offered, where the basis allows it.
     pub diagonal: bool,
     /// Sections of another structure.
-    pub others: Vec<Draft>,
+    pub others: Vec<&'a Draft>,
     /// Live parameters; none without a box.
     pub parameters: Option<&'a ParameterSpace>,
     /// What the separation over the parameters did; none without them.
@@ -84,7 +84,7 @@ pub fn program(solver: Option<String>) -> String {
 pub fn encode(parts: &Parts<'_>) -> Result<Vec<u8>, FormatError> {
     let order = parts.order;
     let own = sections(parts, order);
-    let mut drafts: Vec<&Draft> = own.iter().chain(&parts.others).collect();
+    let mut drafts: Vec<&Draft> = own.iter().chain(parts.others.iter().copied()).collect();
     drafts.sort_by_key(|draft| draft.kind.number());
     let tables = parts.block.as_ref().map_or(&[][..], |block| &block.axes);
     let mut axes = [Axis::UNUSED; MAX_AXES];

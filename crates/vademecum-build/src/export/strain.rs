@@ -8,23 +8,18 @@ use crate::input::Precision;
 
 /// A strain map `z(q)` as a file holds it, with the matrices as built: the energy is `½|z|²`.
 ///
-/// Coordinates are those of the basis, in its order: `n` that interact, `n₁` that couple with them, and the
-/// tail. Rows are `n + n₁` leading ones, one for each tail coordinate, and others without linear part:
+/// Coordinates are those of the basis, in its order, and all of them interact. Rows are one for each
+/// coordinate, and others without linear part:
 ///
 /// ```text
-/// z_k = Σ_j linear_kj q_j + [row k of tail coordinate l] tail_l q_l + Σ_pairs quadratic_k,ab q_a q_b
+/// z_k = Σ_j linear_kj q_j + Σ_pairs quadratic_k,ab q_a q_b
 /// ```
 #[derive(Clone, Copy, Debug)]
 pub struct StrainMap<'a> {
     /// `n`: coordinates that interact.
     pub interacting: usize,
-    /// `n₁`: coordinates that couple with these.
-    pub coupled: usize,
-    /// `L` of the first `r` rows over the first `n + n₁` coordinates, `(r, n + n₁)` \[1/s\]; the other rows
-    /// have no linear part.
+    /// `L` of the first `r` rows, `(r, r)` \[1/s\]; the other rows have no linear part.
     pub linear: MatRef<'a, f64>,
-    /// Frequency of each tail coordinate \[rad/s\], `r − n − n₁` of them.
-    pub tail: &'a [f64],
     /// `Q`, `(m, pairs)`: a column for each product of coordinates in the order of [`pair_list`]. The number
     /// is the factor of the product `q_a q_b`, so a product of two different coordinates has both halves of a
     /// symmetric matrix.
@@ -55,7 +50,7 @@ pub struct TrainingBox<'a> {
 /// Sections 60 to 66. Lengths are those that [`StrainMap`] says; the format refuses others.
 #[must_use]
 pub fn strain_sections(map: &StrainMap<'_>, precision: Precision) -> Vec<Draft> {
-    let sizes = [map.interacting, map.coupled, map.quadratic.nrows(), map.substeps].map(|n| n as u32);
+    let sizes = [map.interacting, 0, map.quadratic.nrows(), map.substeps].map(|n| n as u32);
     let rows = |a: MatRef<'_, f64>| -> Vec<f64> {
         (0..a.nrows()).flat_map(|i| (0..a.ncols()).map(move |j| a[(i, j)])).collect()
     };
@@ -64,9 +59,6 @@ pub fn strain_sections(map: &StrainMap<'_>, precision: Precision) -> Vec<Draft> 
         Draft::u32s(S::StrainSizes, [4, 1, 1], sizes),
         Draft::f64s(S::StrainLinear, [linear.nrows(), linear.ncols(), 1], rows(linear)),
     ];
-    if !map.tail.is_empty() {
-        drafts.push(Draft::f64s(S::StrainTail, [map.tail.len(), 1, 1], map.tail.iter().copied()));
-    }
     let shape = [quadratic.nrows(), quadratic.ncols(), 1];
     drafts.push(Draft::fitting(S::StrainQuadratic, precision, shape, &rows(quadratic)));
     if map.modes.iter().any(|&omega| omega != 0.0) {

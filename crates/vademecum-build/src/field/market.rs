@@ -7,11 +7,11 @@
 use std::io::Write;
 use std::path::Path;
 
-use super::{FieldError, io_error, write_whole};
+use super::{FieldError, io_error};
 use crate::fem::SymmetricMatrix;
 use crate::mesh::text::{ParsedNumber, Text, tokens};
 use crate::mesh::{Location, shown};
-use crate::store::{Kind, read_regular};
+use crate::store::read_regular;
 
 /// Mirrored entries of a general matrix may differ by this, relative to `√(a_ii a_jj)`, the largest that an
 /// entry of a positive definite matrix can be. Programs add some thousand contributions to an entry at most,
@@ -258,14 +258,6 @@ fn symmetrised(text: &Text<'_>, n: usize, entries: &[Entry]) -> Result<Vec<(u32,
 
 /// Writes a matrix as `coordinate real symmetric`: the lower triangle, column by column, indices from 1,
 /// every stored place (zeros included) with as many digits as give the same number back.
-///
-/// # Errors
-/// [`FieldError::Io`].
-pub fn write_matrix_market(path: &Path, matrix: &SymmetricMatrix) -> Result<(), FieldError> {
-    write_whole(path, Kind::Market, |out| matrix_market_into(out, matrix))
-}
-
-/// [`write_matrix_market`] to an open output.
 ///
 /// # Errors
 /// Of the output.

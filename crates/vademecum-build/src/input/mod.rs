@@ -1,4 +1,4 @@
-//! What a user writes: problem files, and how files of this kind are read.
+//! Problem files, and the reading of TOML files in general.
 
 mod problem;
 pub mod toml_file;
@@ -9,5 +9,6 @@ pub use problem::{
     GaugeEntry, InnerProduct, LargeEntry, LoadEntry, MaterialEntry, MatricesSource, MeshSource, ModelKind,
     OrderEntry, OutputEntry, ParameterEntry, ParameterKind, ParameterScale, PatternEntry, Precision,
     ProbeEntry, Problem, ProblemError, Projection, RegionEntry, Repair, Representation, STRESS_UNASKED,
-    SnapshotPlan, StressPlaces, SupportEntry, TablesSource, TimeEntry, Tolerances,
+    SnapshotPlan, StressPlaces, SupportEntry, TablesSource, TimeEntry, Tolerances, problem_schema,
+    range_table,
 };

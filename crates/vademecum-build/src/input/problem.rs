@@ -11,6 +11,7 @@ mod check;
 mod check_large;
 mod large;
 mod plan;
+mod ranges;
 
 pub use body::{
     BaseEntry, BlockSource, Component, DampingEntry, LoadEntry, MaterialEntry, MatricesSource, MeshSource,
@@ -23,6 +24,7 @@ pub use plan::{
     BasisEntry, BasisKind, Fields, GaugeEntry, InnerProduct, OutputEntry, ParameterEntry, ParameterKind,
     ParameterScale, Precision, ProbeEntry, STRESS_UNASKED, SnapshotPlan, StressPlaces, TimeEntry, Tolerances,
 };
+pub use ranges::{problem_schema, range_table};
 
 use std::path::{Path, PathBuf};
 
@@ -58,7 +60,7 @@ pub enum ProblemError {
     },
 }
 
-/// What a build is asked for.
+/// A problem: the input of a build.
 #[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Problem {
@@ -78,7 +80,7 @@ pub struct Problem {
     pub representation: Representation,
     /// Options of the canonical one.
     pub canonical: Option<ChapterEntry>,
-    /// Where the mesh comes from.
+    /// Source of the mesh.
     pub mesh: MeshSource,
     /// Materials; the first that names a region wins, `"*"` stands for all. None beside matrices, which have
     /// them in them.
@@ -90,28 +92,28 @@ pub struct Problem {
     /// Supports; none beside matrices, whose rows are the free dofs.
     #[serde(rename = "support", default)]
     pub supports: Vec<SupportEntry>,
-    /// What the supports stand on.
+    /// Base of the supports.
     #[serde(default)]
     pub base: BaseEntry,
-    /// Where and how the body can be loaded.
+    /// Places and patterns of loads.
     #[serde(default)]
     pub load: LoadEntry,
     /// Scheme and step.
     #[serde(default)]
     pub time: TimeEntry,
-    /// How the snapshots are made.
+    /// Plan of the snapshots.
     #[serde(default)]
     pub snapshots: SnapshotPlan,
     /// The basis.
     #[serde(default)]
     pub basis: BasisEntry,
-    /// What the build must reach.
+    /// Tolerances of the build.
     #[serde(default)]
     pub tolerance: Tolerances,
-    /// What the file can show.
+    /// Outputs of the file.
     #[serde(default)]
     pub output: OutputEntry,
-    /// What stays free until the file is used.
+    /// Parameters that stay free until the file is used.
     #[serde(rename = "parameter", default)]
     pub parameters: Vec<ParameterEntry>,
     /// The text this problem was read from.
@@ -205,7 +207,7 @@ impl Problem {
         self.basis.kind.unwrap_or(if modes { BasisKind::Modes } else { BasisKind::Ritz })
     }
 
-    /// Whether nothing holds the body: a problem with a mesh and without supports.
+    /// True for a free body: a problem with a mesh and without supports.
     pub fn is_free(&self) -> bool {
         self.supports.is_empty() && self.mesh.matrices.is_none()
     }

@@ -47,8 +47,8 @@ pub enum TomlError {
         key: String,
         /// The value found.
         found: String,
-        /// What a usable value is.
-        expected: &'static str,
+        /// The usable values.
+        expected: String,
     },
 }
 
@@ -58,7 +58,7 @@ pub fn read(path: &Path) -> Result<String, TomlError> {
 }
 
 /// The text of a file of at most so many bytes; no more than that is read, whatever the file is.
-pub fn read_at_most(path: &Path, most: usize) -> Result<String, TomlError> {
+pub(super) fn read_at_most(path: &Path, most: usize) -> Result<String, TomlError> {
     let path_name = path.display().to_string();
     read_text_within(path, most as u64).map_err(|source| match source.kind() {
         ErrorKind::FileTooLarge => TomlError::TooLong { path: path_name, most },
@@ -71,7 +71,7 @@ pub(super) fn check_length(length: usize, most: usize, path: &str) -> Result<(),
     if length <= most { Ok(()) } else { Err(TomlError::TooLong { path: path.into(), most }) }
 }
 
-/// What a text says; messages name `path`.
+/// Parses a text; messages name `path`.
 pub fn parse<T: DeserializeOwned>(text: &str, path: &str) -> Result<T, TomlError> {
     toml::from_str(text).map_err(|error| {
         let mut message = error.to_string().trim_end().to_string();
@@ -87,7 +87,7 @@ pub fn parse<T: DeserializeOwned>(text: &str, path: &str) -> Result<T, TomlError
     })
 }
 
-/// What may have been meant where a text is refused; empty where nothing comes to mind.
+/// Suggestion for a refused text; may be empty.
 fn hint(said: &str, text: &str, at: usize) -> String {
     let mut quoted = said.split('`').skip(1).step_by(2);
     if said.starts_with("unknown field") || said.starts_with("unknown variant") {
@@ -109,7 +109,7 @@ fn hint(said: &str, text: &str, at: usize) -> String {
 
 /// Line (from 1) of a key such as `parameter[1].range`; of its nearest parent that is there if the key itself
 /// is not.
-pub fn line_of(text: &str, key: &str) -> Option<usize> {
+fn line_of(text: &str, key: &str) -> Option<usize> {
     let root = DeTable::parse(text).ok()?;
     let mut table: &DeTable<'_> = root.get_ref();
     let mut found = None;

@@ -230,7 +230,7 @@ impl<'a> StrainLearner<'a> {
 
     fn columns(&self, basis: &CondensedBasis, prior: Prior) -> StrainColumns {
         let CondensedBasis { vectors, eigenvalues, .. } = basis;
-        let pairs = Pairs { interacting: eigenvalues.len(), coupled: 0 };
+        let pairs = Pairs { interacting: eigenvalues.len() };
         columns(&self.strain, (vectors.as_ref(), eigenvalues), pairs, prior, (self.symbolic, &self.factor))
     }
 

@@ -21,22 +21,19 @@ use crate::linalg::{NoConvergence, Random, product, symmetric_part};
 pub struct Pairs {
     /// Coordinates whose products all count.
     pub interacting: usize,
-    /// Coordinates after them whose products with those count, but not those among themselves.
-    pub coupled: usize,
 }
 
 impl Pairs {
-    /// The pairs `(a, b)`, `a ≤ b`: first those of coordinates that interact, then the coupled ones.
+    /// The pairs `(a, b)`, `a ≤ b`.
     pub fn iter(self) -> impl Iterator<Item = (usize, usize)> {
-        let (n, all) = (self.interacting, self.interacting + self.coupled);
-        let own = (0..n).flat_map(move |a| (a..n).map(move |b| (a, b)));
-        own.chain((0..n).flat_map(move |a| (n..all).map(move |b| (a, b))))
+        let n = self.interacting;
+        (0..n).flat_map(move |a| (a..n).map(move |b| (a, b)))
     }
 
     /// Their number.
     pub fn count(self) -> usize {
         let n = self.interacting;
-        n * (n + 1) / 2 + n * self.coupled
+        n * (n + 1) / 2
     }
 
     /// The products of coordinates.

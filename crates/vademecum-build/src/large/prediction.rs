@@ -26,7 +26,7 @@ impl<'a> Prediction<'a> {
         (modes, eigenvalues): (MatRef<'a, f64>, &[f64]),
         factor: (&Symbolic, &Factor),
     ) -> Prediction<'a> {
-        let pairs = Pairs { interacting: modes.ncols(), coupled: 0 };
+        let pairs = Pairs { interacting: modes.ncols() };
         let moved = let_go(strain, (modes, eigenvalues), pairs, factor);
         Prediction { strain, modes, pairs, moved }
     }

@@ -86,7 +86,7 @@ fn relaxing_what_the_basis_cannot_show_leaves_its_own_rows_and_lowers_the_energy
     let strain = GreenStrain::new(&prepared.body.model).expect("a strain");
     let modes = lowest_modes(pencil, &prepared.symbolic, 6).expect("modes");
     let factor = prepared.symbolic.factor_of(pencil.stiffness()).expect("a factor");
-    let pairs = Pairs { interacting: 4, coupled: 2 };
+    let pairs = Pairs { interacting: 6 };
     let q = Mat::from_fn(6, 9, |i, s| 1e-3 * ((1 + i * 5 + s * 3) % 7) as f64);
     let [plain, relaxed] = [Prior::Galerkin, Prior::Relaxed].map(|prior| {
         let basis = (modes.vectors.as_ref(), modes.eigenvalues.as_slice());
@@ -215,7 +215,7 @@ fn a_regression_meets_the_states_better_than_what_it_began_with() {
         })
         .collect();
     let states = TrainingStates::new(&strain, momenta.as_ref(), &shapes);
-    let pairs = Pairs { interacting: 12, coupled: 0 };
+    let pairs = Pairs { interacting: 12 };
     let basis = (map.basis.vectors.as_ref(), map.basis.eigenvalues.as_slice());
     let found = columns(&strain, basis, pairs, Prior::Relaxed, (&prepared.symbolic, &factor));
     let off = |gram: &StrainGram| -> f64 {
@@ -232,7 +232,7 @@ fn a_regression_meets_the_states_better_than_what_it_began_with() {
 #[test]
 fn a_sequence_of_regressions_is_what_its_equations_say() {
     let mut random = Random::new(11);
-    let pairs = Pairs { interacting: 3, coupled: 2 };
+    let pairs = Pairs { interacting: 5 };
     let (rows, p, count, frequencies) = (5000, pairs.count(), 40, vec![1.0, 2.0, 3.0, 4.0, 5.0]);
     let mut matrix = |n, m| Mat::from_fn(n, m, |_, _| random.uniform() - 0.5);
     // Two of the coordinates hardly move, so that some products are nearly not seen.
@@ -268,7 +268,7 @@ fn a_sequence_of_regressions_is_what_its_equations_say() {
 #[test]
 fn rows_are_the_principal_directions_of_the_rest_on_states() {
     let mut random = Random::new(5);
-    let pairs = Pairs { interacting: 7, coupled: 0 };
+    let pairs = Pairs { interacting: 7 };
     let p = pairs.count();
     // A rest with a spectrum of six decades beside rows of coordinates that do not matter here.
     let root = Mat::from_fn(p, p, |i, _| (random.uniform() - 0.5) * 10_f64.powf(-6.0 * i as f64 / p as f64));

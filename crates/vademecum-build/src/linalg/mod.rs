@@ -6,7 +6,7 @@ pub(crate) mod stored;
 pub(crate) mod vec3;
 
 pub(crate) use eigen::symmetric_eigen;
-pub(crate) use random::LoadDraw;
+pub use random::LoadDraw;
 pub use random::Random;
 
 use faer::linalg::matmul::matmul;
@@ -31,7 +31,7 @@ pub(crate) fn symmetric_part(a: MatRef<'_, f64>) -> Mat<f64> {
 }
 
 /// `v / ‖v‖`; NaN for a zero vector.
-pub(crate) fn unit(v: [f64; 3]) -> [f64; 3] {
+pub fn unit(v: [f64; 3]) -> [f64; 3] {
     let length = v.iter().map(|x| x * x).sum::<f64>().sqrt();
     v.map(|x| x / length)
 }
@@ -97,7 +97,7 @@ pub(crate) fn product(a: MatRef<'_, f64>, b: MatRef<'_, f64>) -> Mat<f64> {
 }
 
 /// `A B` on one thread: the bits do not depend on the number of threads.
-pub(crate) fn sequential_product(a: MatRef<'_, f64>, b: MatRef<'_, f64>) -> Mat<f64> {
+pub fn sequential_product(a: MatRef<'_, f64>, b: MatRef<'_, f64>) -> Mat<f64> {
     let mut c = Mat::zeros(a.nrows(), b.ncols());
     matmul(c.as_mut(), Accum::Replace, a, b, 1.0, Par::Seq);
     c

@@ -2,7 +2,7 @@
 //!
 //! The odd thing: there are two generators. The loads of a certificate decide which builds keep their
 //! tolerance, so their sequence is part of what a build promises and stays as the first version had it;
-//! everything else is drawn by the other one (docs/decisions/load-draw.md).
+//! everything else is drawn by the other one (docs/developers/decisions/tests.md).
 
 /// A deterministic stream of numbers, the same on every machine: splitmix64 (Steele, Lea and Flood 2014).
 #[derive(Clone, Debug)]
@@ -35,11 +35,11 @@ impl Random {
 }
 
 /// The sequence by which the loads of a certificate are drawn, for ever the same: xorshift64* (Vigna 2016).
-pub(crate) struct LoadDraw(u64);
+pub struct LoadDraw(u64);
 
 impl LoadDraw {
     /// The sequence of `seed`, which is not 0.
-    pub(crate) fn new(seed: u64) -> Self {
+    pub fn new(seed: u64) -> Self {
         Self(seed)
     }
 
@@ -51,12 +51,12 @@ impl LoadDraw {
     }
 
     /// Uniform in `[0, 1)`.
-    pub(crate) fn uniform(&mut self) -> f64 {
+    pub fn uniform(&mut self) -> f64 {
         (self.next() >> 11) as f64 / (1u64 << 53) as f64
     }
 
     /// A whole number below `n`.
-    pub(crate) fn below(&mut self, n: usize) -> usize {
+    pub fn below(&mut self, n: usize) -> usize {
         (self.next() % n as u64) as usize
     }
 }

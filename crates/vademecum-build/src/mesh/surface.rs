@@ -1,7 +1,5 @@
 //! The boundary of a mesh: the faces that belong to one element only.
 
-use std::collections::HashMap;
-
 use super::check::sorted_with_parity;
 use super::quality::{FACE_MIDS, FACES};
 use super::{Mesh, Order};
@@ -89,18 +87,6 @@ impl Surface {
     /// Position of a mesh node in `nodes`.
     pub fn position(&self, node: u32) -> Option<usize> {
         self.nodes.binary_search(&node).ok()
-    }
-
-    /// Indices of the facets that a facet group of the mesh names, ascending and unique; interior facets of
-    /// the group are no part of the surface and left out.
-    pub fn facets_of(&self, group: &[[u32; 3]]) -> Vec<u32> {
-        let key = |f: &[u32]| sorted_with_parity([f[0], f[1], f[2]]).0;
-        let facets = self.facets.chunks_exact(self.nodes_per_facet());
-        let index: HashMap<[u32; 3], u32> = facets.map(key).zip(0..).collect();
-        let mut found: Vec<u32> = group.iter().filter_map(|f| index.get(&key(f)).copied()).collect();
-        found.sort_unstable();
-        found.dedup();
-        found
     }
 
     /// Indices of the facets all of whose nodes are among `nodes` (ascending): the patch a selection of nodes

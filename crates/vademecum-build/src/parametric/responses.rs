@@ -11,7 +11,7 @@
 //!
 //! `G²B` is two steps of inverse iteration from `B`: nearly invariant there, rational in the parameters, and
 //! normalised so that `BᵀM₀B̃ = I`, which leaves every formula of the fused step as it is
-//! (`docs/decisions/lifting.md`).
+//! (`docs/explanation/why-these-defaults.md`).
 
 use faer::linalg::solvers::DenseSolveCore as _;
 use faer::{Mat, MatRef};

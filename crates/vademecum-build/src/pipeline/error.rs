@@ -4,7 +4,6 @@ use vademecum_format::FormatError;
 
 use crate::basis::BasisError;
 use crate::certificate::CertificateError;
-use crate::chapter::ChapterError;
 use crate::dynamics::large::LargeError;
 use crate::dynamics::{FullOrderError, ModesError, TooMuchWork};
 use crate::fem::{ElementError, FactorError, GreenError};
@@ -57,9 +56,12 @@ pub enum BuildError {
     /// The separated solution over the parameters failed.
     #[error("the separated solution over the parameters")]
     Parametric(#[from] ParametricError),
-    /// The chapter's representation failed.
+    /// The problem asks for the chapter's representation, which another crate builds.
+    #[error("`representation = \"canonical\"` is built by the crate `vademecum-chapter`")]
+    OtherCrate,
+    /// The road of another crate failed.
     #[error("the chapter's representation")]
-    Chapter(#[from] ChapterError),
+    Other(#[source] Box<dyn std::error::Error + Send + Sync>),
     /// The certificate could not be taken.
     #[error(transparent)]
     Certificate(#[from] CertificateError),

@@ -4,11 +4,14 @@
 use faer::Mat;
 use rayon::prelude::*;
 
+use super::exact::damping_section;
+use super::file::{CertifiedFile, FileStep, encode_file};
 use super::plan::{in_words, large_memory};
-use super::vademecum::Certified;
-use super::{BuildError, Built, Stages};
+use super::{BuildContext, BuildError, Built};
 use crate::basis::Basis;
-use crate::certificate::{CertificateError, LargeReport, StructureMeasured, certify_push, push_motion};
+use crate::certificate::{
+    CertificateError, LargeReport, StructureMeasured, StructureReport, certify_push, push_motion,
+};
 use crate::dynamics::large::LargeError;
 use crate::dynamics::lowest_modes;
 use crate::export::{Draft, StrainMap, TrainingBox, strain_sections};
@@ -21,7 +24,7 @@ use crate::large::{
 use crate::linalg::symmetric_eigen;
 use crate::prepared::Body;
 use crate::progress::Stopwatch;
-use crate::report::BuildPlan;
+use crate::report::{BuildPlan, CertificateReport};
 
 /// The stage at whose end there is a basis, in the timings of a report.
 pub const SHAPES: &str = "shapes of least energy";
@@ -41,143 +44,133 @@ const BEHIND: f64 = 2.0;
 const CERTIFYING: usize = 2;
 /// First periods of each push.
 const PUSH_PERIODS: f64 = 5.0;
-/// Where the pushes are drawn; no push of one draw is one of the other.
+/// Seeds of the draws; no push of one draw is one of the other.
 const SEEDS: [u64; 2] = [0xC400_5E01, 0xCE47_1F02];
 
-impl Stages<'_> {
-    /// One file of large displacements.
-    pub(super) fn large(
-        &self,
-        problem: &Problem,
-        mut plan: BuildPlan,
-        watch: &mut Stopwatch<'_>,
-    ) -> Result<Built, BuildError> {
-        let Self { prepared, kept, first_period, .. } = *self;
-        let (body, symbolic, listener) = (&prepared.body, &prepared.symbolic, kept.listener);
-        let options = large_options(problem, body);
-        let time_step = prepared.step.time_step;
-        let strain = GreenStrain::new(&body.model)?;
-        let pencil = body.model.pencil();
-        let modes = lowest_modes(pencil, symbolic, PUSH_MODES.min(pencil.n_dof()))?;
-        let drawn = PushFamily { body, modes: &modes, displacement: options.displacement, time_step };
-        let full = ReferenceModel {
-            strain: &strain,
-            symbolic,
-            damping: prepared.rayleigh(),
-            time_step,
-            parts: PARTS,
-        };
-        let steps = (PUSH_PERIODS * first_period / time_step).ceil() as usize;
-        let certifying = problem.large.as_ref().and_then(|large| large.pushes).unwrap_or(CERTIFYING);
+/// One file of large displacements.
+pub(super) fn build(
+    context: &BuildContext<'_>,
+    problem: &Problem,
+    mut plan: BuildPlan,
+    watch: &mut Stopwatch<'_>,
+) -> Result<Built, BuildError> {
+    let BuildContext { prepared, kept, first_period, .. } = *context;
+    let (body, symbolic, listener) = (&prepared.body, &prepared.symbolic, kept.listener);
+    let options = large_options(problem, body);
+    let time_step = prepared.step.time_step;
+    let strain = GreenStrain::new(&body.model)?;
+    let pencil = body.model.pencil();
+    let modes = lowest_modes(pencil, symbolic, PUSH_MODES.min(pencil.n_dof()))?;
+    let drawn = PushFamily { body, modes: &modes, displacement: options.displacement, time_step };
+    let full =
+        ReferenceModel { strain: &strain, symbolic, damping: prepared.rayleigh(), time_step, parts: PARTS };
+    let steps = (PUSH_PERIODS * first_period / time_step).ceil() as usize;
+    let certifying = problem.large.as_ref().and_then(|large| large.pushes).unwrap_or(CERTIFYING);
 
-        let push = &drawn.draw(&[true], SEEDS[0])[0];
-        let kept_steps = [CHOOSING * steps, certifying * steps];
-        let memory = large_memory(prepared, &options, strain.n_rows(), kept_steps);
-        let instead = ": fewer `basis.modes`, fewer `large.states`, fewer `large.pushes`, a coarser mesh";
-        self.options.memory().check(memory, instead, || "strains of states and of products".into())?;
-        plan.memory_bytes = plan.memory_bytes.max(memory);
-        plan.work = full.work(push, ((CHOOSING + 3 * certifying) * steps) as f64, listener)?;
-        plan.work.check(self.options.long, || "pushes at full order".into())?;
-        listener.note(&format!("ahead: {}; and shapes of least energy beside them", in_words(&plan)));
-        let learner = StrainLearner::new(body, symbolic, &options, kept)?;
-        let priors = watch.stage(SHAPES, || learner.priors())?;
-        let march = || full.references(&drawn, (CHOOSING, SEEDS[0]), steps, kept);
-        let references = watch.stage("held-out pushes at full order", march)?;
-        let measured = |maps, fit| self.measured(problem, maps, &references, fit);
-        let priors = watch.stage("choice of the shapes", || measured(priors, true))?;
-        let fitted = || -> Result<Vec<LargeModel>, LearnError> {
-            let mut fitted = vec![];
-            for prior in worth_fitting(&priors) {
-                fitted.extend(learner.fitted(prior)?);
-            }
-            Ok(fitted)
-        };
-        let fitted = watch.stage("states and regressions", fitted)?;
-        let mut maps = watch.stage("choice of the strain map", || measured(fitted, false))?;
-        maps.splice(0..0, priors);
-        let candidates = maps.iter().map(|(error, map)| (map.name.clone(), *error)).collect();
-        let best = maps.into_iter().min_by(|a, b| a.0.total_cmp(&b.0));
-        let map = best.expect("there are strain maps").1;
+    let push = &drawn.draw(&[true], SEEDS[0])[0];
+    let kept_steps = [CHOOSING * steps, certifying * steps];
+    let memory = large_memory(prepared, &options, strain.n_rows(), kept_steps);
+    let instead = ": fewer `basis.modes`, fewer `large.states`, fewer `large.pushes`, a coarser mesh";
+    context.options.memory().check(memory, instead, || "strains of states and of products".into())?;
+    plan.memory_bytes = plan.memory_bytes.max(memory);
+    plan.work = full.work(push, ((CHOOSING + 3 * certifying) * steps) as f64, listener)?;
+    plan.work.check(context.options.long, || "pushes at full order".into())?;
+    listener.note(&format!("ahead: {}; and shapes of least energy beside them", in_words(&plan)));
+    let learner = StrainLearner::new(body, symbolic, &options, kept)?;
+    let priors = watch.stage(SHAPES, || learner.priors())?;
+    let march = || full.references(&drawn, (CHOOSING, SEEDS[0]), steps, kept);
+    let references = watch.stage("held-out pushes at full order", march)?;
+    let held_out = Pushed { context, problem, references: &references };
+    let priors = watch.stage("choice of the shapes", || held_out.measured(priors, true))?;
+    let fitted = || -> Result<Vec<LargeModel>, LearnError> {
+        let mut fitted = vec![];
+        for prior in worth_fitting(&priors) {
+            fitted.extend(learner.fitted(prior)?);
+        }
+        Ok(fitted)
+    };
+    let fitted = watch.stage("states and regressions", fitted)?;
+    let mut maps = watch.stage("choice of the strain map", || held_out.measured(fitted, false))?;
+    maps.splice(0..0, priors);
+    let candidates = maps.iter().map(|(error, map)| (map.name.clone(), *error)).collect();
+    let best = maps.into_iter().min_by(|a, b| a.0.total_cmp(&b.0));
+    let map = best.expect("there are strain maps").1;
 
-        let march = || {
-            let rough = full.references(&drawn, (certifying, SEEDS[1]), steps, kept)?;
-            rough.into_par_iter().map(|reference| reference.refined(&full, kept)).collect()
-        };
-        let references: Result<Vec<_>, LargeError> =
-            watch.stage("pushes of the certificate at full order", march);
-        let references = references?;
-        let seconds: f64 = references.iter().map(|reference| reference.seconds_per_step).sum();
-        let full_order_seconds_per_step = seconds / references.len() as f64;
-        let certify = |bytes: &[u8], push: &ReferenceRun| {
-            certify_push(bytes, self.order, body, (push, &map.see(body, push)))
-        };
-        let runs = watch.stage("certificate", || self.runs(problem, &map, &references, certify))?;
-        let (strain_map, rows) = (map.name.clone(), map.map.quadratic.nrows());
-        let report = LargeReport {
-            strain_map,
-            rows,
-            substeps: SUBSTEPS,
-            candidates,
-            full_order_seconds_per_step,
-            runs,
-        };
-        let (basis, strain_rows) = (basis_of(&map), sections(&map, problem));
-        let sized = Stages { strain: &strain_rows, ..*self };
-        let certified = Certified::large(report.measured(steps));
-        let bytes = watch.stage("encode", || sized.file(problem, &basis, &certified))?;
-        let mut told = sized.report(problem, &basis, &certified, 0, watch.timings(), bytes.len());
-        told.large = Some(report);
-        told.plan = plan;
-        Ok(Built { bytes, report: told })
-    }
+    let march = || {
+        let rough = full.references(&drawn, (certifying, SEEDS[1]), steps, kept)?;
+        rough.into_par_iter().map(|reference| reference.refined(&full, kept)).collect()
+    };
+    let references: Result<Vec<_>, LargeError> =
+        watch.stage("pushes of the certificate at full order", march);
+    let references = references?;
+    let seconds: f64 = references.iter().map(|reference| reference.seconds_per_step).sum();
+    let full_order_seconds_per_step = seconds / references.len() as f64;
+    let certify = |bytes: &[u8], push: &ReferenceRun| {
+        certify_push(bytes, context.order, body, (push, &map.see(body, push)))
+    };
+    let pushed = Pushed { context, problem, references: &references };
+    let runs = watch.stage("certificate", || pushed.runs(&map, certify))?;
+    let (strain_map, rows) = (map.name.clone(), map.map.quadratic.nrows());
+    let report =
+        LargeReport { strain_map, rows, substeps: SUBSTEPS, candidates, full_order_seconds_per_step, runs };
+    let (basis, sections) = (basis_of(&map), sections(context, &map, problem));
+    let measured = report.measured(steps);
+    let step = FileStep::measured(None, &measured, &StructureMeasured::default());
+    let bytes = watch.stage("encode", || encode_file(context, problem, &basis, step, &sections))?;
+    let certificate = CertificateReport {
+        diagonal: Some(StructureReport::measured(&measured)),
+        large: true,
+        ..CertificateReport::within(&problem.tolerance)
+    };
+    let file = CertifiedFile { bytes, certificate, separation: None, large: Some(report) };
+    Ok(file.reported(context, problem, (&basis, 0), plan, watch))
+}
 
-    /// What is measured of each push through the bytes of a strain map.
+/// Pushes at full order, beside which strain maps are measured.
+struct Pushed<'a> {
+    context: &'a BuildContext<'a>,
+    problem: &'a Problem,
+    references: &'a [ReferenceRun],
+}
+
+impl Pushed<'_> {
+    /// Measurements of each push through the bytes of a strain map.
     fn runs<T: Send>(
         &self,
-        problem: &Problem,
         map: &LargeModel,
-        references: &[ReferenceRun],
         measure: impl Fn(&[u8], &ReferenceRun) -> Result<T, CertificateError> + Sync,
     ) -> Result<Vec<T>, BuildError> {
-        let rows = sections(map, problem);
-        let sized = Stages { strain: &rows, ..*self };
-        let none = Certified::large(StructureMeasured::default());
-        let bytes = sized.file(problem, &basis_of(map), &none)?;
+        let Self { context, problem, references } = *self;
+        let (basis, sections) = (basis_of(map), sections(context, map, problem));
+        let bytes = encode_file(context, problem, &basis, FileStep::unmeasured(None), &sections)?;
         references.par_iter().map(|reference| Ok(measure(&bytes, reference)?)).collect()
     }
 
     /// The motions of a strain map under pushes, in its own sub-steps or in others.
-    fn motions(
-        &self,
-        problem: &Problem,
-        map: &LargeModel,
-        references: &[ReferenceRun],
-        substeps: Option<usize>,
-    ) -> Result<Vec<Mat<f64>>, BuildError> {
-        self.runs(problem, map, references, |bytes, push| push_motion(bytes, self.order, push, substeps))
+    fn motions(&self, map: &LargeModel, substeps: Option<usize>) -> Result<Vec<Mat<f64>>, BuildError> {
+        self.runs(map, |bytes, push| push_motion(bytes, self.context.order, push, substeps))
     }
 
     /// Strain maps with the geometric mean of their errors on held-out pushes: a push that no map follows
     /// does not choose alone. With `fit` the inertia of their natural modes is chosen first; a regression
     /// keeps that of the map it began with.
-    fn measured(
-        &self,
-        problem: &Problem,
-        maps: Vec<LargeModel>,
-        references: &[ReferenceRun],
-        fit: bool,
-    ) -> Result<Vec<(f64, LargeModel)>, BuildError> {
+    fn measured(&self, maps: Vec<LargeModel>, fit: bool) -> Result<Vec<(f64, LargeModel)>, BuildError> {
+        let body = &self.context.prepared.body;
         let measure = |mut map: LargeModel| {
             let seen: Vec<ProjectedRun> =
-                references.par_iter().map(|reference| map.see(&self.prepared.body, reference)).collect();
+                self.references.par_iter().map(|reference| map.see(body, reference)).collect();
             let motions = match fit {
-                true => self.fit_inertia(problem, &mut map, references, &seen)?,
-                false => self.motions(problem, &map, references, None)?,
+                true => self.fit_inertia(&mut map, &seen)?,
+                false => self.motions(&map, None)?,
             };
             let errors: Vec<f64> =
                 seen.iter().zip(&motions).map(|(seen, motion)| seen.error(motion).error).collect();
             let each: Vec<_> = errors.iter().map(|error| format!("{error:.1e}")).collect();
-            self.kept.listener.note(&format!("{}: errors of held-out pushes {}", map.name, each.join(", ")));
+            self.context.kept.listener.note(&format!(
+                "{}: errors of held-out pushes {}",
+                map.name,
+                each.join(", ")
+            ));
             Ok((geometric_mean(&errors), map))
         };
         maps.into_iter().map(measure).collect()
@@ -189,25 +182,19 @@ impl Stages<'_> {
     /// A mode that mostly follows others does not, as the first longitudinal one of a beam that bends: there
     /// the true inertia counts. The faster modes are asked first. What the strain map misses is left out of
     /// this, because errors of time and of the map may cancel, on these pushes and on no others.
-    fn fit_inertia(
-        &self,
-        problem: &Problem,
-        map: &mut LargeModel,
-        references: &[ReferenceRun],
-        seen: &[ProjectedRun],
-    ) -> Result<Vec<Mat<f64>>, BuildError> {
-        let fine = self.motions(problem, map, references, Some(MANY_SUBSTEPS))?;
+    fn fit_inertia(&self, map: &mut LargeModel, seen: &[ProjectedRun]) -> Result<Vec<Mat<f64>>, BuildError> {
+        let fine = self.motions(map, Some(MANY_SUBSTEPS))?;
         let off = |motions: &[Mat<f64>]| {
             let each = seen.iter().zip(motions).zip(&fine);
             geometric_mean(&each.map(|((seen, motion), fine)| seen.apart(motion, fine)).collect::<Vec<_>>())
         };
-        let mut best = self.motions(problem, map, references, None)?;
+        let mut best = self.motions(map, None)?;
         for k in (0..map.basis.natural.len()).rev() {
             let own = std::mem::take(&mut map.basis.natural[k]);
             if own == 0.0 {
                 continue;
             }
-            let without = self.motions(problem, map, references, None)?;
+            let without = self.motions(map, None)?;
             if off(&without) < off(&best) {
                 best = without;
             } else {
@@ -248,8 +235,8 @@ fn basis_of(map: &LargeModel) -> Basis {
     }
 }
 
-/// The strain map, and where its training was.
-fn sections(map: &LargeModel, problem: &Problem) -> Vec<Draft> {
+/// The strain map, where its training was, and the damping of the modes.
+fn sections(context: &BuildContext<'_>, map: &LargeModel, problem: &Problem) -> Vec<Draft> {
     let (r, states) = (map.basis.eigenvalues.len(), map.states.as_ref());
     let linear = Mat::from_fn(r, r, |i, j| if i == j { map.map.frequencies[i] } else { 0.0 });
     let count = states.ncols() as f64;
@@ -264,15 +251,15 @@ fn sections(map: &LargeModel, problem: &Problem) -> Vec<Draft> {
     let training = TrainingBox { distance: distance.as_ref(), largest_distance, largest_energy };
     let whole = StrainMap {
         interacting: map.map.pairs.interacting,
-        coupled: map.map.pairs.coupled,
         linear: linear.as_ref(),
-        tail: &[],
         quadratic: map.map.quadratic.as_ref(),
         modes: &map.basis.natural,
         substeps: SUBSTEPS,
         training: Some(training),
     };
-    strain_sections(&whole, problem.output.precision)
+    let mut sections = strain_sections(&whole, problem.output.precision);
+    sections.extend(damping_section(context, r));
+    sections
 }
 
 /// `W` with `WᵀW` the inverse of a covariance; directions it hardly has count as if they had a millionth of

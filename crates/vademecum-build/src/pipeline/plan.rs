@@ -1,4 +1,4 @@
-//! What a build is about to take: full-order steps, time and memory, before it takes them.
+//! The cost of a build ahead: full-order steps, time and memory, before it takes them.
 //!
 //! Memory is counted from below: what is certainly allocated at once by the largest stage. Time is measured
 //! on two steps and multiplied. Both are said to the user, and refused above a limit.
@@ -75,7 +75,7 @@ pub(super) fn check_model(
     })
 }
 
-/// Whether a file gets the static residual, if its basis is diagonal.
+/// True where a file gets the residual flexibility, if its basis is diagonal.
 pub(super) fn wants_residual(problem: &Problem, prepared: &Prepared) -> bool {
     let diagonal = problem.chapter().is_none() && problem.basis_kind() != BasisKind::Pod;
     problem.output.residual.unwrap_or(prepared.exact) && diagonal && !prepared.space.has_region_parameters()
@@ -127,7 +127,7 @@ pub(super) fn large_memory(
     matrices + factor + bases + shapes.max(maps).max(pushes)
 }
 
-/// What is ahead for one size of the basis; `unseen` are the steps of a run of the certificate.
+/// The cost ahead for one size of the basis; `unseen` are the steps of a run of the certificate.
 fn plan(
     problem: &Problem,
     prepared: &Prepared,
@@ -168,7 +168,7 @@ fn plan(
     BuildPlan { work, memory_bytes: (model_memory(problem, prepared) + snapshots).max(residual) }
 }
 
-/// What is ahead, if it fits the machine and does not take longer than was asked for.
+/// The cost ahead, if it fits the machine and does not take longer than was asked for.
 ///
 /// # Errors
 /// [`BuildError::Work`], [`BuildError::Memory`].

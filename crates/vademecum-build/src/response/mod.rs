@@ -6,5 +6,5 @@ mod stage;
 mod terms;
 
 pub use error::ResponseError;
-pub use stage::{StageResponse, galerkin_increment, stage_responses};
+pub use stage::{StageResponse, stage_responses};
 pub use terms::{AxisTable, BlockTerms};

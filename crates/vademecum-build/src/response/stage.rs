@@ -7,7 +7,7 @@
 //! keep all their digits.
 //!
 //! Source: chapter 5, eqs. (5.5), (5.6), with the state entering linearly and exactly instead of through axes
-//! (docs/theory/5-vademecum.md).
+//! (docs/explanation/5-vademecum.md).
 
 use faer::prelude::Solve as _;
 use faer::{Mat, MatRef};
@@ -89,13 +89,6 @@ impl StageResponse {
     }
 }
 
-/// The same inside the basis only (Galerkin), for coordinates in which `BᵀKB = diag(λ)`:
-/// `e_k = −θλ_k/(1 + θλ_k)`.
-pub fn galerkin_increment(theta: f64, eigenvalue: f64) -> f64 {
-    let x = theta * eigenvalue;
-    -x / (1.0 + x)
-}
-
 /// One response per stage; stages that share θ share the solve.
 ///
 /// # Errors
@@ -125,7 +118,8 @@ mod tests {
         let basis = Mat::from_fn(5, 3, |i, j| (1 + i * 3 + j) as f64);
         let response = StageResponse::galerkin(basis.as_ref(), stiffness.as_ref(), 0.02);
         for (k, &eigenvalue) in eigenvalues.iter().enumerate() {
-            let expected = galerkin_increment(0.02, eigenvalue);
+            let x = 0.02 * eigenvalue;
+            let expected = -x / (1.0 + x);
             // Two roundings against one.
             assert!((response.state[(k, k)] - expected).abs() <= 4.0 * f64::EPSILON);
             assert!(

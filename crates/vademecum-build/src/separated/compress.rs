@@ -32,7 +32,7 @@ pub fn compress(
 }
 
 /// An orthonormal basis that grows, and the coordinates of everything it was grown from.
-pub(crate) struct EnergyBasis {
+pub struct EnergyBasis {
     /// `(n, k)`.
     vectors: Mat<f64>,
     /// `M vectors`.
@@ -42,13 +42,14 @@ pub(crate) struct EnergyBasis {
 }
 
 impl EnergyBasis {
-    pub(crate) fn new(n: usize) -> EnergyBasis {
+    /// No vectors yet, of length `n`.
+    pub fn new(n: usize) -> EnergyBasis {
         EnergyBasis { vectors: Mat::zeros(n, 0), images: Mat::zeros(n, 0), coordinates: Vec::new() }
     }
 
     /// Adds what a block has outside the basis, leaving out columns whose remainder is below `drop` of the
     /// block.
-    pub(crate) fn append(&mut self, block: MatRef<'_, f64>, energy: &Energy<'_>, drop: f64) {
+    pub fn append(&mut self, block: MatRef<'_, f64>, energy: &Energy<'_>, drop: f64) {
         let size = inner(block, energy(block).as_ref()).max(0.0).sqrt();
         if size == 0.0 {
             return;
@@ -76,7 +77,7 @@ impl EnergyBasis {
     }
 
     /// The basis as it stands.
-    pub(crate) fn into_vectors(self) -> Mat<f64> {
+    pub fn into_vectors(self) -> Mat<f64> {
         self.vectors
     }
 

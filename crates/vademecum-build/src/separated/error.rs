@@ -96,6 +96,6 @@ pub enum SeparatedError {
 }
 
 /// Compares a length with the one required.
-pub(crate) fn check_len(what: &'static str, expected: usize, found: usize) -> Result<(), SeparatedError> {
+pub fn check_len(what: &'static str, expected: usize, found: usize) -> Result<(), SeparatedError> {
     if expected == found { Ok(()) } else { Err(SeparatedError::Shape { what, expected, found }) }
 }

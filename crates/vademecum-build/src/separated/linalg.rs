@@ -1,14 +1,14 @@
 //! Small dense kernels, sequential on purpose: their rounding must not depend on the number of threads.
 
 use super::error::SeparatedError;
-pub(crate) use crate::linalg::sequential_product as product;
+pub use crate::linalg::sequential_product as product;
 use faer::dyn_stack::{MemBuffer, MemStack};
 use faer::linalg::cholesky::llt;
 use faer::linalg::{matmul::matmul, svd};
 use faer::{Accum, Mat, MatMut, MatRef, Par};
 
 /// `Aᵀ B`.
-pub(crate) fn transposed_product(a: MatRef<'_, f64>, b: MatRef<'_, f64>) -> Mat<f64> {
+pub fn transposed_product(a: MatRef<'_, f64>, b: MatRef<'_, f64>) -> Mat<f64> {
     product(a.transpose(), b)
 }
 

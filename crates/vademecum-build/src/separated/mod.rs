@@ -20,8 +20,8 @@
 //!
 //! The other way needs no samples: [`enrich()`] solves a [`KroneckerProblem`] for its terms by alternating
 //! directions (chapter eqs. 5.11–5.13), with an optional update of all factors after each term. The chapter's
-//! own representation is built on it ([`chapter::separation`](crate::chapter::separation)), and
-//! docs/theory/5a-separation-by-hand.md works it by hand.
+//! own representation is built on it (the crate `vademecum-chapter`), and
+//! docs/explanation/5a-separation-by-hand.md works it by hand.
 //!
 //! The odd thing: every dense kernel runs sequentially, and threads only solve independent samples, so the
 //! bytes that come out depend on the seed and not on the number of threads.
@@ -59,31 +59,32 @@
 //! # Ok::<(), SeparatedError>(())
 //! ```
 
-pub(crate) mod axis;
-pub(crate) mod compress;
-pub(crate) mod enrich;
-pub(crate) mod error;
+mod axis;
+mod compress;
+mod enrich;
+mod error;
 mod expansion;
 mod fit;
-pub(crate) mod greedy;
-pub(crate) mod kronecker;
-pub(crate) mod linalg;
+mod greedy;
+mod kronecker;
+mod linalg;
 mod lower_set;
 mod operator;
 mod regions;
-pub(crate) mod solution;
-pub(crate) mod space;
+mod solution;
+mod space;
 mod update;
 
 pub(crate) use axis::chebyshev_points;
 pub use axis::{Axis, AxisKind};
-pub use compress::{Energy, compress};
+pub use compress::{Energy, EnergyBasis, compress};
 pub use enrich::enrich;
-pub use error::SeparatedError;
+pub use error::{SeparatedError, check_len};
 pub use expansion::{Expansion, SampledBlocks};
 pub use fit::{Measure, fit};
 pub use greedy::{EnrichmentOptions, EnrichmentReport, StopReason};
 pub use kronecker::{KroneckerProblem, Source};
+pub use linalg::{product, transposed_product};
 pub use operator::AxisOperator;
 pub use regions::RegionAxes;
 pub use solution::Separated;
@@ -92,6 +93,6 @@ pub use space::{DenseSpace, Space};
 #[cfg(test)]
 mod fit_tests;
 #[cfg(test)]
-pub(crate) mod surrogate;
+mod surrogate;
 #[cfg(test)]
 mod tests;

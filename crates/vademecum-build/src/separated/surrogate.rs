@@ -6,7 +6,7 @@
 
 use super::linalg::{product, thin_svd, transposed_product};
 use super::space::{DenseSpace, Space};
-use faer::{Mat, MatRef, Side};
+use faer::{Mat, Side};
 
 pub(crate) struct Pencil {
     pub(crate) mass: Mat<f64>,
@@ -83,11 +83,6 @@ impl Pencil {
     fn new(mass: Mat<f64>, stiffness: Vec<Mat<f64>>, n_modes: usize) -> Pencil {
         let (eigenvalues, modes) = ritz(&mass, &stiffness, n_modes);
         Pencil { mass, stiffness, eigenvalues, modes }
-    }
-
-    /// `M X`.
-    pub(crate) fn energy(&self) -> impl Fn(MatRef<'_, f64>) -> Mat<f64> + Sync + '_ {
-        |x| product(self.mass.as_ref(), x)
     }
 }
 

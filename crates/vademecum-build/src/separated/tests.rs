@@ -188,7 +188,8 @@ fn two_runs_give_the_same_bits_whatever_the_threads() {
     (0..3).for_each(|a| assert_eq!(u.factors(a), v.factors(a)));
 }
 
-/// `(1 + tκ) x = −tκ` at two positions of each axis: the oscillator of docs/theory/5a-separation-by-hand.md.
+/// `(1 + tκ) x = −tκ` at two positions of each axis: the oscillator of
+/// docs/explanation/5a-separation-by-hand.md.
 fn oscillator() -> KroneckerProblem<DenseSpace> {
     let position = |name| Axis::new(name, "1", 1.0, 2.0, AxisKind::Index, false).unwrap();
     let diagonal = |values: [f64; 2]| AxisOperator::diagonal(values.to_vec());

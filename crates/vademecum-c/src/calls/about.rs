@@ -2,12 +2,14 @@
 
 use core::ffi::c_char;
 
-use vademecum_eval::format::File;
+use vademecum_eval::format::{File, Parameter, SectionKind};
+use vademecum_eval::{BindError, ParameterError, Structure};
 
-use crate::body::Body;
-use crate::message::Message;
-use crate::slices::{borrowed, lent, lent_mut};
-use crate::types::{VdmBody, VdmCost, VdmParameter, VdmStatus, VdmStructure};
+use crate::handle::{ask, on};
+use crate::message::{Message, copy};
+use crate::refusal::{Refusal, needed};
+use crate::slices::{borrowed, lent, lent_mut, text};
+use crate::types::{VdmBody, VdmCost, VdmNamed, VdmParameter, VdmStatus, VdmStructure};
 
 /// Compares every section of a file with its checksum, which `vdm_bind` does not: it reads all bytes.
 ///
@@ -22,14 +24,8 @@ pub unsafe extern "C" fn vdm_verify(
 ) -> VdmStatus {
     // SAFETY: as the caller promises; nothing outlives the call.
     let (file, text) = unsafe { (borrowed(file, length), lent_mut(text, capacity)) };
-    let mut message = Message::default();
-    let Some(bytes) = file else {
-        return message.tell(VdmStatus::VDM_ARGUMENT, &"a null pointer", text);
-    };
-    match File::parse(bytes).and_then(|file| file.verify_all()) {
-        Ok(()) => VdmStatus::VDM_OK,
-        Err(error) => message.tell(VdmStatus::VDM_FILE, &error, text),
-    }
+    let verified = needed(file, "file").and_then(|bytes| Ok(File::parse(bytes)?.verify_all()?));
+    verified.map_or_else(|refusal| Message::tell(&refusal, text), |()| VdmStatus::VDM_OK)
 }
 
 /// The `VdmStructure` that the body took; `VDM_AUTO` for null.
@@ -37,9 +33,45 @@ pub unsafe extern "C" fn vdm_verify(
 /// # Safety
 /// `body` is null or a handle of [`vdm_bind`](crate::vdm_bind).
 #[unsafe(no_mangle)]
-pub unsafe extern "C" fn vdm_structure(body: *mut VdmBody) -> i32 {
+pub unsafe extern "C" fn vdm_structure(body: *const VdmBody) -> i32 {
     // SAFETY: as the caller promises.
-    unsafe { Body::of_mut(body) }.map_or(VdmStructure::VDM_AUTO as i32, Body::structure)
+    let structure = unsafe {
+        ask(body, VdmStructure::VDM_AUTO, |body| match body.structure() {
+            Structure::Diagonal => VdmStructure::VDM_DIAGONAL,
+            Structure::Block => VdmStructure::VDM_BLOCK,
+            Structure::Exact => VdmStructure::VDM_EXACT,
+            Structure::Strain => VdmStructure::VDM_STRAIN,
+        })
+    };
+    structure as i32
+}
+
+/// What the moves of the body cost.
+///
+/// # Safety
+/// `body` is null or a handle of [`vdm_bind`](crate::vdm_bind); `cost` points to a `VdmCost`.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn vdm_cost(body: *mut VdmBody, cost: *mut VdmCost) -> VdmStatus {
+    // SAFETY: as the caller promises.
+    unsafe {
+        on(body, |body| {
+            let (out, cost) = (needed(cost.as_mut(), "cost")?, either!(body, body => body.scene().cost()));
+            *out = VdmCost {
+                terms: cost.terms,
+                bind_bytes: cost.bind_bytes,
+                step_operations: cost.step_operations,
+                step_bytes: cost.step_bytes,
+                contact_rows: cost.contact_rows,
+                contact_bytes: cost.contact_bytes,
+                pattern_bytes: cost.pattern_bytes,
+                probe_bytes: cost.probe_bytes,
+                node_bytes: cost.node_bytes,
+                surface_bytes: cost.surface_bytes,
+                body_bytes: cost.body_bytes,
+            };
+            Ok(VdmStatus::VDM_OK)
+        })
+    }
 }
 
 /// Range and present value of a live parameter.
@@ -53,44 +85,129 @@ pub unsafe extern "C" fn vdm_parameter(
     out: *mut VdmParameter,
 ) -> VdmStatus {
     // SAFETY: as the caller promises.
-    match unsafe { (Body::of_mut(body), out.as_mut()) } {
-        (Some(body), Some(out)) => body.parameter(parameter, out),
-        _ => VdmStatus::VDM_ARGUMENT,
+    unsafe {
+        on(body, |body| {
+            let (out, index) = (needed(out.as_mut(), "out")?, parameter as usize);
+            let metadata = body.file().metadata();
+            let valued = metadata.active_parameters().get(index).zip(body.options().value(metadata, index));
+            let said = "the file has no such live parameter";
+            let (known, value) = valued.ok_or(Refusal::Words(VdmStatus::VDM_ARGUMENT, said))?;
+            let (lower, upper, nominal, logarithmic) =
+                (known.lower, known.upper, known.nominal, u32::from(known.log));
+            *out = VdmParameter { lower, upper, nominal, value, logarithmic };
+            Ok(VdmStatus::VDM_OK)
+        })
     }
 }
 
-/// Sets all live parameters at once. Loads become stale: clear them and add them again.
+/// Sets live parameters, `count` of them, by their numbers in `ids`; the others stay. Velocities stay what
+/// they are. Loads become stale: clear them and add them again.
 ///
 /// # Safety
-/// `body` is null or a handle of [`vdm_bind`](crate::vdm_bind); `values` points to `count` numbers, `work` to
-/// `work_numbers`.
+/// `body` is null or a handle of [`vdm_bind`](crate::vdm_bind); `ids` and `values` point to `count` numbers
+/// each.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn vdm_set_parameters(
     body: *mut VdmBody,
+    ids: *const u32,
     values: *const f64,
     count: usize,
-    work: *mut f64,
-    work_numbers: usize,
 ) -> VdmStatus {
     // SAFETY: as the caller promises.
-    match unsafe { (Body::of_mut(body), lent(values, count), lent_mut(work, work_numbers)) } {
-        (Some(body), Some(values), work) => body.set_parameters(values, work),
-        _ => VdmStatus::VDM_ARGUMENT,
+    unsafe {
+        on(body, |body| {
+            let (ids, values) = (needed(lent(ids, count), "ids")?, needed(lent(values, count), "values")?);
+            let mut options = *body.options();
+            for (place, (&id, &value)) in ids.iter().zip(values).enumerate() {
+                let parameter = id as usize;
+                if ids.iter().take(place).any(|&earlier| earlier == id) {
+                    return Err(BindError::from(ParameterError::Twice { parameter }).into());
+                }
+                options.set(body.file().metadata(), &[(parameter, value)]).map_err(BindError::from)?;
+            }
+            let _ = body.rebind(&options)?;
+            Ok(VdmStatus::VDM_OK)
+        })
     }
 }
 
-/// What the moves of the body cost.
+/// Copies a name of the file into `out`, which has `capacity` bytes, with a zero at its end; a longer name is
+/// cut.
 ///
 /// # Safety
-/// `body` is null or a handle of [`vdm_bind`](crate::vdm_bind); `cost` points to a `VdmCost`.
+/// `body` is null or a handle of [`vdm_bind`](crate::vdm_bind); `out` points to `capacity` bytes.
 #[unsafe(no_mangle)]
-pub unsafe extern "C" fn vdm_cost(body: *mut VdmBody, cost: *mut VdmCost) -> VdmStatus {
+pub unsafe extern "C" fn vdm_name(
+    body: *mut VdmBody,
+    kind: i32,
+    index: u32,
+    out: *mut c_char,
+    capacity: usize,
+) -> VdmStatus {
     // SAFETY: as the caller promises.
-    match unsafe { (Body::of_mut(body), cost.as_mut()) } {
-        (Some(body), Some(cost)) => {
-            *cost = body.cost();
-            VdmStatus::VDM_OK
+    unsafe {
+        on(body, |body| {
+            let out = needed(lent_mut(out, capacity), "out")?;
+            let found = names(body.file(), kind)?.nth(index as usize);
+            copy(found.ok_or(NO_NAME)?.as_bytes(), out);
+            Ok(VdmStatus::VDM_OK)
+        })
+    }
+}
+
+/// The number of what has this name, counted from 0; -1 if nothing has.
+///
+/// # Safety
+/// `body` is null or a handle of [`vdm_bind`](crate::vdm_bind); `name` is null or points to a text with a zero at
+/// its end.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn vdm_find(body: *mut VdmBody, kind: i32, name: *const c_char) -> i32 {
+    let mut place = -1;
+    // SAFETY: as the caller promises.
+    unsafe {
+        on(body, |body| {
+            let name = needed(text(name), "name")?;
+            let found = names(body.file(), kind)?.position(|found| found == name);
+            place = found.and_then(|place| i32::try_from(place).ok()).ok_or(NO_NAME)?;
+            Ok(VdmStatus::VDM_OK)
+        });
+    }
+    place
+}
+
+/// The refusal of a name, or of its number.
+const NO_NAME: Refusal = Refusal::Words(VdmStatus::VDM_ARGUMENT, "the file has no such name");
+
+/// Names of a kind, in order.
+fn names<'f>(file: &'f File<'static>, kind: i32) -> Result<Names<'f>, Refusal> {
+    let section = |kind| {
+        let text = file.section(kind).and_then(|section| section.text().ok()).unwrap_or("");
+        Ok(Names::Lines(text.lines()))
+    };
+    match kind {
+        k if k == VdmNamed::VDM_PROBES as i32 => section(SectionKind::ProbeNames),
+        k if k == VdmNamed::VDM_PATTERNS as i32 => section(SectionKind::PatternNames),
+        k if k == VdmNamed::VDM_SUPPORTS as i32 => section(SectionKind::SupportNames),
+        k if k == VdmNamed::VDM_PARAMETERS as i32 => {
+            Ok(Names::Parameters(file.metadata().active_parameters().iter()))
         }
-        _ => VdmStatus::VDM_ARGUMENT,
+        _ => Err(Refusal::Words(VdmStatus::VDM_ARGUMENT, "no such kind of name: see VdmNamed")),
+    }
+}
+
+/// Names as the file has them.
+enum Names<'f> {
+    Lines(core::str::Lines<'f>),
+    Parameters(core::slice::Iter<'f, Parameter<'static>>),
+}
+
+impl<'f> Iterator for Names<'f> {
+    type Item = &'f str;
+
+    fn next(&mut self) -> Option<&'f str> {
+        match self {
+            Self::Lines(lines) => lines.next(),
+            Self::Parameters(parameters) => parameters.next().map(|parameter| parameter.name),
+        }
     }
 }

@@ -1,7 +1,8 @@
 //! Many instances of a body.
 
 use crate::batch::{Instances, bytes};
-use crate::body::{Body, Lent};
+use crate::handle::{Lent, ask, on};
+use crate::refusal::needed;
 use crate::types::{VdmBatch, VdmBatchStatus, VdmBody, VdmStatus};
 
 /// Bytes of memory, aligned to 16, to lend for so many instances of a body; 0 for null.
@@ -11,10 +12,11 @@ use crate::types::{VdmBatch, VdmBatchStatus, VdmBody, VdmStatus};
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn vdm_batch_bytes(body: *const VdmBody, instances: usize) -> usize {
     // SAFETY: as the caller promises.
-    unsafe { Body::of(body) }.map_or(0, |body| bytes(body, instances))
+    unsafe { ask(body, 0, |body| bytes(body, instances)) }
 }
 
-/// Makes instances of a body, all at rest and without loads, in lent memory. `*batch` is the handle, or null.
+/// Makes instances of the elastic motion of a body, all at rest and without loads, in lent memory. `*batch`
+/// is the handle, or null.
 ///
 /// # Safety
 /// `body` is null or a handle of [`vdm_bind`](crate::vdm_bind); `memory` points to `memory_bytes` bytes that
@@ -28,17 +30,13 @@ pub unsafe extern "C" fn vdm_batch_bind(
     batch: *mut *mut VdmBatch,
 ) -> VdmStatus {
     // SAFETY: as the caller promises.
-    let (body, memory, batch) =
-        unsafe { (Body::of_mut(body), Lent::new(memory, memory_bytes), batch.as_mut()) };
-    let (Some(body), Some(batch)) = (body, batch) else { return VdmStatus::VDM_ARGUMENT };
-    *batch = core::ptr::null_mut();
-    let Some(memory) = memory else { return VdmStatus::VDM_MEMORY };
-    match Instances::bind(body, instances, memory) {
-        Ok(handle) => {
-            *batch = handle;
-            VdmStatus::VDM_OK
-        }
-        Err(status) => status,
+    unsafe {
+        on(body, |body| {
+            let batch = needed(batch.as_mut(), "batch")?;
+            *batch = core::ptr::null_mut();
+            *batch = Instances::bind(body, instances, Lent::new(memory, memory_bytes)?)?;
+            Ok(VdmStatus::VDM_OK)
+        })
     }
 }
 
@@ -54,10 +52,7 @@ pub unsafe extern "C" fn vdm_batch_load(
     instance: usize,
 ) -> VdmStatus {
     // SAFETY: as the caller promises.
-    match unsafe { (Instances::of_mut(batch), Body::of_mut(body)) } {
-        (Some(batch), Some(body)) => batch.load(body, instance),
-        _ => VdmStatus::VDM_ARGUMENT,
-    }
+    unsafe { on(body, |body| needed(Instances::of_mut(batch), "batch")?.load(body, instance)) }
 }
 
 /// Takes the loads of all instances away.
@@ -81,13 +76,10 @@ pub unsafe extern "C" fn vdm_batch_set(
     instance: usize,
 ) -> VdmStatus {
     // SAFETY: as the caller promises.
-    match unsafe { (Instances::of_mut(batch), Body::of_mut(body)) } {
-        (Some(batch), Some(body)) => batch.set(body, instance),
-        _ => VdmStatus::VDM_ARGUMENT,
-    }
+    unsafe { on(body, |body| needed(Instances::of_mut(batch), "batch")?.set(body, instance)) }
 }
 
-/// Gives the body the state of an instance, from which everything can be read.
+/// Gives the body the state of an instance, from which everything can be read but reactions.
 ///
 /// # Safety
 /// As for [`vdm_batch_load`].
@@ -98,10 +90,7 @@ pub unsafe extern "C" fn vdm_batch_get(
     instance: usize,
 ) -> VdmStatus {
     // SAFETY: as the caller promises.
-    match unsafe { (Instances::of_mut(batch), Body::of_mut(body)) } {
-        (Some(batch), Some(body)) => batch.get(body, instance),
-        _ => VdmStatus::VDM_ARGUMENT,
-    }
+    unsafe { on(body, |body| needed(Instances::of_mut(batch), "batch")?.get(body, instance)) }
 }
 
 /// [`vdm_batch_get`] for an instance whose last step was one under the loads that the body has now: stress
@@ -117,10 +106,7 @@ pub unsafe extern "C" fn vdm_batch_get_under(
     instance: usize,
 ) -> VdmStatus {
     // SAFETY: as the caller promises.
-    match unsafe { (Instances::of_mut(batch), Body::of_mut(body)) } {
-        (Some(batch), Some(body)) => batch.get_under(body, instance),
-        _ => VdmStatus::VDM_ARGUMENT,
-    }
+    unsafe { on(body, |body| needed(Instances::of_mut(batch), "batch")?.get_under(body, instance)) }
 }
 
 /// Steps all instances `steps` times; `found` tells how many move, rest and were refused in the last step. An
@@ -136,13 +122,15 @@ pub unsafe extern "C" fn vdm_batch_step(
     found: *mut VdmBatchStatus,
 ) -> VdmStatus {
     // SAFETY: as the caller promises.
-    match unsafe { (Instances::of_mut(batch), Body::of_mut(body), found.as_mut()) } {
-        (Some(batch), Some(body), Some(found)) => batch.step(body, steps, found),
-        _ => VdmStatus::VDM_ARGUMENT,
+    unsafe {
+        on(body, |body| {
+            let found = needed(found.as_mut(), "found")?;
+            needed(Instances::of_mut(batch), "batch")?.step(body, steps, found)
+        })
     }
 }
 
-/// What the last step found of an instance.
+/// The result of the last step for an instance: `VDM_OK`, `VDM_AT_REST`, or `VDM_STEP` if it was refused.
 ///
 /// # Safety
 /// As for [`vdm_batch_load`].
@@ -153,10 +141,7 @@ pub unsafe extern "C" fn vdm_batch_status(
     instance: usize,
 ) -> VdmStatus {
     // SAFETY: as the caller promises.
-    match unsafe { (Instances::of_mut(batch), Body::of_mut(body)) } {
-        (Some(batch), Some(body)) => batch.status(body, instance),
-        _ => VdmStatus::VDM_ARGUMENT,
-    }
+    unsafe { on(body, |body| needed(Instances::of_mut(batch), "batch")?.status(body, instance)) }
 }
 
 /// Carries the states of all instances over to the parameters that the body has now. Their loads are stale:
@@ -167,8 +152,5 @@ pub unsafe extern "C" fn vdm_batch_status(
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn vdm_batch_carry(batch: *mut VdmBatch, body: *mut VdmBody) -> VdmStatus {
     // SAFETY: as the caller promises.
-    match unsafe { (Instances::of_mut(batch), Body::of_mut(body)) } {
-        (Some(batch), Some(body)) => batch.carry(body),
-        _ => VdmStatus::VDM_ARGUMENT,
-    }
+    unsafe { on(body, |body| needed(Instances::of_mut(batch), "batch")?.carry(body)) }
 }

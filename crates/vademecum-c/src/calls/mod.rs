@@ -1,28 +1,56 @@
-//! The calls beyond the shortest loop, by subject.
+//! The calls, by subject.
 
-/// Runs lines with a body, or refuses a null handle.
-macro_rules! with {
-    ($body:ident => $lines:expr) => {
-        // SAFETY: as the caller of the function promises.
-        match unsafe { Body::of_mut($body) } {
-            Some($body) => $lines,
-            None => VdmStatus::VDM_ARGUMENT,
+/// The same lines in the precision of a body.
+macro_rules! either {
+    ($any:expr, $body:ident => $lines:expr) => {
+        match $any {
+            vademecum_eval::AnyBody::Single($body) => $lines,
+            #[cfg(feature = "double")]
+            vademecum_eval::AnyBody::Double($body) => $lines,
+        }
+    };
+}
+
+/// A field of a body in single precision.
+macro_rules! single {
+    ($any:expr, $write:ident($field:expr, $out:expr)) => {
+        match $any {
+            AnyBody::Single(body) => wrote(body.$write($field, $out)),
+            #[cfg(feature = "double")]
+            AnyBody::Double(_) => Err(Refusal::Words(
+                VdmStatus::VDM_ARGUMENT,
+                "the body is in double precision: call the function that ends in f64",
+            )),
+        }
+    };
+}
+
+/// A field of a body in double precision.
+macro_rules! double {
+    ($any:expr, $write:ident($field:expr, $out:expr)) => {
+        match ($any, $field, $out) {
+            #[cfg(feature = "double")]
+            (AnyBody::Double(body), field, out) => wrote(body.$write(field, out)),
+            (AnyBody::Single(_), ..) => Err(Refusal::Words(
+                VdmStatus::VDM_ARGUMENT,
+                "the body is in single precision: call the function that ends in f32",
+            )),
         }
     };
 }
 
 mod about;
 mod batch;
-mod fields;
+mod bind;
 mod flight;
 mod loads;
-mod modal;
+mod read;
 mod states;
 
 pub use about::*;
 pub use batch::*;
-pub use fields::*;
+pub use bind::*;
 pub use flight::*;
 pub use loads::*;
-pub use modal::*;
+pub use read::*;
 pub use states::*;

@@ -19,7 +19,7 @@ export class Greeting {
   /** Called each frame. */
   frame() {
     const { history, time } = this.player;
-    const watched = history.columns.at(-2);
+    const watched = history.columns[history.names.indexOf("watched")];
     for (; this.id !== null && this.seen < history.count; this.seen++) {
       const way = -history.at(watched, this.seen);
       this.farthest = Math.max(this.farthest, way);

@@ -108,6 +108,12 @@ function largest(field) {
   return most;
 }
 
+/** The recorded energies and short names of them, since several are drawn side by side. */
+function energies(history, { totals }) {
+  const of = totals.filter(({ unit }) => unit === "J").map(({ name }) => name);
+  return { columns: of.map((name) => history.columns[history.names.indexOf(name)]), names: of.map((name) => name.replace(/_?energy$/, "") || "total") };
+}
+
 function signals({ player, evaluator, controls, modes }) {
   const { history } = player;
   const span = Number(find("span").value);
@@ -118,7 +124,7 @@ function signals({ player, evaluator, controls, modes }) {
   const nothing = player.body.flexible.force * player.body.size * 1e-16;
   const common = { span, now: Math.max(player.time, span) };
   drawStrip(find("probes"), history, { ...common, columns: shown.slice(0, 4), names, unit: "m", nothing: controls.nothing }, controls.style);
-  drawStrip(find("energy"), history, { ...common, columns: history.columns.slice(-1), names: [""], unit: "J", positive: true, nothing }, controls.style);
+  drawStrip(find("energy"), history, { ...common, ...energies(history, evaluator), unit: "J", positive: true, nothing }, controls.style);
   const state = evaluator.coordinates();
   const { density, stiffness } = evaluator.options;
   const shares = modes.map(({ lambda }, k) => density * state[modes.length + k] ** 2 + stiffness * lambda * state[k] ** 2);

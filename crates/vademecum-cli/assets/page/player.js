@@ -11,7 +11,7 @@ const BUDGET = 12;
 /** Frames of at most this many steps show the motion between steps. */
 const SEEN = 8;
 
-/** Time, probes, watched component and energy of the last steps. */
+/** Time, probes, watched component and scalars of the whole body of the last steps. */
 export class History {
   constructor(names) {
     this.names = names;
@@ -63,7 +63,7 @@ export class Player {
     this.lived = 0;
     /** Surface before the last step, while single steps can be seen. */
     this.before = null;
-    this.history = new History([...evaluator.probeNames, "watched", "energy"]);
+    this.history = new History([...evaluator.probeNames, "watched", ...evaluator.totals.map(({ name }) => name)]);
     evaluator.bind(options);
     this.bound();
     this.measure();

@@ -5,10 +5,11 @@ use std::sync::Arc;
 
 use vademecum_build::fem::Engine;
 use vademecum_build::input::Problem;
-use vademecum_build::pipeline::{BuildOptions, Built, build};
+use vademecum_build::pipeline::{BuildOptions, Built};
 use vademecum_build::prepared::FactorPrecision;
 use vademecum_build::progress::Listener;
 use vademecum_build::store::{Kind, OutputError, Outputs, Store, goes_through, is_same_place, read_regular};
+use vademecum_chapter::build;
 use vademecum_study::sweep::{Meshes, State, look};
 
 use crate::arguments::{OutputArguments, size};

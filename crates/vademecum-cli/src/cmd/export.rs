@@ -37,7 +37,7 @@ enum ExportCommand {
 #[command(after_help = "Examples:
   vademecum export matrices -o matrices                         the demo's beam and scenario
   vademecum export matrices body.toml --scenario push.toml --basis ritz --modes 16 -o matrices
-What the files hold: formats/matrices-1.md. They are read by docs/benchmarks/peers")]
+What the files hold: formats/matrices-1.md. They are read by docs/measurements/peers")]
 struct Matrices {
     /// The problem file (TOML); the demo's beam if absent.
     problem: Option<PathBuf>,

@@ -4,13 +4,14 @@ use std::path::{Path, PathBuf};
 
 use serde::Serialize;
 use vademecum_build::certificate::StructureReport;
-use vademecum_build::chapter::ChapterReport;
 use vademecum_build::dynamics::ModeRow;
 use vademecum_build::input::Problem;
 use vademecum_build::parametric::RadiusSample;
+use vademecum_build::report::ChapterReport;
+use vademecum_chapter::report_of_file;
 use vademecum_eval::RigidBody;
 use vademecum_format::{Axis, Chapter, File, Parameter, Section, SectionKind};
-use vademecum_rewrite::{Dropped, Loss, RewriteError, check_coordinates, fewest_terms, read_losses};
+use vademecum_rewrite::{Loss, RewriteError, TermReduction, check_coordinates, fewest_terms, read_losses};
 use vademecum_study::FileError;
 use vademecum_study::contents::{Bound, bound, figures, lines, mode_table, numbers};
 use vademecum_study::separation::{Enrichment, enrichment_history, radius_samples, repairs};
@@ -85,7 +86,7 @@ struct Contents {
     enrichment_history: Vec<Enrichment>,
     /// With `--terms-for`.
     #[serde(skip_serializing_if = "Option::is_none")]
-    fewest_terms: Option<Dropped>,
+    fewest_terms: Option<TermReduction>,
     radius_samples: Vec<RadiusSample>,
     sections: Vec<SectionReport>,
     problem: String,
@@ -179,7 +180,7 @@ impl Certificates {
         let figures = figures(file)?;
         let diagonal = StructureReport::new(&m.certificate.diagonal, &figures.diagonal);
         let block = StructureReport::new(&m.certificate.block, &figures.block);
-        let canonical = ChapterReport::of_file(file)?;
+        let canonical = report_of_file(file)?;
         let worst = match &canonical {
             Some(report) => &report.structure,
             None if m.block => &block,

@@ -1,7 +1,7 @@
 //! `vademecum schema`: what an editor needs to know about the files that people write.
 
 use serde_json::Value;
-use vademecum_build::input::Problem;
+use vademecum_build::input::problem_schema;
 use vademecum_study::scenario::Scenario;
 
 use crate::print::print_json;
@@ -33,9 +33,7 @@ enum SchemaKind {
 impl Schema {
     pub(crate) fn run(&self) {
         let (schema, title) = match self.of {
-            SchemaKind::Problem => {
-                (schemars::schema_for!(Problem), "The problem file of vademecum, version 1")
-            }
+            SchemaKind::Problem => (problem_schema(), "The problem file of vademecum, version 1"),
             SchemaKind::Scenario => {
                 (schemars::schema_for!(Scenario), "The scenario file of vademecum, version 1")
             }

@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 
 use vademecum_format::{File, SectionKind};
-use vademecum_rewrite::{Dropped, Keep, RewriteError, drop_terms_limited, strip};
+use vademecum_rewrite::{Keep, RewriteError, TermReduction, drop_terms_limited, strip};
 use vademecum_study::scenario::Scenario;
 use vademecum_study::target::check_target;
 
@@ -98,7 +98,7 @@ struct StripOutput {
     #[serde(flatten)]
     written: RewriteOutput,
     /// With `--terms-for`.
-    terms: Option<Dropped>,
+    terms: Option<TermReduction>,
     without: Vec<LostSection>,
 }
 

@@ -1,6 +1,8 @@
 //! What can go wrong, apart by who can act: binding (options or memory), loading, stepping, reading.
 
 use core::fmt;
+
+use crate::sections::place::PlaceError;
 use thiserror::Error;
 use vademecum_format::scheme::TableError;
 use vademecum_format::{FormatError, ParameterRole, SectionKind};
@@ -171,15 +173,24 @@ pub enum ParameterError {
         /// Largest value allowed.
         upper: f64,
     },
+    /// The parameter is set twice at once.
+    #[error("parameter {parameter} is set twice")]
+    Twice {
+        /// Its place.
+        parameter: usize,
+    },
 }
 
 /// Why a load was not added; the accumulated loads are unchanged.
 #[derive(Clone, Copy, Debug, PartialEq, Error)]
 #[non_exhaustive]
 pub enum LoadError {
-    /// A force, weight or amplitude is not finite.
-    #[error("a force, weight or amplitude is not finite")]
+    /// A force, moment or amplitude is not finite.
+    #[error("a force, moment or amplitude is not finite")]
     NotFinite,
+    /// The place is refused.
+    #[error(transparent)]
+    Place(#[from] PlaceError),
     /// The node is not loadable.
     #[error("node {node} is not loadable; the first {limit} nodes are")]
     NotLoadable {
@@ -230,6 +241,9 @@ pub enum LoadError {
         /// How many.
         substeps: usize,
     },
+    /// The body was bound without room for kept loads.
+    #[error("there is no room for kept loads: bind the body with `BodyOptions::keep_loads`")]
+    NoRoom,
     /// The batch has no such instance.
     #[error("there is no instance {index}; the batch has {count}")]
     NoInstance {
@@ -269,9 +283,12 @@ pub enum StepError {
 }
 
 /// Why an output could not be given.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Error)]
+#[derive(Clone, Copy, Debug, PartialEq, Error)]
 #[non_exhaustive]
 pub enum OutputError {
+    /// The place is refused.
+    #[error(transparent)]
+    Place(#[from] PlaceError),
     /// A section this needs is not in the file, or is compressed.
     #[error("section {} ({kind}) is not in the file or is compressed", kind.number())]
     Missing {
@@ -304,6 +321,12 @@ pub enum OutputError {
          its loads (`State::restore_under`, `Batch::get_under`)"
     )]
     ForcesForgotten,
+    /// The velocity of a quantity that has none.
+    #[error("this quantity has no velocity")]
+    NoVelocity,
+    /// A place was given for what is counted, or a number for what is read at a place.
+    #[error("this quantity is read at a place; every other one by its index")]
+    NotAPlace,
     /// The strain structure does not know it: a stress, a reaction, a fused map.
     #[error(
         "the strain structure does not give this: stress, strain, reactions and the fused map belong to \

@@ -52,10 +52,8 @@ pub struct SceneOptions {
     pub stiffness: f64,
     /// Scale of the density.
     pub density: f64,
-    /// `κ_q`: scale of each region's stiffness, beside that of the whole body; 1 past the file's regions.
-    pub region_stiffness: [f64; MAX_REGIONS],
-    /// `ρ_q`: scale of each region's density, beside that of the whole body; 1 past the file's regions.
-    pub region_density: [f64; MAX_REGIONS],
+    /// Scales of the regions, beside those of the whole body.
+    pub regions: RegionScales,
     /// Rayleigh `α` \[1/s\]; the file's if `None`.
     pub alpha: Option<f64>,
     /// Rayleigh `β` \[s\]; the file's if `None`.
@@ -91,8 +89,7 @@ impl Default for SceneOptions {
             time_step: None,
             stiffness: 1.0,
             density: 1.0,
-            region_stiffness: [1.0; MAX_REGIONS],
-            region_density: [1.0; MAX_REGIONS],
+            regions: RegionScales::default(),
             alpha: None,
             beta: None,
             rest_below: 0.0,
@@ -112,11 +109,24 @@ impl SceneOptions {
         metadata.active_parameters().iter().position(|parameter| parameter.name == name)
     }
 
-    /// Sets one of the file's parameters, counted from 0, to a value in its range (ends included).
+    /// Sets parameters of the file, each by its number counted from 0, to values in their ranges (ends
+    /// included).
     ///
     /// # Errors
     /// [`ParameterError`]; the options are then unchanged.
-    pub fn set(
+    pub fn set(&mut self, metadata: &Metadata<'_>, settings: &[(usize, f64)]) -> Result<(), ParameterError> {
+        let mut options = *self;
+        for (place, &(parameter, value)) in settings.iter().enumerate() {
+            if settings.iter().take(place).any(|&(earlier, _)| earlier == parameter) {
+                return Err(ParameterError::Twice { parameter });
+            }
+            options.set_one(metadata, parameter, value)?;
+        }
+        *self = options;
+        Ok(())
+    }
+
+    fn set_one(
         &mut self,
         metadata: &Metadata<'_>,
         parameter: usize,
@@ -129,24 +139,34 @@ impl SceneOptions {
         if !(lower..=upper).contains(&value) {
             return Err(ParameterError::OutsideRange { parameter, value, lower, upper });
         }
-        let region = |scales: &mut [f64; MAX_REGIONS], region: u32| match scales.get_mut(region as usize) {
-            Some(scale) => {
-                *scale = value;
-                Ok(())
-            }
-            None => Err(unknown),
-        };
         match known.role {
             R::Stiffness => self.stiffness = value,
-            R::RegionStiffness { region: q } => region(&mut self.region_stiffness, q)?,
+            R::RegionStiffness { region: q } => self.regions.set_stiffness(q, value).ok_or(unknown)?,
             R::Density => self.density = value,
-            R::RegionDensity { region: q } => region(&mut self.region_density, q)?,
+            R::RegionDensity { region: q } => self.regions.set_density(q, value).ok_or(unknown)?,
             R::Alpha => self.alpha = Some(value),
             R::Beta => self.beta = Some(value),
             R::TimeStep => self.time_step = Some(value),
             _ => return Err(unknown),
         }
         Ok(())
+    }
+
+    /// The value of a parameter of the file under these options; `None` for one that is not there or that
+    /// this evaluator does not know.
+    #[must_use]
+    pub fn value(&self, metadata: &Metadata<'_>, parameter: usize) -> Option<f64> {
+        use ParameterRole as R;
+        match metadata.active_parameters().get(parameter)?.role {
+            R::Stiffness => Some(self.stiffness),
+            R::RegionStiffness { region } => self.regions.stiffness().get(region as usize).copied(),
+            R::Density => Some(self.density),
+            R::RegionDensity { region } => self.regions.density().get(region as usize).copied(),
+            R::Alpha => Some(self.alpha.unwrap_or(metadata.alpha)),
+            R::Beta => Some(self.beta.unwrap_or(metadata.beta)),
+            R::TimeStep => Some(self.time_step.unwrap_or(metadata.time_step)),
+            _ => None,
+        }
     }
 
     /// The threshold below which a body rests, rounded.
@@ -157,7 +177,49 @@ impl SceneOptions {
 
     /// Whether the scale of a region is not 1.
     pub(crate) fn moves_a_region(&self) -> bool {
-        self.region_stiffness.iter().chain(&self.region_density).any(|&scale| scale != 1.0)
+        self.regions.stiffness.iter().chain(&self.regions.density).any(|&scale| scale != 1.0)
+    }
+}
+
+/// Scales of the stiffness and the density of each region; all 1 by default, and 1 past the file's regions.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct RegionScales {
+    stiffness: [f64; MAX_REGIONS],
+    density: [f64; MAX_REGIONS],
+}
+
+impl Default for RegionScales {
+    fn default() -> Self {
+        Self::ONE
+    }
+}
+
+impl RegionScales {
+    /// No region differs from the file.
+    pub const ONE: Self = Self { stiffness: [1.0; MAX_REGIONS], density: [1.0; MAX_REGIONS] };
+
+    /// `κ_q`: scale of each region's stiffness.
+    #[must_use]
+    pub const fn stiffness(&self) -> &[f64] {
+        &self.stiffness
+    }
+
+    /// `ρ_q`: scale of each region's density.
+    #[must_use]
+    pub const fn density(&self) -> &[f64] {
+        &self.density
+    }
+
+    /// Sets the scale of a region's stiffness; `None` for a region that no file has.
+    pub fn set_stiffness(&mut self, region: u32, scale: f64) -> Option<()> {
+        *self.stiffness.get_mut(region as usize)? = scale;
+        Some(())
+    }
+
+    /// Sets the scale of a region's density; `None` for a region that no file has.
+    pub fn set_density(&mut self, region: u32, scale: f64) -> Option<()> {
+        *self.density.get_mut(region as usize)? = scale;
+        Some(())
     }
 }
 
@@ -167,7 +229,7 @@ pub struct Sizes {
     /// Of `T`, to the scene.
     pub scene: usize,
     /// Of `f64`, to [`Scene::bind`](crate::Scene::bind) and
-    /// [`Scene::set_parameter`](crate::Scene::set_parameter) while they run.
+    /// [`Scene::set_parameters`](crate::Scene::set_parameters) while they run.
     pub work: usize,
     /// Of `T`, to each [`State`](crate::State).
     pub state: usize,

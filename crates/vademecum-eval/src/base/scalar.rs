@@ -15,9 +15,16 @@ mod sealed {
             scale: Self,
             out: &mut [Self],
         );
+
+        /// The numbers that fit into lent words.
+        fn of_words(words: &mut [f64]) -> &mut [Self];
     }
 
     impl Sealed for f32 {
+        fn of_words(words: &mut [f64]) -> &mut [Self] {
+            bytemuck::cast_slice_mut(words)
+        }
+
         fn short_rows_f32<const Q: usize>(
             rows: &[[u8; 4]],
             x: &[[Self; QUAD]; Q],
@@ -29,6 +36,10 @@ mod sealed {
     }
 
     impl Sealed for f64 {
+        fn of_words(words: &mut [f64]) -> &mut [Self] {
+            words
+        }
+
         fn short_rows_f32<const Q: usize>(
             rows: &[[u8; 4]],
             x: &[[Self; QUAD]; Q],

@@ -5,7 +5,7 @@
 //! instances are held with their numbers interleaved (instance fastest): every operation of a step is done
 //! for all of them at once and a coefficient is read once for all of them, also where one body has too few
 //! modes to fill a vector. With the block structure the rows of `D` fill the vectors already; interleaving
-//! was measured to win nothing there (`docs/benchmarks/step.md`), so instances lie one after the other.
+//! was measured to win nothing there (`docs/measurements/step.md`), so instances lie one after the other.
 //!
 //! The bits of an instance are those of [`Scene::step`]: each number is the same sum in the same order. (One
 //! exception is in [`Batch::step`].) A batch knows no threads; a caller with several cores makes a batch for
@@ -558,7 +558,8 @@ impl<T: Scalar, const N: usize> Kernel for Groups<'_, '_, '_, T, N> {
     }
 }
 
-/// [`step_diagonal`](crate::kernels::kernel::step_diagonal) for a group: a coefficient meets [`WIDTH`] instances at
+/// [`step_diagonal`](crate::kernels::kernel::step_diagonal) for a group: a coefficient meets [`WIDTH`]
+/// instances at
 /// once.
 #[inline(always)]
 fn step_modes<T: Scalar, const N: usize>(

@@ -16,11 +16,12 @@ use core::ptr::NonNull;
 use crate::base::error::{BindError, LoadError, OutputError, StepError};
 use crate::base::options::{SceneOptions, Status};
 use crate::base::scalar::Scalar;
+use crate::body::body::{Body, BodyOptions, BodyParts, LoadsAfter};
 use crate::body::tree::SurfaceTree;
 use crate::scene::loads::Loads;
 use crate::scene::scene::Scene;
 use crate::scene::state::State;
-use crate::sections::contact::Contact;
+use crate::sections::place::Place;
 use crate::sections::rows::Field;
 use crate::sections::surface::{Surface, SurfacePoint};
 use crate::show::reaction::Reaction;
@@ -55,19 +56,16 @@ type Bytes = Arc<dyn AsRef<[u8]> + Send + Sync>;
 /// largest frame nothing allocates any more. What has no method here is reached with [`Simulation::with`].
 pub struct Simulation<T: Scalar + 'static> {
     // Fields are dropped in this order: what borrows goes first.
-    file: File<'static>,
-    surface: Option<Surface<'static>>,
-    scene: Scene<'static, T>,
-    state: State<'static, T>,
-    loads: Loads<'static, T>,
+    body: Body<'static, T>,
     /// What was loaded, for the next parameters.
     applied: Vec<Applied>,
     /// Made when something is picked for the first time.
     picking: Option<Picking<T>>,
     /// Counts what may have moved the body.
     moves: u64,
-    work: Vec<f64>,
-    _numbers: Numbers<T>,
+    /// What the body was bound to; its parameters may have changed since.
+    options: BodyOptions,
+    _numbers: Numbers<f64>,
     bytes: Bytes,
 }
 
@@ -84,17 +82,17 @@ struct Picking<T> {
 /// A load of a simulation.
 #[derive(Clone, Copy)]
 enum Applied {
-    Contact(Contact),
+    Push(Place, [f64; 3]),
     Pattern(usize, f64),
     Base(BaseMotion),
 }
 
 impl Applied {
-    fn add<T: Scalar>(&self, scene: &Scene<'_, T>, loads: &mut Loads<'_, T>) -> Result<(), LoadError> {
+    fn add<T: Scalar>(&self, body: &mut Body<'_, T>) -> Result<(), LoadError> {
         match self {
-            Self::Contact(contact) => loads.add_contact(scene, contact),
-            Self::Pattern(pattern, amplitude) => loads.add_pattern(scene, *pattern, *amplitude),
-            Self::Base(motion) => loads.add_base(scene, motion),
+            Self::Push(place, force) => body.push(place, *force),
+            Self::Pattern(pattern, amplitude) => body.push_pattern(*pattern, *amplitude),
+            Self::Base(motion) => body.push_base(motion),
         }
     }
 }
@@ -167,6 +165,17 @@ impl<T: Scalar + 'static> Simulation<T> {
         bytes: impl AsRef<[u8]> + Send + Sync + 'static,
         options: &SceneOptions,
     ) -> Result<Self, SimulationError> {
+        Self::with_options(bytes, &BodyOptions { scene: *options, flight: false, ..BodyOptions::default() })
+    }
+
+    /// The same with options of a body: one without supports then flies, if they say so.
+    ///
+    /// # Errors
+    /// [`SimulationError`].
+    pub fn with_options(
+        bytes: impl AsRef<[u8]> + Send + Sync + 'static,
+        options: &BodyOptions,
+    ) -> Result<Self, SimulationError> {
         #[cfg(feature = "unpack")]
         if let Some(unpacked) = unpacked(bytes.as_ref())? {
             return Self::of(Arc::new(unpacked), options);
@@ -181,103 +190,89 @@ impl<T: Scalar + 'static> Simulation<T> {
     /// # Errors
     /// [`BindError`].
     pub fn another(&self) -> Result<Self, SimulationError> {
-        Self::of(Arc::clone(&self.bytes), self.scene.options())
+        let scene = *self.body.scene().options();
+        Self::of(Arc::clone(&self.bytes), &BodyOptions { scene, ..self.options })
     }
 
-    fn of(bytes: Bytes, options: &SceneOptions) -> Result<Self, SimulationError> {
+    fn of(bytes: Bytes, options: &BodyOptions) -> Result<Self, SimulationError> {
         let own: &[u8] = (*bytes).as_ref();
         // SAFETY: the slice lies in what `bytes` shares. That is not dropped before `self.bytes`, which is
         // the last field, and is never borrowed mutably: nobody else has the same count of it but
         // simulations.
         let own: &'static [u8] = unsafe { core::slice::from_raw_parts(own.as_ptr(), own.len()) };
         let file = File::parse(own)?;
-        let sizes = Scene::<T>::sizes(&file, options)?;
-        let lengths = [sizes.scene, sizes.state, sizes.loads];
-        let mut numbers = Numbers::<T>::new(lengths.iter().fold(0, |sum: usize, n| sum.saturating_add(*n)));
+        let mut numbers = Numbers::<f64>::new(Body::<T>::len_for(&file, options)?);
         // SAFETY: called once, and what borrows from it is dropped before `numbers`: on the way out of this
         // function as a local that came later, and with the simulation as an earlier field.
-        let all = unsafe { numbers.lend() };
-        let mut work = vec![0.0; sizes.work];
-        let short = BindError::LentMemory { found: 0, needed: sizes.scene };
-        let (scene, rest) = all.split_at_mut_checked(sizes.scene).ok_or(short)?;
-        let (state, loads) = rest.split_at_mut_checked(sizes.state).ok_or(short)?;
-        let scene = Scene::bind(&file, options, scene, &mut work)?;
-        let (state, loads) = (State::new(&scene, state)?, Loads::new(&scene, loads)?);
-        let surface = Surface::new(&file).ok();
-        let applied = Vec::with_capacity(options.contacts);
-        let picking = None;
-        Ok(Self {
-            file,
-            surface,
-            scene,
-            state,
-            loads,
-            applied,
-            picking,
-            moves: 0,
-            work,
-            _numbers: numbers,
-            bytes,
-        })
+        let memory = unsafe { numbers.lend() };
+        let body = Body::bind(&file, options, memory)?;
+        let applied = Vec::with_capacity(options.scene.contacts);
+        Ok(Self { body, applied, picking: None, moves: 0, options: *options, _numbers: numbers, bytes })
+    }
+
+    /// The body.
+    #[must_use]
+    pub fn body(&self) -> &Body<'_, T> {
+        &self.body
     }
 
     /// The file.
     #[must_use]
     pub fn file(&self) -> &File<'_> {
-        &self.file
+        self.body.file()
     }
 
     /// The scene.
     #[must_use]
     pub fn scene(&self) -> &Scene<'_, T> {
-        &self.scene
+        self.body.scene()
     }
 
     /// The state.
     #[must_use]
     pub fn state(&self) -> &State<'_, T> {
-        &self.state
+        self.body.state()
     }
 
     /// The loads.
     #[must_use]
     pub fn loads(&self) -> &Loads<'_, T> {
-        &self.loads
+        self.body.loads()
     }
 
     /// Lends the scene, the state and the loads to what has no method here. Loads that are added in this way
-    /// are gone after [`Simulation::set_parameter`].
+    /// are gone after [`Simulation::set_parameters`].
     pub fn with<R>(
         &mut self,
         run: impl for<'m> FnOnce(&mut Scene<'m, T>, &mut State<'m, T>, &mut Loads<'m, T>) -> R,
     ) -> R {
         self.moves = self.moves.wrapping_add(1);
-        run(&mut self.scene, &mut self.state, &mut self.loads)
+        self.body.with(|BodyParts { scene, state, loads, .. }| run(scene, state, loads))
     }
 
     /// The number of the probe of this name.
     #[must_use]
     pub fn find_probe(&self, name: &str) -> Option<usize> {
-        self.file.probe_names().position(|known| known == name)
+        self.body.file.probe_names().position(|known| known == name)
     }
 
     /// The number of the load pattern of this name.
     #[must_use]
     pub fn find_pattern(&self, name: &str) -> Option<usize> {
-        self.file.pattern_names().position(|known| known == name)
+        self.body.file.pattern_names().position(|known| known == name)
     }
 
     /// The number of the live parameter of this name.
     #[must_use]
     pub fn find_parameter(&self, name: &str) -> Option<usize> {
-        SceneOptions::find(self.scene.metadata(), name)
+        SceneOptions::find(self.body.scene.metadata(), name)
     }
 
     /// The nearest point of the loadable surface at rest, as [`Surface::locate`]; `None` also where the file
     /// has no loadable surface.
     #[must_use]
     pub fn locate(&self, point: [f64; 3]) -> Option<SurfacePoint> {
-        self.surface.as_ref()?.locate(point)
+        self.body.locate(point)
     }
 
     /// What a ray meets first on the whole surface as it has moved, magnified by `scale` in the picture, as
@@ -301,12 +296,12 @@ impl<T: Scalar + 'static> Simulation<T> {
     /// The tree, fitted to the surface as it is now.
     fn moved_surface(&mut self, scale: f64) -> Option<&SurfaceTree<'_>> {
         if self.picking.is_none() {
-            self.picking = Some(Picking::new(&self.file)?);
+            self.picking = Some(Picking::new(&self.body.file)?);
         }
         let Picking { tree, displacement, fitted, .. } = self.picking.as_mut()?;
         if *fitted != Some((self.moves, scale)) {
             *fitted = None;
-            self.scene.surface_into(&self.state, Field::Displacement, displacement).ok()?;
+            self.body.surface_into(Field::Displacement, displacement).ok()?;
             tree.refit(displacement, scale).ok()?;
             *fitted = Some((self.moves, scale));
         }
@@ -317,8 +312,8 @@ impl<T: Scalar + 'static> Simulation<T> {
     ///
     /// # Errors
     /// [`LoadError`].
-    pub fn push(&mut self, at: &SurfacePoint, force: [f64; 3]) -> Result<(), LoadError> {
-        self.apply(Applied::Contact(Contact { nodes: at.nodes, weights: at.weights, force }))
+    pub fn push(&mut self, at: &impl AsRef<Place>, force: [f64; 3]) -> Result<(), LoadError> {
+        self.apply(Applied::Push(*at.as_ref(), force))
     }
 
     /// Adds a load pattern, as [`Loads::add_pattern`].
@@ -338,7 +333,7 @@ impl<T: Scalar + 'static> Simulation<T> {
     }
 
     fn apply(&mut self, load: Applied) -> Result<(), LoadError> {
-        load.add(&self.scene, &mut self.loads)?;
+        load.add(&mut self.body)?;
         self.applied.push(load);
         Ok(())
     }
@@ -346,7 +341,7 @@ impl<T: Scalar + 'static> Simulation<T> {
     /// Takes all loads away.
     pub fn clear(&mut self) {
         self.applied.clear();
-        self.loads.clear();
+        self.body.clear();
     }
 
     /// So many steps under the loads as they are; fewer once the body rests, which it then goes on doing.
@@ -355,34 +350,34 @@ impl<T: Scalar + 'static> Simulation<T> {
     /// [`StepError`].
     pub fn step(&mut self, steps: usize) -> Result<Status, StepError> {
         self.moves = self.moves.wrapping_add(1);
-        let mut status = Status::Moving;
-        for _ in 0..steps {
-            status = self.scene.step(&mut self.state, &self.loads)?;
-            if status == Status::AtRest {
-                break;
-            }
+        if self.body.flight().is_some() {
+            // Loads of a flight act for one step.
+            self.applied.clear();
         }
-        Ok(status)
+        self.body.march(steps)
     }
 
     /// Puts the body at rest; loads stay.
     pub fn rest(&mut self) {
         self.moves = self.moves.wrapping_add(1);
-        self.state.rest();
+        self.body.rest();
     }
 
-    /// Sets a live parameter and carries state and loads over, as [`Scene::set_parameter`].
+    /// Sets a live parameter and carries state and loads over, as [`Scene::set_parameters`].
     ///
     /// # Errors
     /// [`BindError`]. Parameter, state and loads are then what they were, with one exception: a load that
     /// leaves the range of `T` at the new value. The answer is [`BindError::NotFinite`], the value is set and
     /// no load acts any more.
-    pub fn set_parameter(&mut self, parameter: usize, value: f64) -> Result<(), BindError> {
+    pub fn set_parameters(&mut self, settings: &[(usize, f64)]) -> Result<(), BindError> {
         self.moves = self.moves.wrapping_add(1);
-        self.scene.set_parameter(parameter, value, &mut self.state, &mut self.work)?;
-        self.loads.clear();
+        if self.body.set_parameters(settings)? == LoadsAfter::Empty {
+            return Ok(());
+        }
+        self.body.clear();
         // What was taken before is taken again, unless it leaves the precision.
-        if self.applied.iter().any(|load| load.add(&self.scene, &mut self.loads).is_err()) {
+        let body = &mut self.body;
+        if self.applied.iter().any(|load| load.add(body).is_err()) {
             self.clear();
             return Err(BindError::NotFinite);
         }
@@ -394,21 +389,21 @@ impl<T: Scalar + 'static> Simulation<T> {
     /// # Errors
     /// [`OutputError`].
     pub fn probe(&self, probe: usize, field: Field) -> Result<f64, OutputError> {
-        self.scene.probe(&self.state, probe, field)
+        self.body.scene.probe(&self.body.state, probe, field)
     }
 
-    /// A point of the surface, as [`Scene::point`].
+    /// A place, as [`Scene::point`].
     ///
     /// # Errors
     /// [`OutputError`].
-    pub fn point(&self, at: &SurfacePoint, field: Field) -> Result<[f64; 3], OutputError> {
-        self.scene.point(&self.state, at, field)
+    pub fn point(&self, at: &impl AsRef<Place>, field: Field) -> Result<[f64; 3], OutputError> {
+        self.body.scene.point(&self.body.state, at, field)
     }
 
     /// The number of the support of this name, if the file gives reactions.
     #[must_use]
     pub fn find_support(&self, name: &str) -> Option<usize> {
-        self.file.support_names().position(|known| known == name)
+        self.body.file.support_names().position(|known| known == name)
     }
 
     /// What a support exerts on the body, as [`Scene::reaction`].
@@ -416,7 +411,7 @@ impl<T: Scalar + 'static> Simulation<T> {
     /// # Errors
     /// [`OutputError`].
     pub fn reaction(&self, support: usize) -> Result<Reaction, OutputError> {
-        self.scene.reaction(&self.state, support)
+        self.body.scene.reaction(&self.body.state, support)
     }
 
     /// Stress at a point of the file, as [`Scene::stress`].
@@ -424,7 +419,7 @@ impl<T: Scalar + 'static> Simulation<T> {
     /// # Errors
     /// [`OutputError`].
     pub fn stress(&self, point: usize) -> Result<Tensor, OutputError> {
-        self.scene.stress(&self.state, point)
+        self.body.scene.stress(&self.body.state, point)
     }
 
     /// Strain at a point of the file, as [`Scene::strain`].
@@ -432,7 +427,7 @@ impl<T: Scalar + 'static> Simulation<T> {
     /// # Errors
     /// [`OutputError`].
     pub fn strain(&self, point: usize) -> Result<Tensor, OutputError> {
-        self.scene.strain(&self.state, point)
+        self.body.scene.strain(&self.body.state, point)
     }
 
     /// The whole surface, as [`Scene::surface_into`].
@@ -440,7 +435,7 @@ impl<T: Scalar + 'static> Simulation<T> {
     /// # Errors
     /// [`OutputError`].
     pub fn surface_into(&self, field: Field, out: &mut [T]) -> Result<(), OutputError> {
-        self.scene.surface_into(&self.state, field, out)
+        self.body.scene.surface_into(&self.body.state, field, out)
     }
 
     /// The whole body, as [`Scene::body_into`].
@@ -448,7 +443,7 @@ impl<T: Scalar + 'static> Simulation<T> {
     /// # Errors
     /// [`OutputError`].
     pub fn body_into(&self, field: Field, out: &mut [T]) -> Result<(), OutputError> {
-        self.scene.body_into(&self.state, field, out)
+        self.body.scene.body_into(&self.body.state, field, out)
     }
 
     /// Kinetic and elastic energy \[J\], as [`Scene::energy`].
@@ -456,15 +451,15 @@ impl<T: Scalar + 'static> Simulation<T> {
     /// # Errors
     /// [`OutputError`].
     pub fn energy(&self) -> Result<f64, OutputError> {
-        self.scene.energy(&self.state)
+        self.body.energy()
     }
 
     /// The state, to be kept; [`Simulation::restore`] takes it back bit by bit. Loads are not part of it.
     #[must_use]
     pub fn save(&self) -> Vec<T> {
-        let mut saved = vec![T::ZERO; self.scene.state_numbers()];
+        let mut saved = vec![T::ZERO; self.body.scene.state_numbers()];
         // The length is the scene's own.
-        let _ = self.state.save_into(&mut saved);
+        let _ = self.body.state.save_into(&mut saved);
         saved
     }
 
@@ -475,7 +470,7 @@ impl<T: Scalar + 'static> Simulation<T> {
     /// [`StepError`]; the state is then unchanged.
     pub fn restore(&mut self, saved: &[T]) -> Result<(), StepError> {
         self.moves = self.moves.wrapping_add(1);
-        self.state.restore_under(saved, &self.loads)
+        self.body.state.restore_under(saved, &self.body.loads)
     }
 }
 
@@ -494,7 +489,7 @@ impl<T: Scalar> Picking<T> {
 
 impl<T: Scalar + 'static> fmt::Debug for Simulation<T> {
     fn fmt(&self, out: &mut fmt::Formatter<'_>) -> fmt::Result {
-        out.debug_struct("Simulation").field("scene", &self.scene).finish_non_exhaustive()
+        out.debug_struct("Simulation").field("scene", self.body.scene()).finish_non_exhaustive()
     }
 }
 

@@ -8,6 +8,7 @@
 use crate::base::error::OutputError;
 use crate::base::lend::{Lender, Short};
 use crate::base::scalar::Scalar;
+use crate::sections::place::Place;
 use crate::sections::surface::{Surface, SurfacePoint, cross, dot, minus, nearest_in_triangle};
 
 /// Triangles of a leaf.
@@ -216,7 +217,7 @@ impl<'m> SurfaceTree<'m> {
                 let nearer = best.is_none_or(|known| distance < known.distance);
                 if let Some(nodes) = nodes.filter(|_| nearer && distance.is_finite()) {
                     let position = weighted(weights, a, b, c);
-                    best = Some(SurfacePoint { nodes, weights, position, distance });
+                    best = Some(SurfacePoint { place: Place::triangle(nodes, weights), position, distance });
                 }
             }
         }

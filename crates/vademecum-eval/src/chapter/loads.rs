@@ -151,8 +151,7 @@ impl<'m, T: Scalar> ChapterLoads<'m, T> {
         self.stages.fill(T::ZERO);
         let joint = scene.chapter.parts().any(|part| part.has_state() && part.has_load());
         let mut held = self.held;
-        for (&node, weight) in contact.nodes.iter().zip(contact.weights).filter(|(_, weight)| *weight != 0.0)
-        {
+        for (node, weight) in contact.place.entries().filter(|(_, weight)| *weight != 0.0) {
             let position = scene.chapter.positions().position(|known| known == node);
             let position = position.ok_or(ChapterLoadError::NotAPosition { node })?;
             let magnitudes = p.stages.map(|s| s * weight * magnitude);

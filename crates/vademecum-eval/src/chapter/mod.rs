@@ -2,9 +2,9 @@
 //!
 //! A file built with `representation = "canonical"` holds, for each stage of the time scheme, a sum of terms.
 //! Each term is a product of one-dimensional functions of the state's coordinates and of the load, times r
-//! numbers (equations 5.8 and 5.9, key `chapter5` of `docs/bibliography.md`). It is kept as a baseline to
-//! compare with, and nobody who only wants to step a body needs it: [`Scene`](crate::Scene) refuses such a
-//! file by name ([`BindError::OnlyChapter`](crate::BindError::OnlyChapter)).
+//! numbers (equations 5.8 and 5.9, key `chapter5` of `docs/reference/bibliography.md`). It is kept as a
+//! baseline to compare with, and nobody who only wants to step a body needs it: [`Scene`](crate::Scene)
+//! refuses such a file by name ([`BindError::OnlyChapter`](crate::BindError::OnlyChapter)).
 //!
 //! [`ChapterScene`], [`ChapterState`] and [`ChapterLoads`] are used as [`Scene`](crate::Scene),
 //! [`State`](crate::State) and [`Loads`](crate::Loads) are. They know less: one time step and damping (those

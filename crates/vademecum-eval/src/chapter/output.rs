@@ -39,7 +39,7 @@ impl<T: Scalar> ChapterScene<'_, T> {
         point: &SurfacePoint,
         field: Field,
     ) -> Result<[f64; 3], OutputError> {
-        self.rows.point(point, self.multipliers(state, field)?)
+        self.rows.point(&point.place, self.multipliers(state, field)?)
     }
 
     /// The surface, `out` of shape `(n_surface_nodes, 3)`. Bound by reading the basis once.
@@ -74,7 +74,7 @@ impl<T: Scalar> ChapterScene<'_, T> {
     /// [`OutputError::Mismatch`].
     pub fn energy(&self, state: &ChapterState<'_, T>) -> Result<f64, OutputError> {
         self.check(state)?;
-        self.equation().energy(&state.y).ok_or(OutputError::Mismatch)
+        Ok(self.equation().energy(&state.y).ok_or(OutputError::Mismatch)?.total())
     }
 
     fn multipliers<'s>(

@@ -5,7 +5,7 @@
 //! does is its angular velocity, by the centrifugal forces `−M(ω × (ω × x))`: six load patterns of the file,
 //! on which the products of the components of `ω` are the factors. Forces of Coriolis on the elastic motion,
 //! and what the elastic motion changes of the moments of inertia, are left out: both are by a factor of
-//! `ω / ω_elastic`, or of the strain, smaller than what is kept (`docs/free-bodies.md`).
+//! `ω / ω_elastic`, or of the strain, smaller than what is kept (`docs/how-to/free-bodies.md`).
 
 use crate::base::error::{LoadError, OutputError, StepError};
 use crate::base::options::Status;
@@ -108,7 +108,7 @@ impl FreeBody {
         force: [f64; 3],
     ) -> Result<(), LoadError> {
         let middle = self.middle(scene);
-        let contact = Contact { nodes: at.nodes, weights: at.weights, force: middle.to_body(force) };
+        let contact = Contact::new(at.place, middle.to_body(force));
         loads.add_contact(scene, &contact)?;
         let arm = middle.to_space(minus(at.position, self.body.centre));
         self.pull(force);
@@ -153,6 +153,11 @@ impl FreeBody {
     pub fn clear<T: Scalar>(&mut self, loads: &mut Loads<'_, T>) {
         (self.force, self.moment) = ([0.0; 3], [0.0; 3]);
         loads.clear();
+    }
+
+    /// Takes over what pushes another one.
+    pub(crate) const fn pushed_as(&mut self, other: &Self) {
+        (self.force, self.moment) = (other.force, other.moment);
     }
 
     /// Where the rigid motion will be at the end of the coming step under what pushes it so far.

@@ -20,18 +20,15 @@ use crate::kernels::kernel::add_row;
 use crate::scene::loads::Loads;
 use crate::scene::scene::Scene;
 use crate::scene::state::State;
-use crate::sections::contact::Contact;
+use crate::sections::contact::check_loadable;
+use crate::sections::place::Place;
 use vademecum_format::SectionKind;
 
 impl<T: Scalar> Scene<'_, T> {
     /// Numbers of work that [`Scene::compliance`] and [`Scene::free_motion`] want for so many contacts.
     #[must_use]
     pub const fn compliance_work(&self, contacts: usize) -> usize {
-        let own = match self.shape.structure() {
-            Structure::Diagonal | Structure::Block | Structure::Exact => self.shape.r,
-            Structure::Strain => self.shape.padded().saturating_add(self.shape.scratch_len()),
-        };
-        contacts.saturating_mul(3).saturating_mul(self.shape.r).saturating_add(own)
+        self.shape.compliance_work(contacts)
     }
 
     /// How the body yields at contacts to forces held over the coming step: `w` of shape `(3n, 3n)` for `n`
@@ -46,7 +43,7 @@ impl<T: Scalar> Scene<'_, T> {
     /// # bound!(BODY, Exact: file, sizes, scene, state, loads, work);
     /// let touched = Surface::new(&file)?.locate([0.1, 0.05, 0.0]).ok_or("nothing to touch")?;
     /// let force = [1.0, -2.0, -20.0];
-    /// let contact = Contact { nodes: touched.nodes, weights: touched.weights, force };
+    /// let contact = Contact::new(touched.place, force);
     /// let (mut w, mut work) = ([0.0; 9], vec![0.0; scene.compliance_work(1)]);
     /// scene.compliance(&[contact], &mut w, &mut work)?;
     /// let mut free = [[0.0; 3]];
@@ -67,8 +64,13 @@ impl<T: Scalar> Scene<'_, T> {
     /// # Errors
     /// [`LoadError::Mismatch`] for the block structure and for lent memory that is too short,
     /// [`LoadError::NeedsState`] for the strain structure, and the errors of a contact that cannot be added.
-    pub fn compliance(&self, contacts: &[Contact], w: &mut [f64], work: &mut [T]) -> Result<(), LoadError> {
-        let (n, r) = (3 * contacts.len(), self.shape.r);
+    pub fn compliance(
+        &self,
+        places: &[impl AsRef<Place>],
+        w: &mut [f64],
+        work: &mut [T],
+    ) -> Result<(), LoadError> {
+        let (n, r) = (3 * places.len(), self.shape.r);
         if self.shape.structure() == Structure::Strain {
             return Err(LoadError::NeedsState);
         }
@@ -77,7 +79,7 @@ impl<T: Scalar> Scene<'_, T> {
         }
         let mut work = Lender::new(work);
         let (rows, answers) = (work.take(n * r)?, work.take(r)?);
-        self.project(contacts, rows)?;
+        self.project(places, rows)?;
         self.held_answers(answers)?;
         let rows = &*rows;
         for (i, (a, out)) in rows.chunks_exact(r.max(1)).zip(w.chunks_exact_mut(n.max(1))).enumerate() {
@@ -86,8 +88,8 @@ impl<T: Scalar> Scene<'_, T> {
                 *out = products.fold(T::ZERO, |sum, product| sum + product).to_f64();
             }
         }
-        for (c, contact) in contacts.iter().enumerate() {
-            let own = self.own_residual(contact);
+        for (c, place) in places.iter().enumerate() {
+            let own = self.own_residual(place.as_ref());
             for (i, row) in own.iter().enumerate() {
                 for (j, value) in row.iter().enumerate().take(i + 1) {
                     if let Some(out) = w.get_mut((3 * c + i) * n + 3 * c + j) {
@@ -118,20 +120,20 @@ impl<T: Scalar> Scene<'_, T> {
         &self,
         state: &State<'_, T>,
         loads: &Loads<'_, T>,
-        contacts: &[Contact],
+        places: &[impl AsRef<Place>],
         out: &mut [[f64; 3]],
         work: &mut [T],
     ) -> Result<(), StepError> {
         let shapes = state.shape == self.shape && loads.shape == self.shape;
-        if !shapes || self.shape.structure() == Structure::Block || out.len() != contacts.len() {
+        if !shapes || self.shape.structure() == Structure::Block || out.len() != places.len() {
             return Err(StepError::Mismatch);
         }
         self.check_carried(state)?;
         self.check_fresh(loads)?;
-        let (n, r) = (3 * contacts.len(), self.shape.r);
+        let (n, r) = (3 * places.len(), self.shape.r);
         let mut work = Lender::new(work);
         let rows = work.take(n * r)?;
-        self.project(contacts, rows).map_err(|_| StepError::Mismatch)?;
+        self.project(places, rows).map_err(|_| StepError::Mismatch)?;
         if self.shape.structure() == Structure::Strain {
             let moved = self.strain_ahead(state, loads, work.rest())?;
             show(rows, moved, out);
@@ -151,8 +153,8 @@ impl<T: Scalar> Scene<'_, T> {
         }
         show(rows, moved, out);
         if !loads.statics.is_empty() {
-            for (contact, out) in contacts.iter().zip(out) {
-                for (&node, weight) in contact.nodes.iter().zip(contact.weights) {
+            for (place, out) in places.iter().zip(out) {
+                for (node, weight) in place.as_ref().entries() {
                     let rest = self.sections.residual.node(node as usize, &loads.statics);
                     let scale = weight / self.parameters.stiffness;
                     out.iter_mut().zip(rest).for_each(|(out, rest)| *out += scale * rest);
@@ -163,16 +165,17 @@ impl<T: Scalar> Scene<'_, T> {
     }
 
     /// `H_c B` of each contact, `(n, 3, r)`.
-    pub(crate) fn project(&self, contacts: &[Contact], rows: &mut [T]) -> Result<(), LoadError> {
+    pub(crate) fn project(&self, places: &[impl AsRef<Place>], rows: &mut [T]) -> Result<(), LoadError> {
         let (kind, r) = (SectionKind::SurfaceBasis, self.shape.r);
         let basis = self.sections.rows.surface.ok_or(LoadError::Missing { kind })?;
         rows.fill(T::ZERO);
         let mut rows = rows.chunks_exact_mut(r.max(1));
-        for contact in contacts {
-            contact.check(self.metadata.n_load_nodes)?;
+        for place in places {
+            let place = place.as_ref();
+            check_loadable(place, self.metadata.n_load_nodes)?;
             for component in 0..3 {
                 let out = rows.next().ok_or(LoadError::Mismatch)?;
-                for (&node, weight) in contact.nodes.iter().zip(contact.weights) {
+                for (node, weight) in place.entries() {
                     let row = basis.row((3 * node as usize + component) * r, r);
                     add_row(row.ok_or(LoadError::Missing { kind })?, T::from_f64(weight), out);
                 }
@@ -193,13 +196,13 @@ impl<T: Scalar> Scene<'_, T> {
     }
 
     /// `H_c R H_cᵀ` of one contact \[m/N\].
-    fn own_residual(&self, contact: &Contact) -> [[f64; 3]; 3] {
+    fn own_residual(&self, place: &Place) -> [[f64; 3]; 3] {
         let mut sum = [[0.0; 3]; 3];
         if self.shape.statics[0] == 0 {
             return sum;
         }
-        for (&a, of_a) in contact.nodes.iter().zip(contact.weights) {
-            for (&b, of_b) in contact.nodes.iter().zip(contact.weights) {
+        for (a, of_a) in place.entries() {
+            for (b, of_b) in place.entries() {
                 let scale = of_a * of_b / self.parameters.stiffness;
                 let block = self.sections.residual.between(a as usize, b as usize);
                 for (sum, block) in sum.as_flattened_mut().iter_mut().zip(block.as_flattened()) {

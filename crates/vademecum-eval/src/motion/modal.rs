@@ -1,10 +1,10 @@
 //! The dense step of a block scene taken apart into independent modes, once per setting of its parameters.
 //!
 //! With live regions the stages of a step are functions of one pencil, `I + E_i = (M̃ + θ_i K̃)⁻¹ M̃`
-//! (`docs/decisions/lifting.md`), so they share their eigenvectors: `E_i = X diag(e_i) X⁻¹` with one real
-//! `X`. In `η = X⁻¹ζ` a step is `r` independent 3×3 blocks. A call of [`Modal::march`] goes to `η`, takes any
-//! number of such steps under the same loads, and comes back; states, loads and outputs of the scene stay as
-//! they are.
+//! (`docs/explanation/why-these-defaults.md`), so they share their eigenvectors: `E_i = X diag(e_i) X⁻¹` with
+//! one real `X`. In `η = X⁻¹ζ` a step is `r` independent 3×3 blocks. A call of [`Modal::march`] goes to `η`,
+//! takes any number of such steps under the same loads, and comes back; states, loads and outputs of the
+//! scene stay as they are.
 //!
 //! The odd thing: `M̃` and `K̃` are not in the file, only `E`, so the symmetric form of the problem cannot be
 //! had; `E` itself is diagonalised, as a general matrix. What the stages do not share is measured
@@ -74,7 +74,7 @@ impl<'m, T: Scalar> Modal<'m, T> {
     /// live regions.
     ///
     /// Cost `O(r³)`, some 5 (r = 8) to 40 (r = 64) times that of binding the scene: from a thousand steps on
-    /// it pays (`docs/benchmarks/step.md`). Allocates nothing.
+    /// it pays (`docs/measurements/step.md`). Allocates nothing.
     ///
     /// ```
     /// # include!(concat!(env!("CARGO_MANIFEST_DIR"), "/doc/bound.rs"));

@@ -13,7 +13,7 @@ use crate::scene::shape;
 use crate::scene::state::State;
 
 impl<T: Scalar> Scene<'_, T> {
-    /// Sets one of the file's parameters ([`SceneOptions::find`] tells its index by name) and carries `state`
+    /// Sets parameters of the file ([`SceneOptions::find`] tells the number of a name) and carries `state`
     /// over: displacement, velocity and acceleration stay what they are. Loads added before are stale: clear
     /// them and add them again.
     ///
@@ -25,26 +25,25 @@ impl<T: Scalar> Scene<'_, T> {
     /// # bound!(LIVE, Auto: file, sizes, scene, state, loads, work);
     /// let soft = SceneOptions::find(scene.metadata(), "soft").ok_or("no such parameter")?;
     /// loads.add_pattern(&scene, 0, 1.0)?;
-    /// scene.set_parameter(soft, 0.75, &mut state, &mut work)?;
-    /// assert_eq!(scene.options().region_stiffness[0], 0.75);
+    /// scene.set_parameters(&[(soft, 0.75)], &mut state, &mut work)?;
+    /// assert_eq!(scene.options().regions.stiffness()[0], 0.75);
     /// assert_eq!(scene.step(&mut state, &loads), Err(StepError::StaleLoads));
     /// loads.clear();
     /// loads.add_pattern(&scene, 0, 1.0)?;
     /// scene.step(&mut state, &loads)?;
     ///
     /// // The file was built for 0.5 to 2; another value is refused and changes nothing.
-    /// assert!(scene.set_parameter(soft, 3.0, &mut state, &mut work).is_err());
-    /// assert_eq!(scene.options().region_stiffness[0], 0.75);
+    /// assert!(scene.set_parameters(&[(soft, 3.0)], &mut state, &mut work).is_err());
+    /// assert_eq!(scene.options().regions.stiffness()[0], 0.75);
     /// # Ok(())
     /// # }
     /// ```
     ///
     /// # Errors
     /// [`BindError`]; scene and state are then unchanged.
-    pub fn set_parameter(
+    pub fn set_parameters(
         &mut self,
-        index: usize,
-        value: f64,
+        settings: &[(usize, f64)],
         state: &mut State<'_, T>,
         work: &mut [f64],
     ) -> Result<(), BindError> {
@@ -52,10 +51,20 @@ impl<T: Scalar> Scene<'_, T> {
             return Err(BindError::Mismatch);
         }
         let mut options = self.options;
-        options.set(&self.metadata, index, value)?;
+        options.set(&self.metadata, settings)?;
+        self.rebind_with(&options, state, work)
+    }
+
+    /// [`Scene::rebind`], with one state that is carried over.
+    pub(crate) fn rebind_with(
+        &mut self,
+        options: &SceneOptions,
+        state: &mut State<'_, T>,
+        work: &mut [f64],
+    ) -> Result<(), BindError> {
         let time_step = options.time_step.unwrap_or(self.metadata.time_step);
         state.y.scale_to(time_step).map_err(|_| BindError::NotFinite)?;
-        self.rebind(&options, work)?;
+        self.rebind(options, work)?;
         state.y.accept(time_step);
         Ok(())
     }

@@ -37,8 +37,8 @@ impl<T: Scalar> Scene<'_, T> {
         Equation {
             matrices: &self.sections.matrices,
             parameters: &self.parameters,
-            region_stiffness: &self.options.region_stiffness,
-            region_density: &self.options.region_density,
+            region_stiffness: self.options.regions.stiffness(),
+            region_density: self.options.regions.density(),
         }
     }
 }

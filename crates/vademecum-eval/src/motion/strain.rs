@@ -6,7 +6,7 @@
 //! before and after that instant, `ζ ∓ p/2` with `p = k ζ̇/√m`, where `m` is the inertia of each coordinate.
 //! The step is centred at the later one, `q = ζ + p/2`, where the loads act; there is no iteration, and an
 //! energy that is no function of a linearisation is kept exactly
-//! (`docs/theory/large-displacements-reduced.md` has the scheme and its proofs).
+//! (`docs/explanation/large-displacements-reduced.md` has the scheme and its proofs).
 //!
 //! The odd thing: the energy has the strain `z(ζ + p/2, ζ − p/2)`, in which one place meets the other. It
 //! differs from `z(ζ)` by `Q(p, p)/4`.
@@ -18,10 +18,11 @@ use crate::base::scalar::Scalar;
 use crate::kernels::strain::kernel::{Force, answer, dissipated, moved, prepare, strain_square, sub_step};
 use crate::kernels::strain::map::distance;
 use crate::kernels::strain::memory::{Scratch, StrainMap};
+use crate::scene::equation::Energy;
 use crate::scene::loads::Loads;
 use crate::scene::scene::Scene;
 use crate::scene::state::State;
-use crate::sections::contact::Contact;
+use crate::sections::place::Place;
 
 /// What a step did with the energy \[J\], see [`Scene::step_metered`].
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -66,18 +67,6 @@ impl Training {
     }
 }
 
-/// Kinetic and elastic energy \[J\].
-pub(crate) struct StrainEnergy {
-    kinetic: f64,
-    elastic: f64,
-}
-
-impl StrainEnergy {
-    pub fn total(&self) -> f64 {
-        self.kinetic + self.elastic
-    }
-}
-
 impl<T: Scalar> Scene<'_, T> {
     /// [`Scene::step`] of the strain structure, with an account of its energy: it tells at run time that the
     /// step is right. Costs three steps; a step without it pays nothing for it.
@@ -106,14 +95,14 @@ impl<T: Scalar> Scene<'_, T> {
         }
         self.check_carried(state)?;
         self.check_fresh(loads)?;
-        let before = self.strain_energy(state).map_err(|_| StepError::Mismatch)?.total();
+        let before = self.kept_energy(state).map_err(|_| StepError::Mismatch)?.total();
         let mut account = EnergyAccount { before, ..EnergyAccount::default() };
         let status = if state.y.at_rest && !loads.active {
             Status::AtRest
         } else {
             self.march_strain(state, loads, Some(&mut account))?
         };
-        account.after = self.strain_energy(state).map_err(|_| StepError::Mismatch)?.total();
+        account.after = self.kept_energy(state).map_err(|_| StepError::Mismatch)?.total();
         Ok((status, account))
     }
 
@@ -140,7 +129,7 @@ impl<T: Scalar> Scene<'_, T> {
         Ok(Training {
             distance: distance(rows, state.y.part(0)),
             largest_distance: f64::from_le_bytes(largest_distance),
-            energy: self.strain_energy(state)?.total() / self.parameters.stiffness,
+            energy: self.kept_energy(state)?.total() / self.parameters.stiffness,
             largest_energy: f64::from_le_bytes(largest_energy),
         })
     }
@@ -157,7 +146,7 @@ impl<T: Scalar> Scene<'_, T> {
     /// scene.set(&mut state, &[0.2, -0.1, 0.05], &[1.0; 3], &loads)?;
     /// let touched = Surface::new(&file)?.locate([0.1, 0.05, 0.0]).ok_or("nothing to touch")?;
     /// let force = [1.0, -2.0, -20.0];
-    /// let contact = Contact { nodes: touched.nodes, weights: touched.weights, force };
+    /// let contact = Contact::new(touched.place, force);
     /// let (mut w, mut work) = ([0.0; 9], vec![0.0; scene.compliance_work(1)]);
     /// scene.compliance_at(&state, &[contact], &mut w, &mut work)?;
     /// let mut free = [[0.0; 3]];
@@ -181,14 +170,14 @@ impl<T: Scalar> Scene<'_, T> {
     pub fn compliance_at(
         &self,
         state: &State<'_, T>,
-        contacts: &[Contact],
+        places: &[impl AsRef<Place>],
         w: &mut [f64],
         work: &mut [T],
     ) -> Result<(), LoadError> {
         if self.shape.structure() != Structure::Strain {
-            return self.compliance(contacts, w, work);
+            return self.compliance(places, w, work);
         }
-        let (n, r) = (3 * contacts.len(), self.shape.r);
+        let (n, r) = (3 * places.len(), self.shape.r);
         if state.shape != self.shape || w.len() != n * n {
             return Err(LoadError::Mismatch);
         }
@@ -198,7 +187,7 @@ impl<T: Scalar> Scene<'_, T> {
         }
         let mut work = Lender::new(work);
         let rows = work.take(n * r)?;
-        self.project(contacts, rows)?;
+        self.project(places, rows)?;
         let map = self.strain_map()?;
         let mut scratch = Scratch::new(self.shape.strain, work.take(self.shape.scratch_len())?)?;
         let p = state.y.part(1).iter().enumerate().map(|(i, p)| T::from_f64(map.p_of(i, p.to_f64())));
@@ -291,7 +280,7 @@ impl<T: Scalar> Scene<'_, T> {
     }
 
     /// The energy that the scheme keeps.
-    pub(crate) fn strain_energy(&self, state: &State<'_, T>) -> Result<StrainEnergy, OutputError> {
+    pub(crate) fn kept_energy(&self, state: &State<'_, T>) -> Result<Energy, OutputError> {
         self.check(state)?;
         if self.shape.structure() != Structure::Strain {
             return Err(OutputError::NoTraining);
@@ -304,7 +293,7 @@ impl<T: Scalar> Scene<'_, T> {
         let unit = 2.0 * density / (step.step * step.step);
         let square: f64 = rates.iter().map(|x| x.to_f64() * x.to_f64()).sum();
         let per_second = 1.0 / state.y.time_step;
-        Ok(StrainEnergy {
+        Ok(Energy {
             kinetic: 0.5 * density * square * per_second * per_second,
             elastic: unit * strain_square(&map, mean, p),
         })

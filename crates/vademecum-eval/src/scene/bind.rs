@@ -6,7 +6,7 @@
 
 use crate::base::error::BindError;
 use crate::base::lend::{Lender, Short, put};
-use crate::base::options::{SceneOptions, Structure};
+use crate::base::options::{RegionScales, SceneOptions, Structure};
 use crate::base::scalar::Scalar;
 use crate::kernels::kernel::{LANES, TILE};
 use crate::kernels::strain::map::StrainSections;
@@ -64,10 +64,7 @@ pub(crate) struct Separated<'m> {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Asked {
     pub step: StepParameters,
-    /// `κ_q`.
-    pub stiffness: [f64; MAX_REGIONS],
-    /// `ρ_q`.
-    pub density: [f64; MAX_REGIONS],
+    pub regions: RegionScales,
 }
 
 impl Asked {
@@ -80,14 +77,16 @@ impl Asked {
             density: options.density,
             stiffness: options.stiffness,
         };
-        Self { step, stiffness: options.region_stiffness, density: options.region_density }
+        Self { step, regions: options.regions }
     }
 
     /// Every region's scales, as the roles of the parameters that move them.
     fn scales(&self) -> impl Iterator<Item = (ParameterRole, f64)> {
         use ParameterRole as R;
-        let stiffness = (0..).zip(self.stiffness).map(|(region, x)| (R::RegionStiffness { region }, x));
-        stiffness.chain((0..).zip(self.density).map(|(region, x)| (R::RegionDensity { region }, x)))
+        let stiffness =
+            (0..).zip(self.regions.stiffness()).map(|(region, &x)| (R::RegionStiffness { region }, x));
+        stiffness
+            .chain((0..).zip(self.regions.density()).map(|(region, &x)| (R::RegionDensity { region }, x)))
     }
 }
 
@@ -291,7 +290,12 @@ pub(crate) fn stage_responses(
     for (stage, e) in e.chunks_exact_mut(square.max(1)).enumerate() {
         let weights = stages.take(shape.n_terms)?;
         let theta = allowed_theta(metadata, &asked.step, stage)?;
-        let place = StagePlace { stage, theta, stiffness: &asked.stiffness, density: &asked.density };
+        let place = StagePlace {
+            stage,
+            theta,
+            stiffness: asked.regions.stiffness(),
+            density: asked.regions.density(),
+        };
         axes.stand(metadata, &place)?;
         axes.term_weights(metadata, factors, weights)?;
         let mut terms = terms.chunks_exact(square.max(1));

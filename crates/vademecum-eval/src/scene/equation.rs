@@ -7,7 +7,6 @@
 use crate::base::error::StepError;
 use crate::base::scalar::Scalar;
 use crate::kernels::coordinates::Coordinates;
-use vademecum_format::MAX_REGIONS;
 use vademecum_format::scheme::StepParameters;
 
 /// The reduced matrices of a file, as it stores them.
@@ -21,6 +20,18 @@ pub(crate) struct Matrices<'m> {
     pub region_stiffness: Option<&'m [[u8; 8]]>,
     /// `BᵀM_qB` of each region, `(n_regions, r, r)`; `None` if absent or compressed.
     pub region_mass: Option<&'m [[u8; 8]]>,
+}
+
+/// Kinetic and elastic energy \[J\].
+pub(crate) struct Energy {
+    pub kinetic: f64,
+    pub elastic: f64,
+}
+
+impl Energy {
+    pub fn total(&self) -> f64 {
+        self.kinetic + self.elastic
+    }
 }
 
 /// `BᵀKB` of the whole body.
@@ -38,9 +49,9 @@ pub(crate) struct Equation<'e, 'm> {
     pub matrices: &'e Matrices<'m>,
     pub parameters: &'e StepParameters,
     /// `κ_q`.
-    pub region_stiffness: &'e [f64; MAX_REGIONS],
+    pub region_stiffness: &'e [f64],
     /// `ρ_q`.
-    pub region_density: &'e [f64; MAX_REGIONS],
+    pub region_density: &'e [f64],
 }
 
 impl Equation<'_, '_> {
@@ -125,12 +136,15 @@ impl Equation<'_, '_> {
         Ok(())
     }
 
-    /// Kinetic plus elastic energy \[J\]; `None` if a matrix is smaller than the state asks for.
-    pub fn energy<T: Scalar>(&self, y: &Coordinates<'_, T>) -> Option<f64> {
+    /// Kinetic and elastic energy \[J\]; `None` if a matrix is smaller than the state asks for.
+    pub fn energy<T: Scalar>(&self, y: &Coordinates<'_, T>) -> Option<Energy> {
         let (zeta, rates, per_second) = (y.part(0), y.part(1), 1.0 / y.time_step);
         let kinetic = form(rates, |k| self.mass_row(k, rates))? * per_second * per_second;
         let elastic = form(zeta, |k| self.stiffness_row(k, zeta))?;
-        Some(0.5 * self.parameters.density * kinetic + 0.5 * self.parameters.stiffness * elastic)
+        Some(Energy {
+            kinetic: 0.5 * self.parameters.density * kinetic,
+            elastic: 0.5 * self.parameters.stiffness * elastic,
+        })
     }
 
     /// Solves `M_r a = f` by conjugate gradients: `f` in `residual` on entry, three vectors in all. `M_r` is
@@ -198,18 +212,12 @@ impl Equation<'_, '_> {
     }
 
     /// Row `k` of `Σ_q s_q A_q x`, the `A_q` one after the other.
-    fn region_row<S: Scalar>(
-        &self,
-        regions: &[[u8; 8]],
-        scales: &[f64; MAX_REGIONS],
-        k: usize,
-        x: &[S],
-    ) -> Option<f64> {
+    fn region_row<S: Scalar>(&self, regions: &[[u8; 8]], scales: &[f64], k: usize, x: &[S]) -> Option<f64> {
         self.over_regions(scales, |q| row(regions, q * x.len() + k, x))
     }
 
     /// `Σ_q s_q a_q` over the regions of the file.
-    fn over_regions(&self, scales: &[f64; MAX_REGIONS], a: impl Fn(usize) -> Option<f64>) -> Option<f64> {
+    fn over_regions(&self, scales: &[f64], a: impl Fn(usize) -> Option<f64>) -> Option<f64> {
         let mut regions = scales.iter().take(self.matrices.n_regions).enumerate();
         regions.try_fold(0.0, |sum, (q, scale)| Some(sum + scale * a(q)?))
     }
@@ -277,7 +285,7 @@ fn copy<T: Copy>(from: &[T], to: &mut [T]) {
     to.iter_mut().zip(from).for_each(|(to, &from)| *to = from);
 }
 
-fn moved(scales: &[f64; MAX_REGIONS]) -> bool {
+fn moved(scales: &[f64]) -> bool {
     scales.iter().any(|&scale| scale != 1.0)
 }
 

@@ -169,7 +169,7 @@ impl<'m, T: Scalar> Loads<'m, T> {
     /// # bound!(BODY, Auto: file, sizes, scene, state, loads, work);
     /// let touched = Surface::new(&file)?.locate([0.1, 0.05, 0.0]).ok_or("nothing to touch")?;
     /// let force = [0.0, 0.0, -20.0];
-    /// let contact = Contact { nodes: touched.nodes, weights: touched.weights, force };
+    /// let contact = Contact::new(touched.place, force);
     /// loads.add_contact(&scene, &contact)?;
     /// scene.step(&mut state, &loads)?;
     /// let once = scene.point(&state, &touched, Field::Displacement)?;
@@ -255,7 +255,7 @@ impl<'m, T: Scalar> Loads<'m, T> {
         contact.project(&scene.sections.rows, self.direct)?;
         self.start_stages();
         let (r, n_terms, stored) = (self.shape.r, self.shape.n_terms, scene.metadata.n_terms as usize);
-        for (&node, weight) in contact.nodes.iter().zip(contact.weights) {
+        for (node, weight) in contact.place.entries() {
             for (t, component, force) in
                 (0..n_terms).flat_map(|t| (0..3).zip(contact.force).map(move |(c, f)| (t, c, f)))
             {

@@ -3,7 +3,7 @@
 //! Binding fuses the stages (see `vademecum_format::scheme`), so a step is one small matrix-vector product.
 //! The diagonal structure keeps a 3×3 block per mode and takes any `Δt`, stiffness, density and damping
 //! exactly; the block structure keeps the dense `3r × 3r` map and takes what its axes allow. Both can be set
-//! to other parameters where they are ([`Scene::set_parameter`]).
+//! to other parameters where they are ([`Scene::set_parameters`]).
 
 use crate::base::error::BindError;
 use crate::base::lend::{Lender, Short};

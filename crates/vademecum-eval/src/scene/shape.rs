@@ -137,6 +137,15 @@ impl Shape {
         self.n_stages * self.n_terms
     }
 
+    /// Numbers of work that the compliance at so many places wants.
+    pub const fn compliance_work(&self, places: usize) -> usize {
+        let own = match self.structure() {
+            Structure::Diagonal | Structure::Block | Structure::Exact => self.r,
+            Structure::Strain => self.padded().saturating_add(self.scratch_len()),
+        };
+        places.saturating_mul(3).saturating_mul(self.r).saturating_add(own)
+    }
+
     /// Numbers of `f64` that fusing wants.
     pub const fn work_len(&self) -> usize {
         let (r, n) = (self.r, self.n_stages);

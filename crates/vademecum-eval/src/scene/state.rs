@@ -65,7 +65,7 @@ impl<'m, T: Scalar> State<'m, T> {
 
     /// Carries the state over to the parameters of `scene`: displacement, velocity and acceleration stay what
     /// they are, so `Δt ζ̇` and `Δt² ζ̈` change when `Δt` has. Wanted after [`Scene::rebind`];
-    /// [`Scene::set_parameter`] does it itself.
+    /// [`Scene::set_parameters`] does it itself.
     ///
     /// # Errors
     /// [`StepError::Mismatch`] for a scene of another shape, [`StepError::NotFinite`] if a number leaves the

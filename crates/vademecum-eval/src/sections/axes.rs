@@ -7,7 +7,7 @@
 
 use crate::base::error::BindError;
 use crate::base::lend::{Lender, Short};
-use vademecum_format::{Axis, AxisKind, AxisRole, MAX_REGIONS, Metadata};
+use vademecum_format::{Axis, AxisKind, AxisRole, Metadata};
 
 /// A coordinate may pass the end of its axis by this much of itself: it is a product of up to 17 powers, the
 /// range was computed from another order of them, and each rounds once or twice.
@@ -20,9 +20,9 @@ pub(crate) struct StagePlace<'p> {
     /// The stage's `θ` \[s²\].
     pub theta: f64,
     /// `κ_q`.
-    pub stiffness: &'p [f64; MAX_REGIONS],
+    pub stiffness: &'p [f64],
     /// `ρ_q`.
-    pub density: &'p [f64; MAX_REGIONS],
+    pub density: &'p [f64],
 }
 
 impl StagePlace<'_> {

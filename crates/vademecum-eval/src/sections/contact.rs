@@ -1,33 +1,37 @@
-//! A force at a point of the surface.
+//! A force at a place.
 
 use crate::base::error::LoadError;
 use crate::base::scalar::Scalar;
 use crate::kernels::kernel::add_row;
+use crate::sections::place::{Place, PlaceError};
 use crate::sections::rows::Rows;
 use vademecum_format::SectionKind;
 
-/// A point load on the surface: `force` \[N\], shared by three nodes with barycentric `weights` (which sum
-/// to 1).
+/// A load at a place of the surface: `force` \[N\], shared by loadable nodes by their weights.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Contact {
-    /// Loadable nodes, in file order.
-    pub nodes: [u32; 3],
-    /// Their shares.
-    pub weights: [f64; 3],
+    /// Loadable nodes and their shares.
+    pub place: Place,
     /// Force \[N\].
     pub force: [f64; 3],
+    /// Moment \[N m\], of a frame only.
+    pub moment: [f64; 3],
 }
 
 impl Contact {
+    /// A force \[N\] at a place.
+    #[must_use]
+    pub const fn new(place: Place, force: [f64; 3]) -> Self {
+        Self { place, force, moment: [0.0; 3] }
+    }
+
     /// Refuses what is not finite, and nodes that are not loadable.
     pub(crate) fn check(&self, limit: u32) -> Result<(), LoadError> {
-        if !self.weights.iter().chain(&self.force).all(|x| x.is_finite()) {
+        if !self.force.iter().all(|x| x.is_finite()) {
             return Err(LoadError::NotFinite);
         }
-        match self.nodes.iter().find(|&&node| node >= limit) {
-            Some(&node) => Err(LoadError::NotLoadable { node, limit }),
-            None => Ok(()),
-        }
+        check_loadable(&self.place, limit)?;
+        if self.moment == [0.0; 3] { Ok(()) } else { Err(PlaceError::Moment.into()) }
     }
 
     /// `BᵀF` of this contact into `g`, length `r`.
@@ -35,12 +39,27 @@ impl Contact {
         let (kind, r) = (SectionKind::SurfaceBasis, g.len());
         let basis = rows.surface.ok_or(LoadError::Missing { kind })?;
         g.fill(T::ZERO);
-        for (&node, weight) in self.nodes.iter().zip(self.weights) {
+        for (node, weight) in self.place.entries() {
             for (component, force) in self.force.iter().enumerate() {
                 let row = basis.row((3 * node as usize + component) * r, r);
                 add_row(row.ok_or(LoadError::Missing { kind })?, T::from_f64(weight * force), g);
             }
         }
         Ok(())
+    }
+}
+
+impl AsRef<Place> for Contact {
+    fn as_ref(&self) -> &Place {
+        &self.place
+    }
+}
+
+/// Refuses a place that is wrong, and nodes that are not loadable.
+pub(crate) fn check_loadable(place: &Place, limit: u32) -> Result<(), LoadError> {
+    place.check()?;
+    match place.nodes().iter().find(|&&node| node >= limit) {
+        Some(&node) => Err(LoadError::NotLoadable { node, limit }),
+        None => Ok(()),
     }
 }

@@ -5,6 +5,7 @@ pub(crate) mod contact;
 pub(crate) mod factor;
 #[cfg(feature = "mmap")]
 pub(crate) mod mmap;
+pub(crate) mod place;
 pub(crate) mod quantised;
 pub(crate) mod reconstruct;
 pub(crate) mod residual;

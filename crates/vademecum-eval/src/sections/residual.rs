@@ -225,13 +225,13 @@ impl<'m, T: Scalar> Statics<'m, T> {
     /// Refuses a contact whose nodes there is no room for.
     pub fn check(&self, contact: &Contact) -> Result<(), LoadError> {
         let capacity = self.forces.len();
-        if capacity == 0 || self.used + 3 <= capacity {
+        if capacity == 0 || self.used + contact.place.nodes().len() <= capacity {
             return Ok(());
         }
         let known = |node: u32| self.forces().any(|(other, _)| other == node as usize);
         let mut new = 0;
-        for (place, &node) in contact.nodes.iter().enumerate() {
-            let before = contact.nodes.iter().take(place).any(|&other| other == node);
+        for (place, &node) in contact.place.nodes().iter().enumerate() {
+            let before = contact.place.nodes().iter().take(place).any(|&other| other == node);
             new += usize::from(!before && !known(node));
         }
         if self.used + new <= capacity {
@@ -246,7 +246,7 @@ impl<'m, T: Scalar> Statics<'m, T> {
         if self.forces.is_empty() || amplitude == 0.0 {
             return;
         }
-        for (&node, weight) in contact.nodes.iter().zip(contact.weights) {
+        for (node, weight) in contact.place.entries() {
             let number = T::from_f64(f64::from(node));
             let known = self.forces.iter().take(self.used).position(|[other, ..]| *other == number);
             let place = known.unwrap_or(self.used);
@@ -268,6 +268,19 @@ impl<'m, T: Scalar> Statics<'m, T> {
             *sum += T::from_f64(amplitude);
             self.some_pattern = true;
         }
+    }
+
+    /// Adds a force on a node that none acts on yet.
+    pub fn add_force(&mut self, node: f64, force: [f64; 3]) {
+        if let Some([at, sum @ ..]) = self.forces.get_mut(self.used) {
+            (*at, *sum) = (T::from_f64(node), force.map(T::from_f64));
+            self.used += 1;
+        }
+    }
+
+    /// Amplitudes of all patterns.
+    pub fn all_amplitudes(&self) -> impl Iterator<Item = f64> {
+        self.patterns.iter().map(|amplitude| amplitude.to_f64())
     }
 
     /// Nodes and the forces on them \[N\].

@@ -4,8 +4,8 @@ use crate::base::error::OutputError;
 use crate::base::lend::Lender;
 use crate::base::scalar::Scalar;
 use crate::kernels::coordinates::Coordinates;
+use crate::sections::place::Place;
 use crate::sections::reconstruct::reconstruct;
-use crate::sections::surface::SurfacePoint;
 use vademecum_format::{File, Numbers, SectionKind};
 
 /// Which field an output is of.
@@ -76,14 +76,11 @@ impl<'m> Rows<'m> {
         Ok(value)
     }
 
-    /// Three components at a point of the surface.
-    pub fn point<T: Scalar>(
-        &self,
-        point: &SurfacePoint,
-        factors: Factors<'_, T>,
-    ) -> Result<[f64; 3], OutputError> {
+    /// Three components at a place.
+    pub fn point<T: Scalar>(&self, place: &Place, factors: Factors<'_, T>) -> Result<[f64; 3], OutputError> {
+        place.check()?;
         let mut value = [0.0; 3];
-        for (&node, weight) in point.nodes.iter().zip(point.weights) {
+        for (node, weight) in place.entries() {
             let at_node = self.node(node as usize, factors)?;
             value.iter_mut().zip(at_node).for_each(|(sum, x)| *sum += weight * x);
         }

@@ -7,6 +7,7 @@
 use vademecum_format::{File, Numbers, SectionKind};
 
 use crate::base::error::OutputError;
+use crate::sections::place::Place;
 
 /// The loadable surface of a file, at rest.
 #[derive(Clone, Copy, Debug)]
@@ -19,14 +20,18 @@ pub struct Surface<'m> {
 /// A point of the loadable surface.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SurfacePoint {
-    /// Nodes of its triangle, in file order.
-    pub nodes: [u32; 3],
-    /// Barycentric weights; they sum to 1.
-    pub weights: [f64; 3],
+    /// Nodes of its triangle and their barycentric weights.
+    pub place: Place,
     /// Where it is \[m\].
     pub position: [f64; 3],
     /// Distance \[m\] from the point that was asked for.
     pub distance: f64,
+}
+
+impl AsRef<Place> for SurfacePoint {
+    fn as_ref(&self) -> &Place {
+        &self.place
+    }
 }
 
 impl<'m> Surface<'m> {
@@ -91,7 +96,7 @@ impl<'m> Surface<'m> {
     /// let surface = Surface::new(&file)?;
     /// let above = surface.locate([0.0, 0.0, 0.25]).ok_or("nothing to touch")?;
     /// assert_eq!((above.position, above.distance), ([0.0; 3], 0.25));
-    /// assert_eq!(above.weights.iter().sum::<f64>(), 1.0);
+    /// assert_eq!(above.place.weights().iter().sum::<f64>(), 1.0);
     /// assert_eq!(surface.locate([f64::NAN; 3]), None);
     /// # Ok(())
     /// # }
@@ -109,7 +114,7 @@ impl<'m> Surface<'m> {
             let away = minus(point, position);
             let distance = libm::sqrt(dot(away, away));
             if distance.is_finite() && nearest.is_none_or(|known| distance < known.distance) {
-                nearest = Some(SurfacePoint { nodes, weights, position, distance });
+                nearest = Some(SurfacePoint { place: Place::triangle(nodes, weights), position, distance });
             }
         }
         nearest
@@ -146,7 +151,7 @@ pub(crate) fn cross(a: [f64; 3], b: [f64; 3]) -> [f64; 3] {
 /// there, else the best of the three edges. A triangle without area gives its edges' answer.
 ///
 /// ```
-/// use vademecum_eval::nearest_in_triangle;
+/// use vademecum_eval::{nearest_in_triangle, Place};
 ///
 /// let triangle = [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]];
 /// assert_eq!(nearest_in_triangle([0.5, -2.0, 7.0], triangle), [0.5, 0.5, 0.0]);

@@ -4,10 +4,11 @@
 use crate::base::error::OutputError;
 use crate::base::options::Structure;
 use crate::base::scalar::Scalar;
+use crate::scene::equation::Energy;
 use crate::scene::scene::Scene;
 use crate::scene::state::State;
+use crate::sections::place::Place;
 use crate::sections::rows::{Factors, Field, factors};
-use crate::sections::surface::SurfacePoint;
 
 impl<T: Scalar> Scene<'_, T> {
     /// Value of probe `index`. `O(r)`.
@@ -62,7 +63,8 @@ impl<T: Scalar> Scene<'_, T> {
         Ok(value)
     }
 
-    /// Displacement or velocity of a point of the surface, three components. `O(r)`.
+    /// Displacement or velocity of a place, such as a [`SurfacePoint`](crate::SurfacePoint).
+    /// `O(r)`.
     ///
     /// ```
     /// # include!(concat!(env!("CARGO_MANIFEST_DIR"), "/doc/bound.rs"));
@@ -71,7 +73,7 @@ impl<T: Scalar> Scene<'_, T> {
     /// # loads.add_pattern(&scene, 0, 1.0)?;
     /// # scene.step(&mut state, &loads)?;
     /// // Half way between two nodes, the mean of both.
-    /// let middle = SurfacePoint { nodes: [0, 1, 3], weights: [0.5, 0.5, 0.0], position: [0.0; 3], distance: 0.0 };
+    /// let middle = Place::new(&[0, 1], &[0.5, 0.5])?;
     /// let there = scene.point(&state, &middle, Field::Displacement)?;
     /// let [a, b] = [scene.node(&state, 0, Field::Displacement)?, scene.node(&state, 1, Field::Displacement)?];
     /// for component in 0..3 {
@@ -86,11 +88,12 @@ impl<T: Scalar> Scene<'_, T> {
     pub fn point(
         &self,
         state: &State<'_, T>,
-        point: &SurfacePoint,
+        at: &impl AsRef<Place>,
         field: Field,
     ) -> Result<[f64; 3], OutputError> {
-        let mut value = self.sections.rows.point(point, self.factors(state, field)?)?;
-        for (&node, weight) in point.nodes.iter().zip(point.weights) {
+        let place = at.as_ref();
+        let mut value = self.sections.rows.point(place, self.factors(state, field)?)?;
+        for (node, weight) in place.entries() {
             self.add_static(state, field, node as usize, weight, &mut value);
         }
         Ok(value)
@@ -151,15 +154,39 @@ impl<T: Scalar> Scene<'_, T> {
     /// # Errors
     /// [`OutputError::Mismatch`].
     pub fn energy(&self, state: &State<'_, T>) -> Result<f64, OutputError> {
+        Ok(self.energy_of_modes(state)?.total() + self.residual_energy(state))
+    }
+
+    /// Kinetic energy \[J\]: the first part of [`Scene::energy`].
+    ///
+    /// # Errors
+    /// [`OutputError::Mismatch`].
+    pub fn kinetic_energy(&self, state: &State<'_, T>) -> Result<f64, OutputError> {
+        Ok(self.energy_of_modes(state)?.kinetic)
+    }
+
+    /// Strain energy \[J\], with that of the residual flexibility: the rest of [`Scene::energy`].
+    ///
+    /// # Errors
+    /// [`OutputError::Mismatch`].
+    pub fn strain_energy(&self, state: &State<'_, T>) -> Result<f64, OutputError> {
+        Ok(self.energy_of_modes(state)?.elastic + self.residual_energy(state))
+    }
+
+    fn energy_of_modes(&self, state: &State<'_, T>) -> Result<Energy, OutputError> {
         self.check(state)?;
         if self.shape.structure() == Structure::Strain {
-            return Ok(self.strain_energy(state)?.total());
+            return self.kept_energy(state);
         }
-        let moving = self.equation().energy(&state.y).ok_or(OutputError::Mismatch)?;
+        self.equation().energy(&state.y).ok_or(OutputError::Mismatch)
+    }
+
+    /// What the forces of the last step store in what the modes leave out.
+    fn residual_energy(&self, state: &State<'_, T>) -> f64 {
         if state.statics.is_empty() {
-            return Ok(moving);
+            return 0.0;
         }
-        Ok(moving + self.sections.residual.energy(&state.statics) / self.parameters.stiffness)
+        self.sections.residual.energy(&state.statics) / self.parameters.stiffness
     }
 
     /// Adds to `value` what the modes leave out of the displacement of a node.

@@ -13,6 +13,7 @@ use crate::scene::equation::Stiffness;
 use crate::scene::scene::Scene;
 use crate::scene::shape::Shape;
 use crate::scene::state::State;
+use crate::sections::factor::Factor;
 use crate::sections::rows::{Field, factors};
 use vademecum_format::SectionKind;
 
@@ -46,15 +47,21 @@ impl<'m, T: Scalar> StaticField<'m, T> {
     }
 }
 
+/// Numbers of memory that the answer of a file with this factor wants.
+pub(crate) fn static_field_sizes(factor: &Factor<'_>, shape: &Shape) -> [usize; 2] {
+    let (order, r) = (factor.order.len(), shape.r);
+    let known = factor.values.is_some() && shape.statics != [0; 2];
+    let small = !matches!(shape.structure(), Structure::Block | Structure::Strain);
+    if known && small { [order + r, r] } else { [0; 2] }
+}
+
 impl<T: Scalar> Scene<'_, T> {
     /// Numbers of memory that a [`StaticField`] wants: `f64`, and of the precision of the scene. Zeros where
     /// the file does not have the factor of the stiffness, or has it compressed, and where the residual was
     /// left out of the options.
     #[must_use]
     pub fn static_field_sizes(&self) -> [usize; 2] {
-        let (order, r) = (self.sections.factor.order.len(), self.shape.r);
-        let known = self.sections.factor.values.is_some() && self.shape.statics != [0; 2];
-        if known && self.shape.structure() != Structure::Block { [order + r, r] } else { [0; 2] }
+        static_field_sizes(&self.sections.factor, &self.shape)
     }
 
     /// Solves for the static answer to the forces under which `state` made its last step. It is worth doing

@@ -94,7 +94,7 @@ impl<T: Scalar> Scene<'_, T> {
         let rows = &self.sections.stress;
         let mut stress = rows.moving(index, factors(&state.y, Field::Displacement))?;
         let region = rows.point(index).map_or(MAX_REGIONS, |point| point.region as usize);
-        let scale = self.parameters.stiffness * self.options.region_stiffness.get(region).unwrap_or(&1.0);
+        let scale = self.parameters.stiffness * self.options.regions.stiffness().get(region).unwrap_or(&1.0);
         stress.iter_mut().for_each(|stress| *stress *= scale);
         if !state.statics.is_empty() {
             rows.add_static(index, &state.statics, &mut stress);
@@ -113,7 +113,7 @@ impl<T: Scalar> Scene<'_, T> {
         let region = rows.point(index).map_or(MAX_REGIONS, |point| point.region as usize);
         let missing = OutputError::Missing { kind: SectionKind::ElasticConstants };
         let [young, poisson] = rows.constants.get(region).ok_or(missing)?.map(f64::from_le_bytes);
-        let scale = self.parameters.stiffness * self.options.region_stiffness.get(region).unwrap_or(&1.0);
+        let scale = self.parameters.stiffness * self.options.regions.stiffness().get(region).unwrap_or(&1.0);
         let [xx, yy, zz, ..] = strain;
         let trace = poisson * (xx + yy + zz);
         strain.iter_mut().for_each(|strain| *strain *= 1.0 + poisson);

@@ -6,12 +6,12 @@
 //! whole surface that a build is asked for, so the chapter is compared at its best.
 
 use vademecum_build::basis::{Basis, SnapshotSchedule};
-use vademecum_build::chapter::{ChapterCertificate, ChapterMap, ChapterSetting, sections};
 use vademecum_build::dynamics::FullOrder;
 use vademecum_build::export::NodeOrder;
 use vademecum_build::input::{ChapterEntry, Repair};
 use vademecum_build::prepared::Prepared;
 use vademecum_build::progress::Listener;
+use vademecum_chapter::{ChapterCertificate, ChapterMap, ChapterSetting, sections};
 
 use vademecum_study::StudyError;
 use vademecum_study::parts::{Form, Study, Timed};

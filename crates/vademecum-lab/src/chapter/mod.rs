@@ -15,7 +15,7 @@ use std::rc::Rc;
 use vademecum_build::Matrix;
 use vademecum_build::input::{BasisKind, Repair};
 use vademecum_build::progress::Listener;
-use vademecum_eval::Contact;
+use vademecum_eval::{Contact, Place};
 use vademecum_format::File;
 use vademecum_study::parts::{ScenarioLoads, Study, Timed, left_ranges, stop_if_asked, with_marches};
 use vademecum_study::player::{Body, PlacedContact, Playable, Track};
@@ -112,10 +112,10 @@ impl Rows {
 fn node_by_node(track: &Track) -> Vec<Track> {
     let nodal = |placed: &PlacedContact| {
         let PlacedContact { ref contact, .. } = *placed;
-        let corners = contact.nodes.into_iter().zip(contact.weights).filter(|(_, weight)| *weight != 0.0);
+        let corners = contact.place.entries().filter(|(_, weight)| *weight != 0.0);
         let alone = |(node, weight): (u32, f64)| {
             let force = contact.force.map(|f| weight * f);
-            let contact = Contact { nodes: [node; 3], weights: [1.0, 0.0, 0.0], force };
+            let contact = Contact::new(Place::triangle([node; 3], [1.0, 0.0, 0.0]), force);
             Track { contacts: vec![PlacedContact { contact, ..placed.clone() }], patterns: vec![] }
         };
         corners.map(alone).collect::<Vec<_>>()
@@ -135,7 +135,7 @@ fn sites(study: &Study, scenario: &ScenarioLoads, nodal: &[Track], magnitude: f6
     let mesh_node = |node: u32| scenario.file_nodes[node as usize];
     let moves = |node: u32| (0..3).any(|c| dofs.free(3 * mesh_node(node) as usize + c).is_some());
     let heaviest = |PlacedContact { contact, .. }: &PlacedContact| {
-        let corners = contact.nodes.into_iter().zip(contact.weights).filter(|(node, _)| moves(*node));
+        let corners = contact.place.entries().filter(|(node, _)| moves(*node));
         corners.max_by(|a, b| a.1.total_cmp(&b.1)).map(|(node, _)| mesh_node(node))
     };
     let each_once = |mut nodes: Vec<u32>| {
@@ -144,7 +144,9 @@ fn sites(study: &Study, scenario: &ScenarioLoads, nodal: &[Track], magnitude: f6
         nodes
     };
     LoadSites {
-        nodes: each_once(nodal.iter().map(|track| mesh_node(track.contacts[0].contact.nodes[0])).collect()),
+        nodes: each_once(
+            nodal.iter().map(|track| mesh_node(track.contacts[0].contact.place.nodes()[0])).collect(),
+        ),
         marched: each_once(scenario.track.contacts.iter().filter_map(heaviest).collect()),
         magnitude,
     }

@@ -29,12 +29,12 @@ Every row has two errors: trajectory_error against the march at full order with 
 step, which shares the error of the scheme; error_total against a motion that is exact in time (truth_error
 estimates its own error). error_time, error_space, error_separation and error_rounding make up the total.
 Writes bench.json, bench.csv, bench.md, pareto.svg and pareto-total.svg. What the columns mean:
-docs/benchmarks/pareto.md
+docs/measurements/pareto.md
 A problem with `model = \"large-displacement\"` is built once. Its file with 1, 2, 4 and 8 sub-steps in a step
 (--quick: 1 and 4), its linear model, a Galerkin model that visits all elements, and the full order with 1, 2
 and 4 steps (--quick: 1 and 4) are measured against a fine march at full order: error_basis, error_closure,
 error_time and error_rounding make up the total. There is no pareto-total.svg, and --modes and --tolerance are
-refused: the problem file says how many coordinates there are. See docs/large-displacements.md")]
+refused: the problem file says how many coordinates there are. See docs/how-to/large-displacements.md")]
 pub struct Bench {
     /// The problem file (TOML); the demo's beam if absent.
     problem: Option<PathBuf>,

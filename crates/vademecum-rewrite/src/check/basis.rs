@@ -10,7 +10,7 @@ use super::super::error::{Fault, RewriteError};
 use super::super::numbers::{reals_of, unsound};
 
 /// Products the rank of a basis may cost; of a larger one only zero and equal columns are looked for.
-const MOST_PRODUCTS: u64 = 1 << 33;
+const MAX_PRODUCTS: u64 = 1 << 33;
 
 /// Sections 6, 7, 9 and 14, as far as the file has them.
 pub(super) fn check(file: &File<'_>) -> Result<(), RewriteError> {
@@ -125,7 +125,7 @@ fn zero_columns(rows: &Rows<'_>) -> Result<(), RewriteError> {
 /// times that nothing is left.
 fn rank(rows: &Rows<'_>) -> Result<(), RewriteError> {
     let (r, n) = (rows.r, rows.count());
-    if n.saturating_mul(r as u64 * r as u64) > MOST_PRODUCTS {
+    if n.saturating_mul(r as u64 * r as u64) > MAX_PRODUCTS {
         return Ok(());
     }
     // Unit size first: the numbers have a unit, and a small body has large ones.

@@ -1,4 +1,4 @@
-//! What a file says was measured: certificates, and the tables for people.
+//! Checks of measured figures: certificates, and the tables for people.
 
 use vademecum_format::{File, SectionKind, StructureCertificate};
 
@@ -6,7 +6,7 @@ use super::super::error::{Fault, RewriteError};
 use super::super::numbers::{reals_of, unsound};
 use super::matrices::not_negative;
 
-/// What rounding may do to two measured numbers that are the same.
+/// Tolerance for rounding between two equal measured numbers.
 const ROUNDED: f64 = 1.0 + 1e-6;
 
 /// The certificates, and sections 15, 21, 22, 29 and 30.
@@ -54,7 +54,7 @@ fn certificate(c: &StructureCertificate, exact: bool) -> Result<(), String> {
     Ok(())
 }
 
-/// That of the chapter's structure: as above, and nothing that was measured is negative or infinite.
+/// Certificate of the chapter's structure: as above, and nothing that was measured is negative or infinite.
 fn chapter(numbers: &[f64]) -> Result<(), RewriteError> {
     let kind = SectionKind::CanonicalCertificate;
     if let Some(place) = numbers.iter().position(|x| *x < 0.0 || x.is_infinite()) {

@@ -6,7 +6,7 @@ use vademecum_format::{Element, File, SectionKind};
 use super::super::error::{Fault, RewriteError};
 use super::super::numbers::{reals_of, unsound};
 
-/// How far `‖Lᵀb‖²` may be from the eigenvalue of a mode `b`: both are rounded to binary32 at worst, and
+/// Tolerance between `‖Lᵀb‖²` and the eigenvalue of a mode `b`: both are rounded to binary32 at worst, and
 /// rounding of a row of `B` weighs as much as the stiffest element makes it.
 const ENERGY: f64 = 1e-2;
 

@@ -1,4 +1,4 @@
-//! What nodes and triangles must be: places one can compute with, ids that tell nodes apart, a surface.
+//! Checks of nodes and triangles: finite coordinates, unique ids, a surface.
 
 use vademecum_format::{File, Metadata, Section, SectionKind};
 

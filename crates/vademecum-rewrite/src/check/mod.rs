@@ -29,9 +29,9 @@ use names::check_names;
 pub use geometry::check_coordinates;
 pub use names::lines;
 
-/// What a check has seen.
+/// Result of a check.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize)]
-pub struct Checked {
+pub struct CheckReport {
     /// Bytes of the file.
     pub bytes: u64,
     /// Sections of known kinds, all checked.
@@ -51,7 +51,7 @@ const LARGEST: f64 = f64::from_bits((1023 + 511) << 52); // 2⁵¹¹
 ///
 /// # Errors
 /// [`RewriteError`]: the first thing found wrong.
-pub fn check(bytes: &[u8]) -> Result<Checked, RewriteError> {
+pub fn check(bytes: &[u8]) -> Result<CheckReport, RewriteError> {
     check_limited(bytes, default_limit(bytes.len()))
 }
 
@@ -62,7 +62,7 @@ pub fn check(bytes: &[u8]) -> Result<Checked, RewriteError> {
 ///
 /// # Errors
 /// [`RewriteError`]: the first thing found wrong.
-pub fn check_limited(bytes: &[u8], limit: u64) -> Result<Checked, RewriteError> {
+pub fn check_limited(bytes: &[u8], limit: u64) -> Result<CheckReport, RewriteError> {
     let file = File::parse(bytes)?;
     file.verify_all()?;
     let memory;
@@ -73,7 +73,7 @@ pub fn check_limited(bytes: &[u8], limit: u64) -> Result<Checked, RewriteError> 
         memory = unpack_wanted(&file, |_| true, limit)?;
         File::parse(&memory)?
     };
-    let mut checked = Checked {
+    let mut checked = CheckReport {
         bytes: bytes.len() as u64,
         sections: 0,
         unknown_sections: unknown_sections(&file),
@@ -122,7 +122,7 @@ fn check_numbers(section: &Section<'_>) -> Result<u64, RewriteError> {
     Ok(count)
 }
 
-/// Whether a number may be NaN for "not measured", as in the metadata: those of a certificate,
+/// True for a number that may be NaN for "not measured", as in the metadata: those of a certificate,
 /// and of a mode its energy share (natural modes have no snapshots), damping ratios and elongation.
 fn may_be_unmeasured(kind: SectionKind, place: usize) -> bool {
     match kind {

@@ -6,7 +6,7 @@ use super::super::error::{Fault, RewriteError};
 use super::super::numbers::{reals_of, unsound};
 use super::names::check_names;
 
-/// What rounding leaves of the sum over all supports.
+/// Tolerance for rounding in the sum over all supports.
 const ROUNDED: f64 = 1e-8;
 
 /// Sections 53 to 57, as far as the file has them.

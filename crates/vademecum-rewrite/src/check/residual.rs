@@ -8,7 +8,7 @@ use super::super::error::{Fault, RewriteError};
 use super::super::numbers::{reals_of, unsound};
 use super::symmetric::negative_pivot;
 
-/// What rounding to binary32 may do, four times over.
+/// Four times the rounding of binary32.
 const ROUNDED: f64 = 1.0 / (1u64 << 22) as f64;
 
 /// Sections 34 to 41, as far as the file has them.

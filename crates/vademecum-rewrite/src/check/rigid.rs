@@ -6,7 +6,7 @@ use vademecum_format::{File, SectionKind};
 use super::super::error::{Fault, RewriteError};
 use super::super::numbers::{reals_of, unsound};
 
-/// What rounding may do to a sum over all nodes.
+/// Tolerance for rounding in a sum over all nodes.
 const ROUNDED: f64 = 1e-9;
 
 /// Numbers before those of the patterns.
@@ -72,7 +72,7 @@ pub(super) fn check(file: &File<'_>) -> Result<(), RewriteError> {
     Ok(())
 }
 
-/// Whether a symmetric matrix (xx, xy, xz, yy, yz, zz) is positive definite, by its leading minors.
+/// True if a symmetric matrix (xx, xy, xz, yy, yz, zz) is positive definite, by its leading minors.
 fn is_positive(&[xx, xy, xz, yy, yz, zz]: &[f64; 6]) -> bool {
     let two = xx * yy - xy * xy;
     let three = xx * (yy * zz - yz * yz) - xy * (xy * zz - yz * xz) + xz * (xy * yz - yy * xz);

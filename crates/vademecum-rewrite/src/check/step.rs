@@ -53,7 +53,7 @@ pub(super) fn check(file: &File<'_>) -> Result<(), RewriteError> {
     Ok(())
 }
 
-/// Whether term `t` is stage `t`: the file has no parameters, and no term is gone.
+/// True if term `t` is stage `t`: the file has no parameters, and no term is gone.
 fn is_fixed(metadata: &Metadata<'_>, factors: &[f64]) -> bool {
     let terms = metadata.n_terms as usize;
     let [axis] = metadata.active_axes() else { return false };

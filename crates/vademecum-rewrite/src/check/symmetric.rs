@@ -11,7 +11,7 @@
 
 /// Half the digits of binary64.
 pub(super) const HALF: f64 = 1.0 / (1u64 << 26) as f64;
-/// What rounding leaves of the largest number in a long sum.
+/// Tolerance for rounding in a long sum, relative to its largest number.
 pub(super) const ROUNDING: f64 = 1.0 / (1u64 << 40) as f64;
 
 /// Sizes an entry of a matrix is compared with.

@@ -2,7 +2,7 @@
 
 use std::fmt::Write as _;
 
-use vademecum_eval::{RigidBody, SceneOptions};
+use vademecum_eval::{Field, Quantity, RigidBody, SceneOptions};
 use vademecum_fmu::logger::Category;
 use vademecum_fmu::variables::Variable;
 use vademecum_format::{Metadata, Parameter};
@@ -97,7 +97,7 @@ impl VariableNames<'_> {
             V::Parameter(index) => self.parameter(index).map_or_else(String::new, |found| found.name.into()),
             V::VonMises(index) => at(&self.stresses, index),
             V::ReactionForce(index, _) | V::ReactionMoment(index, _) => at(&self.supports, index),
-            V::Time | V::Step | V::Energy => String::new(),
+            V::Time | V::Step | V::Energy | V::Total(_) => String::new(),
             V::BodyForce(_) | V::BodyPosition(_) | V::BodyAttitude(_) => String::new(),
             V::BodyVelocity(_) | V::BodySpin(_) => String::new(),
         }
@@ -140,6 +140,7 @@ impl VariableNames<'_> {
             V::BodyAttitude(_) => "Quaternion that turns directions of the body into those of space".into(),
             V::BodyVelocity(_) => "Velocity of the centre of the body".into(),
             V::BodySpin(_) => "Angular velocity of the body in space".into(),
+            V::Total(index) => V::total(index).map_or("", Quantity::text).into(),
         }
     }
 
@@ -160,6 +161,9 @@ impl VariableNames<'_> {
             V::Velocity(..) | V::ProbeVelocity(_) | V::BodyVelocity(_) => "m/s",
             V::VonMises(_) => "Pa",
             V::BodySpin(_) => "rad/s",
+            V::Total(index) => {
+                V::total(index).and_then(|of| of.unit(Field::Displacement)).unwrap_or_default()
+            }
         };
         unit(self.metadata, si)
     }
@@ -213,7 +217,7 @@ const fn roles(variable: Variable) -> (&'static str, &'static str, Option<&'stat
         V::Energy | V::Displacement(..) | V::Velocity(..) | V::Probe(_) | V::ProbeVelocity(_) => {
             ("output", "continuous", Some("calculated"))
         }
-        V::VonMises(_) | V::ReactionForce(..) | V::ReactionMoment(..) => {
+        V::VonMises(_) | V::ReactionForce(..) | V::ReactionMoment(..) | V::Total(_) => {
             ("output", "continuous", Some("calculated"))
         }
         // Where a flight starts may be set.

@@ -29,7 +29,7 @@ pub enum FmuError {
     /// A stress of a file that knows none.
     #[error(
         "the file knows no stress, so there is none for `{name}`; build it with `[output] stress = …` \
-         (docs/stress.md)"
+         (docs/how-to/stress.md)"
     )]
     NoStress {
         /// Its name.

@@ -10,7 +10,7 @@ mod error;
 mod points;
 mod version;
 
-use vademecum_eval::{RigidBody, Scene, SceneOptions};
+use vademecum_eval::{Body, BodyOptions, RigidBody, SceneOptions};
 use vademecum_fmu::points::{Point, StressPlace, table};
 use vademecum_fmu::token::token;
 use vademecum_fmu::variables::{Counts, Variable};
@@ -67,10 +67,9 @@ pub fn export(bytes: &[u8], request: &Request<'_>) -> Result<Fmu, FmuError> {
     let points = points::place(&file, request.points)?;
     // What the instance will do with it, so that a file that cannot be stepped is refused here.
     let options = vademecum_fmu::options(file.metadata(), points.len());
-    let sizes = Scene::<f64>::sizes(&file, &options)?;
-    let (mut memory, mut work) = (vec![0.0; sizes.scene], vec![0.0; sizes.work]);
-    let scene = Scene::bind(&file, &options, &mut memory, &mut work)?;
-    let internal_step = scene.parameters().time_step;
+    let of_body = BodyOptions { scene: options, places: 0, ..BodyOptions::default() };
+    let mut memory = vec![0.0; Body::<f64>::len_for(&file, &of_body)?];
+    let internal_step = Body::<f64>::bind(&file, &of_body, &mut memory)?.time_step();
 
     let rows: Vec<Point<'_>> = points.iter().map(PlacedPoint::row).collect();
     let stresses = points::place_stresses(&file, request.stresses)?;

@@ -136,14 +136,9 @@ pub(super) fn place(file: &File<'_>, asked: &[NamedPoint]) -> Result<Vec<PlacedP
     let locate = |NamedPoint { name, at }: &NamedPoint| {
         let found = surface.locate(*at).ok_or(FileError::NoSurface)?;
         let (position, distance) = (found.position, found.distance);
+        let (nodes, weights) = found.place.corners().unwrap_or_default();
         let name = name.clone();
-        Ok::<_, FmuError>(PlacedPoint {
-            name,
-            position,
-            distance,
-            nodes: found.nodes,
-            weights: found.weights,
-        })
+        Ok::<_, FmuError>(PlacedPoint { name, position, distance, nodes, weights })
     };
     if asked.is_empty() {
         let all = of_probes(file).iter().map(locate).collect::<Result<Vec<_>, _>>()?;

@@ -4,9 +4,9 @@
 //! nodes. Its other axes end, so a march can leave them.
 
 use vademecum_build::certificate::spectral_radius;
-use vademecum_build::chapter::ChapterReport;
+use vademecum_chapter::report_of_file;
 use vademecum_eval::chapter::{ChapterLoads, ChapterScene, ChapterState, ChapterStepError};
-use vademecum_eval::{Scalar, SceneOptions, SurfacePoint};
+use vademecum_eval::{Place, Scalar, SceneOptions, SurfacePoint};
 use vademecum_format::{Chapter, File, SectionKind};
 
 use super::PlayOptions;
@@ -33,7 +33,7 @@ pub(super) fn nearest_position(
     let places = positions.iter().map(|&(node, at)| (node, at, distance(at)));
     let nearest = places.min_by(|a, b| a.2.total_cmp(&b.2));
     let (node, position, distance) = nearest.ok_or(FileError::NoSurface)?;
-    Ok(SurfacePoint { nodes: [node; 3], weights: [1.0, 0.0, 0.0], position, distance })
+    Ok(SurfacePoint { place: Place::triangle([node; 3], [1.0, 0.0, 0.0]), position, distance })
 }
 
 /// Binds a scene of the chapter's structure in memory of its own and hands it over, at rest and unloaded.
@@ -103,7 +103,7 @@ pub fn left_ranges(error: ChapterStepError) -> Result<String, FileError> {
 /// [`StudyError`]: a file that the evaluator refuses, eigenvalues that do not converge.
 pub fn step_radius(file: &File<'_>, options: &PlayOptions) -> Result<f64, StudyError> {
     if options.takes_chapter(file) {
-        let report = ChapterReport::of_file(file)?;
+        let report = report_of_file(file)?;
         return Ok(report.map_or(f64::NAN, |report| report.structure.spectral_radius));
     }
     Ok(spectral_radius(file, &options.scene)?)

@@ -73,10 +73,10 @@ impl<T: Scalar> Loadable for Flying<'_, '_, '_, '_, T> {
 
     fn add_contact(&mut self, contact: &Contact, amplitudes: &[f64; INSTANTS]) -> Result<(), FileError> {
         let at = |node: u32, c: usize| self.coordinates.get(3 * node as usize + c).copied().unwrap_or(0.0);
-        let place = |c: usize| contact.nodes.iter().zip(contact.weights).map(|(&n, w)| w * at(n, c)).sum();
-        let position = [place(0), place(1), place(2)];
-        let Contact { nodes, weights, force } = *contact;
-        let point = SurfacePoint { nodes, weights, position, distance: 0.0 };
+        let along = |c: usize| contact.place.entries().map(|(n, w)| w * at(n, c)).sum();
+        let position = [along(0), along(1), along(2)];
+        let Contact { place, force, .. } = *contact;
+        let point = SurfacePoint { place, position, distance: 0.0 };
         self.contacts.push((point, force.map(|f| mean(amplitudes) * f)));
         Ok(())
     }

@@ -14,7 +14,7 @@ use vademecum_build::dynamics::{History, INSTANTS, Window};
 use vademecum_build::progress::{Cancelled, Listener};
 use vademecum_build::suggest::did_you_mean;
 use vademecum_eval::{
-    Contact, Loads, Scalar, Scene, SceneOptions, State, StructureChoice, Surface, SurfacePoint,
+    BodyOptions, Contact, Loads, Scalar, Scene, SceneOptions, State, StructureChoice, Surface, SurfacePoint,
 };
 use vademecum_format::{Chapter, File, SectionKind};
 
@@ -105,7 +105,7 @@ impl Track {
             let forces = entry.forces(scenario.duration);
             for (point, share) in places(index, entry)? {
                 for (force, history) in &forces {
-                    let contact = Contact { nodes: point.nodes, weights: point.weights, force: *force };
+                    let contact = Contact::new(point.place, *force);
                     let when = History { share, ..history.clone() };
                     contacts.push(PlacedContact { entry: index, contact, point, when });
                 }
@@ -208,13 +208,10 @@ pub fn with_scene<T: Scalar, R>(
     options: &SceneOptions,
     work: impl FnOnce(&Scene<'_, T>, &mut State<'_, T>, &mut Loads<'_, T>) -> Result<R, StudyError>,
 ) -> Result<R, StudyError> {
-    let sizes = Scene::<T>::sizes(file, options)?;
-    let (mut memory, mut bind_work) = (vec![T::ZERO; sizes.scene], vec![0.0; sizes.work]);
-    let (mut state_memory, mut load_memory) = (vec![T::ZERO; sizes.state], vec![T::ZERO; sizes.loads]);
-    let scene = Scene::bind(file, options, &mut memory, &mut bind_work)?;
-    let mut state = State::new(&scene, &mut state_memory)?;
-    let mut loads = Loads::new(&scene, &mut load_memory)?;
-    work(&scene, &mut state, &mut loads)
+    let options = BodyOptions { scene: *options, places: 0, flight: false, ..BodyOptions::default() };
+    let mut memory = vec![0.0; vademecum_eval::Body::<T>::len_for(file, &options)?];
+    let mut body = vademecum_eval::Body::<T>::bind(file, &options, &mut memory)?;
+    body.with(|parts| work(parts.scene, parts.state, parts.loads))
 }
 
 /// Marches `steps` steps from rest and shows the body after each, the start included.

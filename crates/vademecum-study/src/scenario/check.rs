@@ -27,7 +27,7 @@ impl Scenario {
         // Where a key stands is looked for once, in the end: the whole text is read again for it.
         self.fault().map_or(Ok(()), |Fault { key, found, expected }| {
             let path = toml_file::place(path, text, &key);
-            Err(TomlError::Impossible { path, key, found, expected }.into())
+            Err(TomlError::Impossible { path, key, found, expected: expected.into() }.into())
         })
     }
 

@@ -103,11 +103,11 @@ impl<'a> Tables<'a> {
         key: &str,
         place: impl Fn() -> String,
     ) -> Result<Arc<LoadTable>, TomlError> {
-        let fault = |found: String, expected| TomlError::Impossible {
+        let fault = |found: String, expected: &str| TomlError::Impossible {
             path: place(),
             key: key.into(),
             found,
-            expected,
+            expected: expected.into(),
         };
         let table = match rows {
             Rows::File(file) => {

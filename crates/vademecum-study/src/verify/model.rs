@@ -60,8 +60,8 @@ pub(crate) fn full_order_loads(
 ) -> Result<Vec<TimedLoad>, StudyError> {
     let contact = |PlacedContact { contact, when, .. }: &PlacedContact| {
         let mut force = vec![0.0; body.n_dof()];
-        let nodes = contact.nodes.map(|node| file_nodes[node as usize]);
-        body.model.add_point_force(&nodes, &contact.weights, contact.force, &mut force);
+        let nodes: Vec<u32> = contact.place.nodes().iter().map(|&node| file_nodes[node as usize]).collect();
+        body.model.add_point_force(&nodes, contact.place.weights(), contact.force, &mut force);
         TimedLoad { column: 0, force, when: when.clone() }
     };
     let mut loads: Vec<TimedLoad> = track.contacts.iter().map(contact).collect();

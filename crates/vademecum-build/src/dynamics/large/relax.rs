@@ -82,16 +82,6 @@ impl<'a> Relaxation<'a> {
         Ok(Relaxation { strain, symbolic, newton, momenta, displacement, factorisations: 0 })
     }
 
-    /// Begins anew at a displacement; the next relaxation starts there.
-    ///
-    /// # Errors
-    /// [`LargeError::Length`].
-    pub fn begin_at(&mut self, displacement: &[f64]) -> Result<(), LargeError> {
-        check_length("the displacement", displacement.len(), self.strain.n_dof())?;
-        self.displacement = displacement.to_vec();
-        Ok(())
-    }
-
     /// The shape at coordinates `q`: searched for from a guess if there is one, and where that leads nowhere
     /// from the last shape. The next search starts at what was found. What it does not find is mostly a body
     /// that collapses.

@@ -1,4 +1,4 @@
-//! What the body is: mesh, materials, damping, supports, loads.
+//! The body: mesh, materials, damping, supports, loads.
 
 use schemars::JsonSchema;
 use serde::Deserialize;
@@ -8,7 +8,7 @@ use crate::dynamics::{Damping, ModalRatios, Rayleigh};
 use crate::mesh::Order;
 use crate::mesh::select::Selection;
 
-/// Where the mesh comes from: exactly one of `file`, `tables`, `block` and `matrices`.
+/// Source of the mesh: exactly one of `file`, `tables`, `block` and `matrices`.
 #[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct MeshSource {
@@ -56,7 +56,7 @@ pub struct MatricesSource {
     pub mass: PathBuf,
     /// Stiffness, the same.
     pub stiffness: PathBuf,
-    /// What each row is: `row,node,component,x,y,z`.
+    /// Meaning of each row: `row,node,component,x,y,z`.
     pub dofs: PathBuf,
     /// All nodes in order, those held in every component among them: `node,x,y,z`; absent: the nodes of
     /// `dofs`.
@@ -166,11 +166,11 @@ pub struct SupportEntry {
     pub components: Vec<Component>,
 }
 
-/// Whether the supports stand on a base that moves.
+/// Base of the supports, which may move.
 #[derive(Clone, Debug, Default, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct BaseEntry {
-    /// Whether it moves.
+    /// True for a moving base.
     pub moves: bool,
     /// The point about which it turns, and whose acceleration is given.
     #[serde(default)]
@@ -198,7 +198,7 @@ pub enum Component {
     Z,
 }
 
-/// Where and how the body can be loaded; absent: contacts anywhere, no patterns.
+/// Places and patterns of loads; absent: contacts anywhere, no patterns.
 #[derive(Clone, Debug, Default, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct LoadEntry {

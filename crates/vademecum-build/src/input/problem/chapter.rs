@@ -19,9 +19,9 @@ pub enum Representation {
 #[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct ChapterEntry {
-    /// What is done about the chapter's weaknesses.
+    /// Repairs of the chapter's method.
     pub repairs: Vec<Repair>,
-    /// What turns a full-order stage solution into reduced coordinates.
+    /// Projection of a full-order stage solution onto reduced coordinates.
     pub projection: Projection,
     /// Relative error of a stage map at which enrichment stops.
     pub tolerance: f64,
@@ -58,7 +58,7 @@ impl Default for ChapterEntry {
     }
 }
 
-/// One repair of the chapter's method (docs/theory/5-vademecum.md).
+/// One repair of the chapter's method (docs/explanation/5-vademecum.md).
 #[derive(Clone, Copy, Debug, Deserialize, PartialEq, Eq, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum Repair {
@@ -78,7 +78,7 @@ impl Repair {
         [Self::ScaledCoordinates, Self::SeparateBlocks, Self::OneAxisStart, Self::Updates];
 }
 
-/// What turns a full-order stage solution into reduced coordinates.
+/// Projection of a full-order stage solution onto reduced coordinates.
 #[derive(Clone, Copy, Debug, Default, Deserialize, PartialEq, Eq, JsonSchema)]
 #[serde(rename_all = "lowercase")]
 pub enum Projection {

@@ -1,14 +1,13 @@
-//! What goes with large displacements, and what belongs to linear motion alone.
+//! Keys that large displacements exclude, since they belong to linear motion alone.
 
-use super::check::{Words, positive};
+use super::check::Words;
 use super::{ModelKind, Problem, ProblemError, Representation};
-use crate::limits::MAGNITUDE;
 
 /// Most coordinates: all interact, so their products grow with the square, the work of a step with the cube.
-const MOST_COORDINATES: usize = 64;
+const MAX_COORDINATES: usize = 64;
 
 impl Problem {
-    /// Whether large displacements are asked for.
+    /// True for a problem of large displacements.
     pub fn is_large(&self) -> bool {
         self.model == ModelKind::LargeDisplacement
     }
@@ -46,17 +45,6 @@ impl Problem {
         self.require(found.is_empty(), "model", Words(found), expected)?;
         let modes = self.basis.modes.unwrap_or(1);
         let expected = "at most 64 coordinates beside `model = \"large-displacement\"`: all of them interact";
-        self.require(modes <= MOST_COORDINATES, "basis.modes", modes, expected)?;
-        let Some(large) = &self.large else { return Ok(()) };
-        let length = large.displacement;
-        let usable = length.is_none_or(|x| positive(x) && (MAGNITUDE.0..=MAGNITUDE.1).contains(&x));
-        let expected = "a positive length in metres between 1e-30 and 1e30";
-        self.require(usable, "large.displacement", length.unwrap_or(0.0), expected)?;
-        let rows = large.rows.unwrap_or(0);
-        self.require(rows <= 4096, "large.rows", rows, "0 to 4096 rows")?;
-        let states = large.states.unwrap_or(1);
-        self.require((1..=100_000).contains(&states), "large.states", states, "1 to 100 000 states")?;
-        let pushes = large.pushes.unwrap_or(1);
-        self.require((1..=1000).contains(&pushes), "large.pushes", pushes, "1 to 1000 pushes")
+        self.require(modes <= MAX_COORDINATES, "basis.modes", modes, expected)
     }
 }

@@ -1,4 +1,4 @@
-//! What is asked for of large displacements.
+//! Options of large displacements.
 
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -11,7 +11,7 @@ pub enum ModelKind {
     #[default]
     Linear,
     /// Large displacements and rotations: St. Venant–Kirchhoff, a linear law between Green's strain and its
-    /// stress (docs/theory/large-displacements.md).
+    /// stress (docs/explanation/large-displacements.md).
     LargeDisplacement,
 }
 

@@ -1,4 +1,4 @@
-//! What is built of it: time, snapshots, basis, tolerances, outputs, live parameters.
+//! Options of the build: time, snapshots, basis, tolerances, outputs, live parameters.
 
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -21,7 +21,7 @@ pub struct TimeEntry {
     pub step: Option<f64>,
 }
 
-/// How the snapshots are made, or where they are read.
+/// Plan of the snapshots, or their files.
 #[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct SnapshotPlan {
@@ -31,7 +31,7 @@ pub struct SnapshotPlan {
     /// Directions of the force at each position.
     #[serde(default = "the_axes")]
     pub directions: Vec<[f64; 3]>,
-    /// How long each force is held \[s\]; absent: half the first period.
+    /// Duration of each force \[s\]; absent: half the first period.
     pub hold: Option<f64>,
     /// Length of each run \[s\]; absent: three first periods.
     pub duration: Option<f64>,
@@ -115,7 +115,7 @@ impl Default for BasisEntry {
 #[derive(Clone, Copy, Debug, Deserialize, Serialize, PartialEq, Eq, JsonSchema)]
 #[serde(rename_all = "lowercase")]
 pub enum BasisKind {
-    /// Ritz vectors of an oversampled POD and of its static response (docs/theory/4-basis.md).
+    /// Ritz vectors of an oversampled POD and of its static response (docs/explanation/4-basis.md).
     Ritz,
     /// Plain POD, as the chapter has it.
     Pod,
@@ -147,7 +147,7 @@ pub enum InnerProduct {
     Identity,
 }
 
-/// What the build must reach; a build that misses it writes nothing unless told to.
+/// Tolerances of the build; a build that misses them writes nothing unless told to.
 #[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Tolerances {
@@ -204,7 +204,7 @@ impl Default for Tolerances {
     }
 }
 
-/// What the file can show.
+/// Outputs of the file.
 #[derive(Clone, Debug, Default, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct OutputEntry {
@@ -214,12 +214,12 @@ pub struct OutputEntry {
     /// Number type of the fields.
     #[serde(default)]
     pub precision: Precision,
-    /// Whether the static residual and its bound are computed and kept; absent: with exact steps.
+    /// Compute and keep the static residual and its bound; absent: with exact steps.
     pub residual: Option<bool>,
-    /// Whether whole fields show the whole static answer, by the factor of the stiffness in the file; absent:
+    /// Include the static correction in whole fields, by the factor of the stiffness in the file; absent:
     /// where the certificate would miss `tolerance.error` without it.
     pub static_fields: Option<bool>,
-    /// Whether the file gives the reactions of the supports: 144 bytes for each support and loadable node.
+    /// Keep the reactions of the supports: 144 bytes for each support and loadable node.
     #[serde(default)]
     pub reactions: bool,
     /// Named values read at every step.
@@ -230,7 +230,7 @@ pub struct OutputEntry {
     pub gauges: Vec<GaugeEntry>,
     /// Nodes whose stress the file can show.
     pub stress: Option<StressPlaces>,
-    /// Whether the file holds what the modes leave out of the stress under a contact; absent: up to
+    /// Keep the stress under a contact that the modes leave out; absent: up to
     /// [`STRESS_UNASKED`].
     pub stress_residual: Option<bool>,
 }
@@ -290,7 +290,7 @@ pub enum Precision {
 pub struct ProbeEntry {
     /// Its name.
     pub name: String,
-    /// Where; the nearest node is taken.
+    /// Its place; the nearest node is taken.
     pub point: [f64; 3],
     /// Along what; normalised.
     pub direction: [f64; 3],
@@ -302,7 +302,7 @@ pub struct ProbeEntry {
 pub struct ParameterEntry {
     /// Its name.
     pub name: String,
-    /// What it changes.
+    /// The quantity it changes.
     pub kind: ParameterKind,
     /// Region by name or tag (stiffness and density); `"*"`: all regions alike.
     #[serde(default = "every_region")]
@@ -310,12 +310,12 @@ pub struct ParameterEntry {
     /// Smallest and largest value: a factor on the problem's value (stiffness, density), else the value
     /// itself.
     pub range: [f64; 2],
-    /// How values are spread over the range.
+    /// Spacing of values over the range.
     #[serde(default)]
     pub scale: ParameterScale,
 }
 
-/// What a parameter changes.
+/// Quantity changed by a parameter.
 #[derive(Clone, Copy, Debug, Deserialize, PartialEq, Eq, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum ParameterKind {
@@ -344,7 +344,7 @@ impl ParameterKind {
     }
 }
 
-/// How values are spread over a range.
+/// Spacing of values over a range.
 #[derive(Clone, Copy, Debug, Default, Deserialize, PartialEq, Eq, JsonSchema)]
 #[serde(rename_all = "lowercase")]
 pub enum ParameterScale {

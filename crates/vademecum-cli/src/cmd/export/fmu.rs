@@ -27,7 +27,7 @@ Inputs: force.POINT.x, .y, .z and pattern.NAME. Outputs: displacement.POINT.x, v
 probe_velocity.NAME, energy, von_mises.NAME, and reaction_force.SUPPORT.x and reaction_moment.SUPPORT.x of a
 file with reactions. Of a free body also body_force.x, body_position.x, body_attitude.w, body_velocity.x and
 body_angular_velocity.x. Tunable: parameter.NAME. Communication steps are multiples of internal_step.
-More: docs/consumers/fmu.md")]
+More: docs/how-to/fmu.md")]
 pub(crate) struct Fmu {
     /// The vademecum file.
     file: PathBuf,

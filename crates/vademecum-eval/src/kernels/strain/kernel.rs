@@ -3,7 +3,8 @@
 //! All of it works on arrays of fixed length, so that it vectorises without run-time lengths inside, and
 //! every sum has one order, whatever the width of the machine's vectors: row products go column by column,
 //! the Gram matrix row by row, and sums along a row in eight parts that are added in halves.
-//! A machine with AVX2 therefore takes the same code with longer vectors (`docs/decisions/avx2.md`).
+//! A machine with AVX2 therefore takes the same code with longer vectors
+//! (`docs/developers/decisions/vectors.md`).
 //!
 //! The odd thing: rows come scaled by the roots of their weights (see [`crate::strain_map`]), so that the
 //! matrix of a step is the inertia and the plain Gram matrix of the rows.

@@ -1,0 +1,140 @@
+//! Modal superposition, exact in time: the basis is all there is to the step.
+
+use vademecum_eval::{SceneOptions, StructureChoice};
+use vademecum_format::{File, SectionKind};
+
+use super::file::{CertifiedFile, FileStep, encode_file};
+use super::reduced::{ReducedModel, factor, factor_bytes};
+use super::{BuildContext, BuildError};
+use crate::basis::Basis;
+use crate::certificate::{
+    Candidate, CertificateError, StructureMeasured, StructureReport, certify_exact, kept_certificate,
+};
+use crate::dynamics::ModalRatios;
+use crate::export::Draft;
+use crate::input::{BasisKind, Fields, Problem};
+use crate::progress::Stopwatch;
+use crate::report::CertificateReport;
+use crate::store::Inputs;
+
+/// Largest factor of the stiffness that a file takes without being asked to \[bytes\].
+const MAX_FACTOR_UNASKED: usize = 256_000_000;
+
+/// A file of modes that are moved exactly.
+///
+/// The factor of the stiffness joins it where whole fields need it and the problem leaves that open.
+pub(super) fn certified(
+    context: &BuildContext<'_>,
+    problem: &Problem,
+    model: &ReducedModel,
+    watch: &mut Stopwatch<'_>,
+) -> Result<CertifiedFile, BuildError> {
+    let basis = &model.basis;
+    check_ratios(problem, &context.prepared.ratios, basis)?;
+    let ratios = damping_section(context, basis.n_modes());
+    let mut sections: Vec<&Draft> = model.sections.iter().chain(&ratios).collect();
+    let name = if model.has_factor { "fields" } else { "exact" };
+    let mut measured = watch.stage("certificate", || certify(context, problem, basis, &sections, name))?;
+    let added;
+    if !model.has_factor && wants_factor(context, problem, model, &measured) {
+        added = factor(context, problem, watch)?;
+        sections.extend(&added);
+        measured = watch.stage("certificate", || certify(context, problem, basis, &sections, "fields"))?;
+    }
+    let step = FileStep::measured(None, &measured, &StructureMeasured::default());
+    let bytes = watch.stage("encode", || encode_file(context, problem, basis, step, sections))?;
+    let diagonal = basis.eigenvalues.is_some().then(|| StructureReport::measured(&measured));
+    let certificate = CertificateReport { diagonal, ..CertificateReport::within(&problem.tolerance) };
+    Ok(CertifiedFile { bytes, certificate, separation: None, large: None })
+}
+
+/// Damping ratios of the modes, where the problem gives them.
+pub(super) fn damping_section(context: &BuildContext<'_>, r: usize) -> Option<Draft> {
+    let ratios = &context.prepared.ratios;
+    let values = (0..r).map(|k| ratios.of(k));
+    (!ratios.is_empty()).then(|| Draft::f64s(SectionKind::DampingRatios, [r, 1, 1], values))
+}
+
+/// True where whole fields need the whole static answer: the problem leaves it open, its error is too large
+/// without, and the factor is not too large.
+fn wants_factor(
+    context: &BuildContext<'_>,
+    problem: &Problem,
+    model: &ReducedModel,
+    measured: &StructureMeasured,
+) -> bool {
+    let whole = problem.output.fields == Fields::Body && model.has_residual;
+    let open = problem.output.static_fields.is_none() && whole && !problem.is_free();
+    let large = measured.certificate.trajectory_error > problem.tolerance.error;
+    open && large && factor_bytes(context, problem) <= MAX_FACTOR_UNASKED
+}
+
+/// The worst error of the file at the values of the problem file and at the corners of the box of its
+/// parameters.
+fn certify(
+    context: &BuildContext<'_>,
+    problem: &Problem,
+    basis: &Basis,
+    sections: &[&Draft],
+    name: &str,
+) -> Result<StructureMeasured, BuildError> {
+    let BuildContext { prepared, unseen, order, kept, .. } = *context;
+    let space = &prepared.space;
+    let mut settings = vec![space.nominal()];
+    if !space.parameters.is_empty() {
+        settings.extend(space.corners());
+    }
+    // They stay modes where one factor scales all stiffness, and one all mass.
+    let natural = problem.basis_kind() == BasisKind::Modes && !space.has_region_parameters();
+    let modes = basis.vectors.subcols(0, if natural { basis.n_modes() } else { 0 });
+    let bytes = encode_file(context, problem, basis, FileStep::unmeasured(None), sections.iter().copied())?;
+    let file = File::parse(&bytes)?;
+    let mut worst: Option<StructureMeasured> = None;
+    for (place, values) in settings.iter().enumerate() {
+        let setting = space.setting(values);
+        let mut options = SceneOptions { structure: StructureChoice::Exact, ..SceneOptions::default() };
+        for (parameter, &value) in values.iter().enumerate() {
+            options.set(file.metadata(), &[(parameter, value)]).map_err(CertificateError::from)?;
+        }
+        let inputs = |inputs: Inputs| {
+            let step = (&setting, problem.output.precision, name, &prepared.ratios);
+            inputs.value(&step).with(basis).with(unseen)
+        };
+        let measure = || -> Result<_, CertificateError> {
+            let pencil = setting.pencil(prepared.body.model.pencil());
+            let rayleigh = setting.rayleigh();
+            let scale = setting.step.stiffness / setting.step.density;
+            let eigenvalues = basis.eigenvalues.iter().flatten();
+            let eigenvalues: Vec<f64> = eigenvalues.map(|value| scale * value).collect();
+            let decay = |lambda: f64, _| prepared.ratios.decay(&rayleigh, &eigenvalues, lambda);
+            let candidate = Candidate { bytes: &bytes, basis, options: &options };
+            let model = (&pencil, &prepared.symbolic, modes);
+            let nodes = (order, prepared.body.model.dofs());
+            Ok(vec![certify_exact(&candidate, nodes, model, &decay, unseen, kept.listener)?])
+        };
+        let found = kept_certificate(kept, &format!("certificate-{name}-{place}"), inputs, measure)?;
+        let found = found.into_iter().next().expect("one structure was measured");
+        worst = Some(worst.map_or(found.clone(), |worst| worst.worse(found)));
+    }
+    Ok(worst.expect("a setting"))
+}
+
+/// Ratios of modes that the basis does not have would be lost, and modes of one frequency are any two of
+/// their plane, so that different ratios would damp whichever came out of the solver.
+fn check_ratios(problem: &Problem, ratios: &ModalRatios, basis: &Basis) -> Result<(), BuildError> {
+    const ALIKE: f64 = 1e-6;
+    let path = || problem.place("damping.modal");
+    let (given, modes) = (ratios.0.len(), basis.n_modes());
+    if given > modes {
+        return Err(BuildError::RatiosBeyond { path: path(), given, modes });
+    }
+    let values = basis.eigenvalues.as_deref().unwrap_or(&[]);
+    for (k, pair) in values.windows(2).enumerate() {
+        let [first, second] = [k, k + 1].map(|k| ratios.of(k));
+        if first != second && pair[1] - pair[0] <= ALIKE * pair[1] {
+            let hertz = pair[0].sqrt() / std::f64::consts::TAU;
+            return Err(BuildError::RatiosOfOneFrequency { path: path(), mode: k + 1, hertz, first, second });
+        }
+    }
+    Ok(())
+}

@@ -1,0 +1,179 @@
+//! The basis, and the sections of a file that depend on it and on no step.
+
+use super::plan::{in_words, wants_residual};
+use super::{BuildContext, BuildError};
+use crate::basis::{Basis, find_basis};
+use crate::export::{
+    Draft, factor_sections, reaction_sections, residual_sections, stress_order, stress_sections,
+};
+use crate::fem::{COMPONENTS, StressRows};
+use crate::input::{BasisKind, Precision, Problem, STRESS_UNASKED};
+use crate::limits::memory_in_words;
+use crate::prepared::{Body, Prepared};
+use crate::progress::Stopwatch;
+use crate::reaction::reactions;
+use crate::report::BuildPlan;
+use crate::residual::{BlockMethod, ResidualBasis, ResidualFlexibility, static_residual, stress_residual};
+use crate::store::Inputs;
+
+/// The body on a basis.
+pub struct ReducedModel {
+    /// The basis.
+    pub basis: Basis,
+    /// Snapshots that it was found from.
+    pub snapshots: usize,
+    /// Residual flexibility, stress, reactions, and the factor of the stiffness where it is asked for.
+    pub sections: Vec<Draft>,
+    /// True if the residual flexibility is among them.
+    pub has_residual: bool,
+    /// True if the factor is among them.
+    pub has_factor: bool,
+}
+
+impl ReducedModel {
+    /// Finds the basis and all that depends on it alone.
+    ///
+    /// # Errors
+    /// [`BuildError`], by stage.
+    pub fn new(
+        context: &BuildContext<'_>,
+        problem: &Problem,
+        plan: &BuildPlan,
+        watch: &mut Stopwatch<'_>,
+    ) -> Result<Self, BuildError> {
+        let BuildContext { prepared, full, runs, kept, .. } = *context;
+        kept.listener.note(&format!("ahead: {}", in_words(plan)));
+        let find = || find_basis(problem, prepared, full, runs, kept);
+        let (basis, snapshots) = watch.stage("snapshots and basis", find)?;
+        let residual = residual(context, problem, &basis, watch)?;
+        let has_residual = residual.is_some();
+        let stress = stress(context, problem, &basis, has_residual, watch)?;
+        let reactions = support_reactions(context, problem, &basis, watch)?;
+        // Without loadable nodes there is no residual, and nothing for the factor to add to.
+        let has_factor = problem.output.static_fields == Some(true) && has_residual;
+        let factor = if has_factor { factor(context, problem, watch)? } else { vec![] };
+        let residual = residual.map(|residual| residual_sections(&residual, problem.output.precision));
+        let sections = residual.into_iter().flatten().chain(stress).chain(reactions).chain(factor).collect();
+        Ok(Self { basis, snapshots, sections, has_residual, has_factor })
+    }
+}
+
+/// The residual flexibility: what the basis leaves out of static answers, where the file has the diagonal structure.
+fn residual(
+    context: &BuildContext<'_>,
+    problem: &Problem,
+    basis: &Basis,
+    watch: &mut Stopwatch<'_>,
+) -> Result<Option<ResidualFlexibility>, BuildError> {
+    let BuildContext { prepared, order, kept, .. } = *context;
+    let body = &prepared.body;
+    let wanted = wants_residual(problem, prepared) && order.n_load > 0;
+    let Some(eigenvalues) = basis.eigenvalues.as_ref().filter(|_| wanted) else { return Ok(None) };
+    let reduced = reduced(context, basis, eigenvalues, problem);
+    let nodes = &order.nodes[..order.n_load];
+    let triangles = &order.triangles[..order.n_load_triangles];
+    let way = BlockMethod::cheaper(body, &prepared.symbolic, eigenvalues.len(), nodes.len());
+    let inputs = |inputs: Inputs| {
+        let probes: Vec<_> = body.probes.iter().map(|probe| &probe.nodes).collect();
+        let inputs = inputs.value(&(reduced.rigorous, way, probes)).with(basis).indices(nodes);
+        let inputs = inputs.indices(triangles.as_flattened());
+        body.patterns.iter().fold(inputs, |inputs, (_, force)| inputs.numbers(force))
+    };
+    let solve = || static_residual(&reduced, way, nodes, triangles, kept.listener);
+    let found = watch.stage("static residual", || kept.stage("residual", inputs, solve))?;
+    Ok(Some(found))
+}
+
+/// Sections of the stress, with what the modes leave out of it if the file has a `residual`.
+fn stress(
+    context: &BuildContext<'_>,
+    problem: &Problem,
+    basis: &Basis,
+    residual: bool,
+    watch: &mut Stopwatch<'_>,
+) -> Result<Vec<Draft>, BuildError> {
+    let BuildContext { prepared, order, kept, .. } = *context;
+    let Body { model, stress, .. } = &prepared.body;
+    if stress.is_empty() {
+        return Ok(vec![]);
+    }
+    let (output, nodes) = (&problem.output, &order.nodes[..order.n_load]);
+    let points = stress_order(stress, order);
+    let bytes = (size_of::<f64>() * 3 * COMPONENTS * points.len() * nodes.len()) as u64;
+    let contacts = residual && output.stress_residual.unwrap_or(bytes <= STRESS_UNASKED);
+    if residual && !contacts && output.stress_residual.is_none() {
+        let size = memory_in_words(bytes);
+        kept.listener.note(&format!(
+            "stress at {} points shows the modes alone under contacts: with all of it the file would hold {size} \
+             more; `output.stress_residual = true` keeps it, and so do fewer nodes in `output.stress`",
+            points.len()
+        ));
+    }
+    let vectors = basis.vectors.as_ref();
+    let make = || {
+        let rows = StressRows::new(model, points)?;
+        let eigenvalues = basis.eigenvalues.as_deref().unwrap_or(&[]);
+        let reduced = reduced(context, basis, eigenvalues, problem);
+        let solve = || stress_residual(&reduced, &rows, nodes, contacts, kept.listener);
+        let inputs = |inputs: Inputs| {
+            let inputs = inputs.value(&(contacts, &rows.points)).with(basis).indices(nodes);
+            prepared.body.patterns.iter().fold(inputs, |inputs, (_, force)| inputs.numbers(force))
+        };
+        let found = if residual { Some(kept.stage("stress", inputs, solve)?) } else { None };
+        let body = (order, model.dofs(), model.materials());
+        Ok(stress_sections(&rows, found.as_ref(), vectors, body, output.precision))
+    };
+    watch.stage("stress", make)
+}
+
+/// The basis beside the body.
+fn reduced<'b>(
+    context: &BuildContext<'b>,
+    basis: &'b Basis,
+    eigenvalues: &'b [f64],
+    problem: &Problem,
+) -> ResidualBasis<'b> {
+    let Prepared { body, symbolic, exact, .. } = context.prepared;
+    // A scheme without stages is exact in time.
+    let rigorous = problem.basis_kind() == BasisKind::Modes && *exact;
+    ResidualBasis { body, symbolic, vectors: basis.vectors.as_ref(), eigenvalues, rigorous }
+}
+
+/// The reactions of the supports as the file keeps them, where they are asked for.
+fn support_reactions(
+    context: &BuildContext<'_>,
+    problem: &Problem,
+    basis: &Basis,
+    watch: &mut Stopwatch<'_>,
+) -> Result<Vec<Draft>, BuildError> {
+    let BuildContext { prepared: Prepared { body, symbolic, .. }, order, .. } = *context;
+    if !problem.output.reactions {
+        return Ok(vec![]);
+    }
+    let nodes = &order.nodes[..order.n_load];
+    let find = || reactions(body, symbolic, basis.vectors.as_ref(), nodes);
+    let found = watch.stage("reactions", find).map_err(BuildError::Reactions)?;
+    Ok(reaction_sections(&body.supports, &found))
+}
+
+/// Bytes of the factor in a file, without its indices.
+pub(super) fn factor_bytes(context: &BuildContext<'_>, problem: &Problem) -> usize {
+    let bytes = context.prepared.symbolic.factor_bytes();
+    if problem.output.precision == Precision::F32 { bytes / 2 } else { bytes }
+}
+
+/// The factor of the stiffness as the file keeps it.
+pub(super) fn factor(
+    context: &BuildContext<'_>,
+    problem: &Problem,
+    watch: &mut Stopwatch<'_>,
+) -> Result<Vec<Draft>, BuildError> {
+    let BuildContext { prepared, order, kept, .. } = *context;
+    let bytes = memory_in_words(factor_bytes(context, problem) as u64);
+    kept.listener.note(&format!(
+        "the file keeps the factor of the stiffness, about {bytes}: whole fields show the whole static answer"
+    ));
+    let precision = problem.output.precision;
+    let sections = || factor_sections(&prepared.body, &prepared.symbolic, order, precision);
+    Ok(watch.stage("factor for whole fields", sections)?)
+}
