@@ -13,7 +13,7 @@ mod groups;
 pub const MAGNITUDE: (f64, f64) = (1e-30, 1e30);
 
 /// Longest text of a problem: the vademecum file keeps it in its metadata, beside names and tables.
-pub const MAX_TEXT: usize = vademecum_format::MAX_METADATA - (1 << 17);
+pub(crate) const MAX_TEXT: usize = vademecum_format::MAX_METADATA - (1 << 17);
 
 /// Memory in a refusal or an announcement, in words: `1.5 GB`.
 pub fn memory_in_words(bytes: u64) -> String {

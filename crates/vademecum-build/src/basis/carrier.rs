@@ -30,7 +30,7 @@ pub struct Carrier {
 ///
 /// # Errors
 /// If a march or a factorisation fails, or the samples span fewer dimensions than modes are asked for.
-pub fn carrier_basis(
+pub(crate) fn carrier_basis(
     problem: &Problem,
     prepared: &Prepared,
     runs: &SnapshotSchedule,

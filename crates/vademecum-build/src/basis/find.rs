@@ -66,7 +66,7 @@ const DEFAULT_MODES: usize = 8;
 ///
 /// # Errors
 /// [`BasisError`].
-pub fn find_basis(
+pub(crate) fn find_basis(
     problem: &Problem,
     prepared: &Prepared,
     full: Option<&FullOrder<'_>>,

@@ -44,7 +44,7 @@ pub struct Pod {
 
 impl Pod {
     /// Vectors that hold this fraction of the snapshots' squared norm, at least one.
-    pub fn count_for_energy(&self, fraction: f64) -> usize {
+    pub(crate) fn count_for_energy(&self, fraction: f64) -> usize {
         let mut kept = 0.0;
         let enough = self.singular_values.iter().position(|s| {
             kept += s * s;

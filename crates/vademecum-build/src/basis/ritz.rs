@@ -129,7 +129,7 @@ fn carrier(
 ///
 /// # Errors
 /// [`NoConvergence`]: a stiffness that is not finite.
-pub fn ritz_coordinates(basis: Basis) -> Result<Basis, NoConvergence> {
+pub(crate) fn ritz_coordinates(basis: Basis) -> Result<Basis, NoConvergence> {
     let (values, rotation) = symmetric_eigen(basis.stiffness.as_ref())?;
     let r = values.len();
     let energy = (0..r).map(|k| (0..r).map(|j| rotation[(j, k)].powi(2) * basis.energy[j]).sum()).collect();

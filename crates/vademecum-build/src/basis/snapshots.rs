@@ -97,7 +97,7 @@ impl SnapshotSchedule {
     }
 
     /// Snapshots kept of one run.
-    pub fn snapshots_per_run(&self) -> usize {
+    pub(crate) fn snapshots_per_run(&self) -> usize {
         self.steps / self.stride
     }
 

@@ -182,7 +182,7 @@ fn exact(omega_dt: f64, ratio: f64) -> NumericalDamping {
 
 /// The step of a scheme on one unloaded oscillator, `y ← T y` with `y = (u, Δt u̇, Δt² ü)`; `omega_dt = ωΔt`,
 /// `ratio = ζ`.
-pub fn step_matrix(table: &SchemeTable, omega_dt: f64, ratio: f64) -> [[f64; 3]; 3] {
+pub(crate) fn step_matrix(table: &SchemeTable, omega_dt: f64, ratio: f64) -> [[f64; 3]; 3] {
     let (damping, stiffness) = (2.0 * ratio * omega_dt, omega_dt * omega_dt);
     // Row p of the history: what entry p of (u, Δt u̇, Δt² ü, u_1, …) is of the old state.
     let mut history = [[0.0; 3]; HISTORY];

@@ -121,13 +121,13 @@ impl<'a> Krylov<'a> {
         self.used() - self.expanded
     }
 
-    pub fn is_full(&self) -> bool {
+    pub(crate) fn is_full(&self) -> bool {
         self.used() == self.capacity && self.frontier() == 0
     }
 
     /// Adds random vectors to the frontier, as far as there is room. They are smoothed by one `K⁻¹ M`, so
     /// that their weight lies on low modes.
-    pub fn add_random_block(&mut self) -> Result<(), EngineError> {
+    pub(crate) fn add_random_block(&mut self) -> Result<(), EngineError> {
         let own = self.basis.as_ref().nrows();
         let width = BLOCK.min(self.capacity - self.used());
         if width == 0 {
@@ -177,7 +177,7 @@ impl<'a> Krylov<'a> {
     }
 
     /// True if the user wants the search to stop.
-    pub fn is_stopped(&mut self) -> Result<bool, EngineError> {
+    pub(crate) fn is_stopped(&mut self) -> Result<bool, EngineError> {
         self.rows.agree_whether(self.kept.is_some_and(CachedSolves::cancelled))
     }
 

@@ -17,9 +17,7 @@ pub mod schemes;
 mod window;
 mod work;
 
-pub use damping::{
-    Damping, DampingError, ModalRatios, NumericalDamping, Rayleigh, numerical_damping, step_matrix,
-};
+pub use damping::{Damping, DampingError, ModalRatios, NumericalDamping, Rayleigh, numerical_damping};
 pub use full_order::{FullOrder, FullOrderError, StageLoads, State, Workspace};
 pub use harmonic::{HarmonicError, harmonic};
 pub use history::{CHORD, Course, History, LoadTable, Wave};

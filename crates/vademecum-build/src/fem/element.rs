@@ -38,7 +38,7 @@ pub struct Material {
 
 impl Material {
     /// Lamé constants `(λ, μ)`, Pa.
-    pub fn lame(&self) -> (f64, f64) {
+    pub(crate) fn lame(&self) -> (f64, f64) {
         let mu = self.young / (2.0 * (1.0 + self.poisson));
         (2.0 * mu * self.poisson / (1.0 - 2.0 * self.poisson), mu)
     }
@@ -108,7 +108,12 @@ impl ElementKernel {
     }
 
     /// Mass `(N, N)` (one entry per pair of nodes, the same for each component), kg, row by row.
-    pub fn mass_into(&self, nodes: &[[f64; 3]], density: f64, mass: &mut [f64]) -> Result<(), ElementError> {
+    pub(crate) fn mass_into(
+        &self,
+        nodes: &[[f64; 3]],
+        density: f64,
+        mass: &mut [f64],
+    ) -> Result<(), ElementError> {
         let n = self.n_nodes();
         if self.is_straight(nodes) {
             let (_, determinant) = jacobian(n, &self.straight[0], nodes)?;
@@ -132,7 +137,7 @@ impl ElementKernel {
     }
 
     /// Stiffness: `N × N` blocks of 3 × 3, N/m, block row by block row, each block row by row.
-    pub fn stiffness_into(
+    pub(crate) fn stiffness_into(
         &self,
         nodes: &[[f64; 3]],
         material: &Material,

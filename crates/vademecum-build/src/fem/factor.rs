@@ -130,7 +130,7 @@ impl Symbolic {
     }
 
     /// The same, with every factor of a stiffness in single precision.
-    pub fn in_single_precision(self) -> Symbolic {
+    pub(crate) fn in_single_precision(self) -> Symbolic {
         Symbolic { single: true, kept: Arc::default(), ..self }
     }
 
@@ -138,7 +138,7 @@ impl Symbolic {
     ///
     /// # Errors
     /// [`FactorError::NotConverged`].
-    pub fn check_solves(&self) -> Result<(), FactorError> {
+    pub(crate) fn check_solves(&self) -> Result<(), FactorError> {
         let error = *self.worst.lock().unwrap_or_else(PoisonError::into_inner);
         if error <= TOLERANCE { Ok(()) } else { Err(FactorError::NotConverged { error }) }
     }
@@ -165,12 +165,12 @@ impl Symbolic {
     }
 
     /// True if the entries of a factor of the stiffness can be read.
-    pub fn has_entries(&self) -> bool {
+    pub(crate) fn has_entries(&self) -> bool {
         !self.is_spread() && !self.single
     }
 
     /// Memory of the factor of the stiffness in this process \[bytes\].
-    pub fn stiffness_bytes(&self) -> usize {
+    pub(crate) fn stiffness_bytes(&self) -> usize {
         match (self.is_spread(), self.single) {
             (true, _) => 0,
             (false, true) => {
@@ -181,7 +181,7 @@ impl Symbolic {
     }
 
     /// True if factors of the stiffness are made by an engine and lie outside this process.
-    pub fn is_spread(&self) -> bool {
+    pub(crate) fn is_spread(&self) -> bool {
         self.engine.is_some()
     }
 
@@ -201,7 +201,7 @@ impl Symbolic {
     }
 
     /// Memory of one factor in this process \[bytes\]; a close estimate where rows lie on ranks.
-    pub fn factor_bytes(&self) -> usize {
+    pub(crate) fn factor_bytes(&self) -> usize {
         let entries = match (&self.away, self.found.get()) {
             (Some(away), None) => away.factor_entries,
             _ => self.supernodes().len(),
@@ -282,7 +282,7 @@ impl Symbolic {
     ///
     /// # Panics
     /// If the matrix is on another pattern.
-    pub fn take_factor_of(&self, matrix: &SymmetricMatrix) -> Result<Factor, FactorError> {
+    pub(crate) fn take_factor_of(&self, matrix: &SymmetricMatrix) -> Result<Factor, FactorError> {
         let factor = self.factor_of(matrix)?;
         self.forget();
         Ok(Arc::unwrap_or_clone(factor))
@@ -303,7 +303,7 @@ impl Symbolic {
     ///
     /// # Errors
     /// The error of the first matrix, in the given order, that has one.
-    pub fn factorize_all(&self, matrices: Vec<SymmetricMatrix>) -> Result<Vec<Factor>, FactorError> {
+    pub(crate) fn factorize_all(&self, matrices: Vec<SymmetricMatrix>) -> Result<Vec<Factor>, FactorError> {
         let factors: Vec<_> = matrices.into_par_iter().map(|matrix| self.factorize(matrix)).collect();
         factors.into_iter().collect()
     }

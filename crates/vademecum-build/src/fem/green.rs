@@ -234,7 +234,7 @@ impl<'m> GreenStrain<'m> {
     }
 
     /// `f ← Bᵀ z`.
-    pub fn linear_transpose(&self, z: &[f64], f: &mut [f64]) {
+    pub(crate) fn linear_transpose(&self, z: &[f64], f: &mut [f64]) {
         assert_eq!(z.len(), self.n_rows());
         self.gather(f, |element, forces| {
             for (point, row) in self.points(element).zip(self.rows_of(z, element)) {
@@ -280,7 +280,7 @@ impl<'m> GreenStrain<'m> {
     /// `m G(u)ᵀ G(u) + 2 E₂(·,·)ᵀ z`: the material part with the weight `m`, and the part that the stress of
     /// rows `z` adds. With `pulled`, compression is left out of that stress, so that the matrix is positive
     /// definite wherever `B` sees all motions.
-    pub fn weighted_tangent(&self, u: &[f64], m: f64, z: &[f64], pulled: bool) -> SymmetricMatrix {
+    pub(crate) fn weighted_tangent(&self, u: &[f64], m: f64, z: &[f64], pulled: bool) -> SymmetricMatrix {
         assert_eq!(z.len(), self.n_rows());
         let u = self.expand(u);
         let mesh = self.model.mesh();

@@ -24,7 +24,7 @@ impl<T> Lazy<T> {
     }
 
     /// True if anyone has asked.
-    pub fn is_made(&self) -> bool {
+    pub(crate) fn is_made(&self) -> bool {
         self.found.get().is_some()
     }
 }

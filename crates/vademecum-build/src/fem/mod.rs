@@ -38,7 +38,8 @@ pub use engine::{Engine, LocalRows, MassProduct, PencilRows, Search, SpreadFacto
 pub(crate) use engine::{LocalMass, agree_matrix, sum_matrix};
 pub use factor::{Factor, FactorColumns, FactorError, Solve, Symbolic};
 pub use green::{GreenError, GreenStrain, SOFTENING};
-pub use loads::{Facet, LoadError, surface_facets};
+pub(crate) use loads::surface_facets;
+pub use loads::{Facet, LoadError};
 pub use model::Model;
 pub use model_error::ModelError;
 pub use pencil::{Pencil, PencilError};

@@ -44,7 +44,7 @@ impl Model {
     ///
     /// # Errors
     /// As [`Model::assemble`]; [`ModelError::Engine`].
-    pub fn assemble_on(
+    pub(crate) fn assemble_on(
         engine: Option<&Arc<dyn Engine>>,
         mesh: Mesh,
         materials: &[Material],

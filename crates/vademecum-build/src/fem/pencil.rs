@@ -146,7 +146,7 @@ impl Pencil {
     }
 
     /// True if something needed entries of matrices whose rows lie on ranks, and had them assembled here.
-    pub fn was_assembled_here(&self) -> bool {
+    pub(crate) fn was_assembled_here(&self) -> bool {
         self.away.as_ref().is_some_and(|away| away.here.is_made())
     }
 
@@ -298,7 +298,7 @@ impl Pencil {
     }
 
     /// The node each free dof belongs to, ascending; `None` for matrices without a mesh.
-    pub fn dof_nodes(&self) -> Option<&[u32]> {
+    pub(crate) fn dof_nodes(&self) -> Option<&[u32]> {
         self.here().dof_nodes.as_deref()
     }
 }

@@ -116,12 +116,12 @@ impl ReliefProjection {
 
 impl Symbolic {
     /// Multiplications of [`Factor::select`], and what takes as long.
-    pub fn select_work(&self) -> f64 {
+    pub(crate) fn select_work(&self) -> f64 {
         self.supernodes().groups.iter().map(work).sum()
     }
 
     /// Memory of [`Factor::select`] beside the factor \[bytes\].
-    pub fn select_bytes(&self) -> usize {
+    pub(crate) fn select_bytes(&self) -> usize {
         let supernodes = self.supernodes();
         let workspace = 2 * supernodes.tallest().pow(2) + 2 * supernodes.largest();
         self.factor_bytes().saturating_add(size_of::<f64>() * workspace)

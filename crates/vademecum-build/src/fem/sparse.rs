@@ -50,7 +50,7 @@ impl Pattern {
     }
 
     /// Number of stored places, both triangles and the diagonal.
-    pub fn n_stored(&self) -> usize {
+    pub(crate) fn n_stored(&self) -> usize {
         self.rows.len()
     }
 

@@ -162,7 +162,7 @@ impl Supernodes {
     }
 
     /// Positions of the rows below a group among the columns and rows of its parent.
-    pub fn in_parent(&self, group: &Group) -> &[u32] {
+    pub(crate) fn in_parent(&self, group: &Group) -> &[u32] {
         &self.in_parent[group.rows.clone()]
     }
 
@@ -193,7 +193,7 @@ impl Supernodes {
     }
 
     /// Most rows below a group.
-    pub fn tallest(&self) -> usize {
+    pub(crate) fn tallest(&self) -> usize {
         self.groups.iter().map(Group::below).max().unwrap_or(0)
     }
 

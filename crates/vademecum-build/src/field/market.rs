@@ -36,7 +36,7 @@ impl MarketMatrix {
     ///
     /// # Panics
     /// If `name` is shorter than `n`.
-    pub fn both_triangles(&self, name: &[u32]) -> Vec<(u32, u32, f64)> {
+    pub(crate) fn both_triangles(&self, name: &[u32]) -> Vec<(u32, u32, f64)> {
         let mut both = Vec::with_capacity(2 * self.lower.len());
         for &(row, column, value) in &self.lower {
             let (row, column) = (name[row as usize], name[column as usize]);

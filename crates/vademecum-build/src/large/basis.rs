@@ -14,7 +14,7 @@ use crate::linalg::{NoConvergence, subtract_product, symmetric_part, transposed_
 /// The basis `[modes, shapes]`, its mass the identity, and the diagonal of its stiffness. `momenta` is the
 /// mass times the modes; states are displacements over the free dofs. Fewer shapes come back where the states
 /// do not have as many.
-pub fn with_followers(
+pub(crate) fn with_followers(
     pencil: &Pencil,
     (modes, momenta, eigenvalues): (MatRef<'_, f64>, MatRef<'_, f64>, &[f64]),
     states: &[Vec<f64>],

@@ -27,7 +27,7 @@ const RIDGES: [f64; 3] = [1.0, 1e-2, 1e-4];
 /// Shares of the coordinates that are natural modes, ascending: one in so many.
 const SPLITS: [usize; 3] = [6, 4, 2];
 /// Strain maps to choose from at most: for each share the two priors, and the regressions on one of them.
-pub const CANDIDATES: usize = SPLITS.len() * (2 + RIDGES.len());
+pub(crate) const CANDIDATES: usize = SPLITS.len() * (2 + RIDGES.len());
 /// States that show which shapes follow the modes, for each coordinate.
 const FOLLOWED: usize = 8;
 /// Displacement of training states relative to the requested one: beyond it the map extrapolates.
@@ -50,7 +50,7 @@ pub struct LargeOptions {
 impl LargeOptions {
     /// States of a basis of so many coordinates, where nobody says: twice as many as there are products of
     /// coordinates. With fewer, a regression bends products that the states hardly tell apart.
-    pub fn states_of(coordinates: usize) -> usize {
+    pub(crate) fn states_of(coordinates: usize) -> usize {
         coordinates * (coordinates + 1)
     }
 
@@ -160,7 +160,7 @@ impl<'a> StrainLearner<'a> {
     ///
     /// # Errors
     /// [`LearnError`].
-    pub fn priors(&self) -> Result<Vec<LargeModel>, LearnError> {
+    pub(crate) fn priors(&self) -> Result<Vec<LargeModel>, LearnError> {
         let Self { body, options, .. } = self;
         let mut found = vec![];
         for n_modes in options.natural_modes() {

@@ -42,7 +42,7 @@ impl Pairs {
     }
 
     /// The same of coordinates that stand in columns, one state a column.
-    pub fn products_of(self, q: MatRef<'_, f64>) -> Mat<f64> {
+    pub(crate) fn products_of(self, q: MatRef<'_, f64>) -> Mat<f64> {
         let pairs: Vec<_> = self.iter().collect();
         Mat::from_fn(pairs.len(), q.ncols(), |j, s| q[(pairs[j].0, s)] * q[(pairs[j].1, s)])
     }

@@ -10,8 +10,8 @@ mod shapes;
 mod states;
 mod trial;
 
-pub use basis::with_followers;
-pub use learn::{CANDIDATES, CondensedBasis, LargeModel, LargeOptions, LearnError, StrainLearner};
+pub(crate) use learn::CANDIDATES;
+pub use learn::{CondensedBasis, LargeModel, LargeOptions, LearnError, StrainLearner};
 pub use map::{Pairs, ReducedStrain, StrainGram};
 pub use prediction::Prediction;
 pub use prior::{Prior, columns};

@@ -36,7 +36,7 @@ const KINDS: [GroupKind; 2] = [
 ];
 
 /// Memory that all groups of this process leave \[bytes\]; none where none of them has a limit.
-pub fn left_by_groups() -> Option<u64> {
+pub(crate) fn left_by_groups() -> Option<u64> {
     let table = std::fs::read_to_string("/proc/self/cgroup").ok()?;
     let of_kind = |kind: &GroupKind| {
         let read = |folder: &Path, name| std::fs::read_to_string(folder.join(name)).ok();

@@ -38,11 +38,11 @@ pub use error::{Fault, MeshError};
 pub use flaw::{Flaw, UnsupportedCells};
 pub use hash::hash;
 pub use place::Location;
-pub use quality::{corner_volume, jacobian_10, quality};
+pub use quality::{jacobian_10, quality};
 pub use raw::{RawMesh, Tetrahedra};
 pub use report::{GroupReport, MeshReport, QualityReport, RegionReport, inspect};
 pub use sources::sources;
-pub use tables::{parse_tables, read_tables};
+pub use tables::read_tables;
 
 /// Polynomial order of the displacement in an element.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

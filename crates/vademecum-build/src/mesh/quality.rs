@@ -13,7 +13,7 @@ pub(crate) const FACES: [[usize; 3]; 4] = [[0, 2, 1], [0, 1, 3], [1, 2, 3], [0, 
 pub(crate) const FACE_MIDS: [[usize; 3]; 4] = [[6, 5, 4], [4, 8, 7], [5, 9, 8], [7, 9, 6]];
 
 /// Signed volume of the tetrahedron on four corners, positive if the fourth lies where the right hand points.
-pub fn corner_volume(p: [[f64; 3]; 4]) -> f64 {
+pub(crate) fn corner_volume(p: [[f64; 3]; 4]) -> f64 {
     dot(sub(p[1], p[0]), cross(sub(p[2], p[0]), sub(p[3], p[0]))) / 6.0
 }
 

@@ -25,7 +25,7 @@ pub(crate) enum CellKind {
 
 impl CellKind {
     /// Nodes of the cell.
-    pub fn node_count(self) -> usize {
+    pub(crate) fn node_count(self) -> usize {
         match self {
             CellKind::Point => 1,
             CellKind::Triangle3 => 3,

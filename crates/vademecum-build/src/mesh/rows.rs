@@ -16,7 +16,7 @@ impl<'a> RowReader<'a> {
         RowReader { text, endian, line: b"", rest: b"" }
     }
 
-    pub fn is_binary(&self) -> bool {
+    pub(crate) fn is_binary(&self) -> bool {
         self.endian.is_some()
     }
 
@@ -30,7 +30,7 @@ impl<'a> RowReader<'a> {
     }
 
     /// Goes to the next line of a text file where a row may be broken over lines.
-    pub fn begin_if_line_ended(&mut self, expected: &str) -> Result<(), MeshError> {
+    pub(crate) fn begin_if_line_ended(&mut self, expected: &str) -> Result<(), MeshError> {
         if self.line_is_empty() { self.begin(expected) } else { Ok(()) }
     }
 
@@ -86,7 +86,7 @@ impl<'a> RowReader<'a> {
     }
 
     /// The rest of the line of a text row; none in a binary row.
-    pub fn line_is_empty(&self) -> bool {
+    pub(crate) fn line_is_empty(&self) -> bool {
         self.endian.is_none() && tokens(self.rest).next().is_none()
     }
 }

@@ -26,7 +26,7 @@ pub fn read_tables(coordinates: &Path, connectivity: &Path) -> Result<Mesh, Mesh
 ///
 /// # Errors
 /// [`MeshError`] if a table cannot be read or is malformed.
-pub fn parse_tables(coordinates: &Path, connectivity: &Path) -> Result<RawMesh, MeshError> {
+pub(crate) fn parse_tables(coordinates: &Path, connectivity: &Path) -> Result<RawMesh, MeshError> {
     let points = load(coordinates)?;
     let cells = load(connectivity)?;
     let mut raw = RawMesh::new(coordinates, "coordinate and connectivity tables");

@@ -46,7 +46,7 @@ impl<'a> Text<'a> {
     }
 
     /// Number of the line that was read last, from 1.
-    pub fn line_number(&self) -> usize {
+    pub(crate) fn line_number(&self) -> usize {
         self.line
     }
 
@@ -59,7 +59,7 @@ impl<'a> Text<'a> {
     }
 
     /// The next line without its end, trimmed, blank ones included; none at the end of the file.
-    pub fn raw_line(&mut self) -> Option<&'a [u8]> {
+    pub(crate) fn raw_line(&mut self) -> Option<&'a [u8]> {
         if self.pos >= self.bytes.len() {
             return None;
         }
@@ -71,7 +71,7 @@ impl<'a> Text<'a> {
     }
 
     /// The next line that is not blank.
-    pub fn next_line(&mut self) -> Option<&'a [u8]> {
+    pub(crate) fn next_line(&mut self) -> Option<&'a [u8]> {
         loop {
             let line = self.raw_line()?;
             if !line.is_empty() {
@@ -95,7 +95,7 @@ impl<'a> Text<'a> {
     }
 
     /// The next token separated by white space, over line ends; none at the end of the file.
-    pub fn next_token(&mut self) -> Option<&'a [u8]> {
+    pub(crate) fn next_token(&mut self) -> Option<&'a [u8]> {
         self.skip_white();
         let rest = &self.bytes[self.pos..];
         let end = rest.iter().position(u8::is_ascii_whitespace).unwrap_or(rest.len());
@@ -112,7 +112,7 @@ impl<'a> Text<'a> {
     }
 
     /// The next token without taking it.
-    pub fn peek_token(&mut self) -> Option<&'a [u8]> {
+    pub(crate) fn peek_token(&mut self) -> Option<&'a [u8]> {
         let (pos, line) = (self.pos, self.line);
         let token = self.next_token();
         (self.pos, self.line) = (pos, line);

@@ -13,7 +13,9 @@ use crate::prepared::{Body, Prepared};
 use crate::progress::Stopwatch;
 use crate::reaction::reactions;
 use crate::report::BuildPlan;
-use crate::residual::{BlockMethod, ResidualBasis, ResidualFlexibility, static_residual, stress_residual};
+use crate::residual::{
+    BlockMethod, ResidualBasis, ResidualFlexibility, residual_flexibility, stress_residual,
+};
 use crate::store::Inputs;
 
 /// The body on a basis.
@@ -79,7 +81,7 @@ fn residual(
         let inputs = inputs.indices(triangles.as_flattened());
         body.patterns.iter().fold(inputs, |inputs, (_, force)| inputs.numbers(force))
     };
-    let solve = || static_residual(&reduced, way, nodes, triangles, kept.listener);
+    let solve = || residual_flexibility(&reduced, way, nodes, triangles, kept.listener);
     let found = watch.stage("static residual", || kept.stage("residual", inputs, solve))?;
     Ok(Some(found))
 }

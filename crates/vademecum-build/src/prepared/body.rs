@@ -218,7 +218,7 @@ impl Body {
     /// Mass, centre, moments of inertia and first centrifugal pattern of a body without supports, then force
     /// and moment about the centre of each pattern, as section 59 of a file has them; nothing of a body that
     /// is held.
-    pub fn rigid_numbers(&self) -> Vec<f64> {
+    pub(crate) fn rigid_numbers(&self) -> Vec<f64> {
         let Some(rigid) = self.model.pencil().rigid() else { return vec![] };
         let first = self.patterns.len() - CENTRIFUGAL.len();
         let own = [rigid.mass].into_iter().chain(rigid.centre).chain(rigid.inertia).chain([first as f64]);

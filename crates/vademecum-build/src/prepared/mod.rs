@@ -134,7 +134,7 @@ pub fn prepare(
 ///
 /// # Errors
 /// As [`prepare`]; [`PrepareError::Memory`] before a mesh or matrices that need more are allocated.
-pub fn prepare_within(
+pub(crate) fn prepare_within(
     problem: &Problem,
     means: &Means<'_>,
     watch: &mut Stopwatch<'_>,

@@ -114,7 +114,7 @@ impl ParameterSpace {
     }
 
     /// True if a parameter scales single regions, so that θ alone does not carry them all.
-    pub fn has_region_parameters(&self) -> bool {
+    pub(crate) fn has_region_parameters(&self) -> bool {
         self.parameters.iter().any(|p| region_of(p.role).is_some())
     }
 
@@ -188,7 +188,7 @@ impl ParameterSpace {
     ///
     /// # Errors
     /// If a parameter is unusable for the scheme.
-    pub fn theta_range(&self, scheme: &SchemeTable) -> Result<(f64, f64), TableError> {
+    pub(crate) fn theta_range(&self, scheme: &SchemeTable) -> Result<(f64, f64), TableError> {
         let mut range = (f64::INFINITY, 0.0f64);
         for bits in 0..1u32 << 5 {
             let mut step = self.fixed;

@@ -61,13 +61,13 @@ impl<'a> ResidualOperator<'a> {
     }
 
     /// The factor of `K`, to use it up: without it nothing is solved for.
-    pub fn take_factor(&mut self) -> Result<Factor, FactorError> {
+    pub(crate) fn take_factor(&mut self) -> Result<Factor, FactorError> {
         self.factor = None;
         self.symbolic.take_factor_of(self.pencil().stiffness())
     }
 
     /// Makes the same factor again.
-    pub fn restore_factor(&mut self) -> Result<(), FactorError> {
+    pub(crate) fn restore_factor(&mut self) -> Result<(), FactorError> {
         self.factor = Some(self.symbolic.factor_of(self.pencil().stiffness())?);
         Ok(())
     }
@@ -78,12 +78,12 @@ impl<'a> ResidualOperator<'a> {
     }
 
     /// `K B`, shape (n, r).
-    pub fn images(&self) -> MatRef<'_, f64> {
+    pub(crate) fn images(&self) -> MatRef<'_, f64> {
         self.images.as_ref()
     }
 
     /// `1/λ`.
-    pub fn compliances(&self) -> &[f64] {
+    pub(crate) fn compliances(&self) -> &[f64] {
         &self.compliances
     }
 
@@ -97,7 +97,7 @@ impl<'a> ResidualOperator<'a> {
     }
 
     /// Columns of this complement worked on at once.
-    pub fn columns_at_once(&self) -> usize {
+    pub(crate) fn columns_at_once(&self) -> usize {
         Self::at_once(self.symbolic)
     }
 
@@ -137,7 +137,7 @@ impl<'a> ResidualOperator<'a> {
     }
 
     /// `M` times the first `used` columns.
-    pub fn weigh(&self, memory: &mut ResidualWorkspace, used: usize) {
+    pub(crate) fn weigh(&self, memory: &mut ResidualWorkspace, used: usize) {
         let ResidualWorkspace { columns, images, .. } = memory;
         let images = images.as_mut().subcols_mut(0, used);
         self.pencil().mass().mul_into(columns.as_ref().subcols(0, used), images);
@@ -192,12 +192,12 @@ impl<'a> ResidualOperator<'a> {
     }
 
     /// Adds the unit force along what a probe looks at.
-    pub fn add_probe(&self, probe: &Probe, load: &mut [f64]) {
+    pub(crate) fn add_probe(&self, probe: &Probe, load: &mut [f64]) {
         self.body.probe_row(probe).into_iter().for_each(|(free, weight)| load[free as usize] += weight);
     }
 
     /// Values of all probes in one column.
-    pub fn probe_values(&self, column: MatRef<'_, f64>) -> Vec<f64> {
+    pub(crate) fn probe_values(&self, column: MatRef<'_, f64>) -> Vec<f64> {
         let value = |probe: &Probe| {
             let row = self.body.probe_row(probe).into_iter();
             row.map(|(free, weight)| weight * column[(free as usize, 0)]).sum()

@@ -45,7 +45,7 @@ pub enum ModeSearch {
 ///
 /// # Errors
 /// [`ResidualError`].
-pub fn modes_within(
+pub(crate) fn modes_within(
     body: &Body,
     symbolic: &Symbolic,
     error: f64,

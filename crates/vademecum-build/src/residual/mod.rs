@@ -20,7 +20,8 @@ mod sweep;
 mod way;
 
 pub use bound::StaticBound;
-pub use count::{ModeSearch, modes_within};
+pub use count::ModeSearch;
+pub(crate) use count::modes_within;
 pub use error::ResidualError;
 pub use stress::{StressFlexibility, stress_residual};
 pub use way::BlockMethod;
@@ -94,7 +95,7 @@ pub fn memory(body: &Body, symbolic: &crate::fem::Symbolic, r: usize) -> f64 {
 ///
 /// # Errors
 /// [`ResidualError`].
-pub fn static_residual(
+pub(crate) fn residual_flexibility(
     reduced: &ResidualBasis<'_>,
     way: BlockMethod,
     nodes: &[u32],

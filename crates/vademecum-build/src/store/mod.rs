@@ -26,7 +26,8 @@ pub use folder::Store;
 pub use growing::GrowingFile;
 pub use inputs::{Inputs, StageInput};
 pub use kind::Kind;
-pub use read::{TEXT_LIMIT, open_regular, read_regular, read_text, read_text_within};
+pub(crate) use read::read_text_within;
+pub use read::{TEXT_LIMIT, open_regular, read_regular, read_text};
 pub use solves::CachedSolves;
 
 use std::fmt::Debug;

@@ -49,7 +49,7 @@ pub fn read_text(path: &Path) -> io::Result<String> {
 ///
 /// # Errors
 /// As [`read_text`].
-pub fn read_text_within(path: &Path, limit: u64) -> io::Result<String> {
+pub(crate) fn read_text_within(path: &Path, limit: u64) -> io::Result<String> {
     let file = if path == Path::new("/dev/stdin") { File::open(path)? } else { open_regular(path)? };
     text_of(file, limit)
 }

@@ -14,7 +14,7 @@ use super::newton::{Newton, NewtonStop, NewtonWork};
 use super::scheme::{LargeDamping, LargeScheme};
 use super::space::{MotionSpace, SpaceFactor};
 use super::vectors::{add, dot, sum, times};
-use crate::dynamics::{INSTANTS, TimedLoad};
+use crate::dynamics::INSTANTS;
 use crate::fem::{GreenStrain, Symbolic, SymmetricMatrix};
 use crate::progress::Listener;
 
@@ -394,18 +394,6 @@ fn load_at(time: f64, n: usize, force: &mut ForceAt<'_>) -> Result<Vec<f64>, Lar
     let mut load = vec![0.0; n];
     force(time, &mut load);
     if load.iter().all(|f| f.is_finite()) { Ok(load) } else { Err(LargeError::Load { at: time }) }
-}
-
-/// The loads of one trajectory of the linear march as a force over time.
-pub fn timed_force(loads: &[TimedLoad], column: usize) -> impl FnMut(f64, &mut [f64]) + '_ {
-    move |time, force| {
-        for load in loads.iter().filter(|load| load.column == column) {
-            let factor = load.when.factor(time);
-            if factor != 0.0 {
-                add(force, factor, &load.force);
-            }
-        }
-    }
 }
 
 /// Marches from a displacement and velocity at time 0 and shows each state to `observe`, the start too.

@@ -2,10 +2,7 @@
 
 use super::test_beam::{end_load, moved, nearest};
 use super::vectors::{add, dot, sum, times};
-use super::{
-    LargeDamping, LargeError, LargeMarch, LargeScheme, LargeState, Newton, Relaxation, march_large,
-    timed_force,
-};
+use super::{LargeDamping, LargeError, LargeMarch, LargeScheme, LargeState, Newton, Relaxation, march_large};
 use crate::dynamics::schemes::{SchemeKind, bathe};
 use crate::dynamics::{FullOrder, History, Interval, Rayleigh, TimedLoad, lowest_modes, march_full_order};
 use crate::fem::test_mesh::{block, hold, quadratic};
@@ -388,4 +385,16 @@ fn a_march_within_a_basis_is_galerkins() {
     assert!((1e-3..0.9).contains(&apart), "{apart}");
     let short = march().within(modes.as_ref().subrows(0, 3));
     assert!(matches!(short.err(), Some(LargeError::Length { .. })));
+}
+
+/// The loads of one trajectory of the linear march as a force over time.
+fn timed_force(loads: &[TimedLoad], column: usize) -> impl FnMut(f64, &mut [f64]) + '_ {
+    move |time, force| {
+        for load in loads.iter().filter(|load| load.column == column) {
+            let factor = load.when.factor(time);
+            if factor != 0.0 {
+                add(force, factor, &load.force);
+            }
+        }
+    }
 }

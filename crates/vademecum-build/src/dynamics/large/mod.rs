@@ -53,7 +53,7 @@ mod space;
 mod vectors;
 
 pub use error::LargeError;
-pub use march::{LargeMarch, LargeState, LargeWork, march_large, timed_force};
+pub use march::{LargeMarch, LargeState, LargeWork, march_large};
 pub use newton::Newton;
 pub use relax::{InitialGuess, Relaxation, RelaxedShape};
 pub use rest::{RestOptions, StaticSolution, rest};

@@ -88,7 +88,11 @@ impl<'a> Relaxation<'a> {
     ///
     /// # Errors
     /// [`LargeError::NoShape`], a length, memory.
-    pub fn relax(&mut self, guess: Option<InitialGuess>, q: &[f64]) -> Result<RelaxedShape, LargeError> {
+    pub(crate) fn relax(
+        &mut self,
+        guess: Option<InitialGuess>,
+        q: &[f64],
+    ) -> Result<RelaxedShape, LargeError> {
         check_length("the prescribed coordinates", q.len(), self.momenta.ncols())?;
         if let Some(guess) = &guess {
             check_length("the guessed displacement", guess.displacement.len(), self.displacement.len())?;

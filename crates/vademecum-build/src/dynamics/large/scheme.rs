@@ -37,7 +37,7 @@ impl LargeScheme {
     }
 
     /// True if each stage balances the forces at its own instant.
-    pub fn is_suitable(&self) -> bool {
+    pub(crate) fn is_suitable(&self) -> bool {
         let LargeScheme::Table(table) = self else { return true };
         let own = table.active().iter().all(|stage| {
             stage.stiffness == 1.0 && stage.stiffness_history.iter().all(|&weight| weight == 0.0)

@@ -62,7 +62,7 @@ impl<'a> Motion<'a> {
     }
 
     /// Energy at the next instant, the start first.
-    pub fn next_energy(&mut self) -> f64 {
+    pub(crate) fn next_energy(&mut self) -> f64 {
         if self.shown {
             self.step();
         }

@@ -94,7 +94,7 @@ impl<'a> RitzSpace<'a> {
     }
 
     /// True if `K⁻¹M` leads nowhere else.
-    pub fn is_closed(&self) -> bool {
+    pub(crate) fn is_closed(&self) -> bool {
         self.expanded == self.used() || self.used() == self.pencil.n_dof()
     }
 
@@ -125,7 +125,7 @@ impl<'a> RitzSpace<'a> {
     }
 
     /// Takes them back.
-    pub fn take_back(&mut self, (vectors, stiffness): (Columns, Mat<f64>)) {
+    pub(crate) fn take_back(&mut self, (vectors, stiffness): (Columns, Mat<f64>)) {
         (self.vectors, self.stiffness) = (vectors, stiffness);
     }
 

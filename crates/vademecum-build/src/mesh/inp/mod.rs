@@ -224,7 +224,7 @@ impl Deck {
     }
 
     /// Removes the name of the instance in front of a set or number.
-    pub fn strip_instance<'t>(&self, text: &'t str) -> &'t str {
+    pub(crate) fn strip_instance<'t>(&self, text: &'t str) -> &'t str {
         match text.split_once('.') {
             Some((instance, rest)) if self.instances.iter().any(|i| i.eq_ignore_ascii_case(instance)) => rest,
             _ => text,

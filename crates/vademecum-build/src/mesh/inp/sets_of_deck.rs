@@ -8,7 +8,7 @@ use crate::mesh::raw::CellKind;
 use crate::mesh::text::ParsedNumber;
 
 impl Deck {
-    pub fn node_set(&mut self, card: &Card) -> Result<(), MeshError> {
+    pub(crate) fn node_set(&mut self, card: &Card) -> Result<(), MeshError> {
         let name = set_name(card, "NSET")?;
         let mut members = match card.parameter("GENERATE") {
             Some(_) => {
@@ -28,7 +28,7 @@ impl Deck {
         Ok(())
     }
 
-    pub fn element_set(&mut self, card: &Card) -> Result<(), MeshError> {
+    pub(crate) fn element_set(&mut self, card: &Card) -> Result<(), MeshError> {
         let name = set_name(card, "ELSET")?;
         let members = match card.parameter("GENERATE") {
             Some(_) => {
@@ -46,12 +46,12 @@ impl Deck {
         Ok(())
     }
 
-    pub fn node_members(&self, data: &[DataLine], section: &str) -> Result<Vec<usize>, MeshError> {
+    pub(crate) fn node_members(&self, data: &[DataLine], section: &str) -> Result<Vec<usize>, MeshError> {
         self.members(data, section, &self.node_sets, |id| self.index.get(id).map(|i| i as usize))
     }
 
     /// Numbers and names of sets defined before.
-    pub fn members(
+    pub(crate) fn members(
         &self,
         data: &[DataLine],
         section: &str,

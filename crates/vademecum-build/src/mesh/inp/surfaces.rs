@@ -14,7 +14,7 @@ const ABAQUS_FACES: [[usize; 3]; 4] = [[0, 1, 2], [0, 3, 1], [1, 3, 2], [2, 3, 0
 
 impl Deck {
     /// Surfaces become facet groups.
-    pub fn surface_groups(&mut self) -> Result<(), MeshError> {
+    pub(crate) fn surface_groups(&mut self) -> Result<(), MeshError> {
         let surfaces = std::mem::take(&mut self.surfaces);
         if surfaces.is_empty() {
             return Ok(());

@@ -70,7 +70,7 @@ impl<'a> Shell<'a> {
     }
 
     /// Parses the document.
-    pub fn document(&self) -> Result<Document<'_>, MeshError> {
+    pub(crate) fn document(&self) -> Result<Document<'_>, MeshError> {
         Document::parse(&self.text).map_err(|e| {
             let place = Location::Line(e.pos().row as usize);
             let at = FaultSite { file: &self.file, place, section: "the XML document" };
