@@ -12,7 +12,7 @@ mod groups;
 /// Unit systems differ by far less (a modulus is 2e11 in SI, 2e5 in mm-N-tonne, 2e23 in km-kg-ns).
 pub const MAGNITUDE: (f64, f64) = (1e-30, 1e30);
 
-/// Longest text of a problem: the vademecum file keeps it in its metadata, beside names and tables.
+/// Longest text of a problem: the vademecum file stores it in its metadata, with names and tables.
 pub(crate) const MAX_TEXT: usize = vademecum_format::MAX_METADATA - (1 << 17);
 
 /// Memory in a refusal or an announcement, in words: `1.5 GB`.

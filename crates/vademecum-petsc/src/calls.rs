@@ -1,7 +1,7 @@
 //! The shim to MPI and PETSc (`shim.c`) as values: all `unsafe` code of this crate.
 //!
 //! Calls of MPI and PETSc are made by one thread at a time, whichever it is: every value here is reached
-//! through [`Calls`], of which there is one, or lies beside it under the same lock.
+//! through [`Calls`], of which there is one, or shares its lock.
 #![allow(unsafe_code)]
 
 use std::ffi::{CStr, CString, c_char, c_int, c_void};
@@ -129,7 +129,7 @@ impl Calls {
         checked(unsafe { vp_send(bytes.as_ptr(), bytes.len() as i64, to as c_int) })
     }
 
-    /// Receives as many bytes from another rank.
+    /// Receives `bytes.len()` bytes from another rank.
     pub fn receive(&self, bytes: &mut [u8], from: usize) -> Result<(), EngineError> {
         // SAFETY: the shim writes so many bytes.
         checked(unsafe { vp_receive(bytes.as_mut_ptr(), bytes.len() as i64, from as c_int) })
@@ -254,7 +254,7 @@ unsafe impl Send for Factor {}
 
 impl Factor {
     /// Analyses a matrix. With a folder the factor will lie there. What is said of memory counts so much room
-    /// beside what is needed \[%\].
+    /// in addition to what is needed \[%\].
     pub fn analyse(matrix: Matrix, folder: Option<&CString>, room: i64) -> Result<Self, EngineError> {
         let mut factor = Self { matrix, made: ptr::null_mut() };
         let folder = folder.map_or(ptr::null(), |folder| folder.as_ptr());
@@ -263,7 +263,7 @@ impl Factor {
         Ok(factor)
     }
 
-    /// Fills the factor, with so much room beside the estimate of its memory \[%\].
+    /// Fills the factor, with this much room in addition to its estimated memory \[%\].
     pub fn fill(&mut self, room: i64) -> Result<(), EngineError> {
         // SAFETY: both were made by the shim.
         checked(unsafe { vp_factor_fill(self.matrix.made, self.made, room) })

@@ -152,7 +152,7 @@ fn scale(session: &mut Session, id: u64, of: u64, weight: f64) -> Result<LocalMa
     session.matrix(of)?.scaled(weight)
 }
 
-/// The rows of a matrix that a rank has, as it is told them.
+/// The rows of a matrix that a rank has, as they are sent to it.
 fn places_of(ranks: &Ranks, rank: usize, order: &[u32]) -> Vec<i64> {
     order[ranks.rows_of(rank, order.len())].iter().map(|&row| row.into()).collect()
 }

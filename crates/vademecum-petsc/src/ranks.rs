@@ -15,9 +15,9 @@ pub enum Command {
     Scale(u64, u64, f64),
     /// Make a factor, of a matrix.
     Factorise(u64, u64),
-    /// Multiply a matrix by so many columns, which follow, and send the product.
+    /// Multiply a matrix by a number of columns, which follow, and send the product.
     Multiply(u64, usize),
-    /// Solve with a factor for so many columns, which follow, and send the answers.
+    /// Solve with a factor for a number of columns, which follow, and send the answers.
     Solve(u64, usize),
     /// Search for modes with a factor and a mass; `true`: of a body without supports.
     Search(u64, u64, Search, bool),
@@ -128,7 +128,7 @@ impl Ranks {
         1..self.calls.size
     }
 
-    /// The rows of a rank, of so many: equal shares, of whole nodes where every node has three rows.
+    /// The rows of a rank, of `total`: equal shares, of whole nodes where every node has three rows.
     pub fn rows_of(&self, rank: usize, total: usize) -> std::ops::Range<usize> {
         let first = |rank: usize| match (total as u128 * rank as u128 / self.calls.size as u128) as usize {
             first if first == total => total,
@@ -152,7 +152,7 @@ impl Ranks {
         Command::received(packet.map(u64::from_ne_bytes)).ok_or_else(unknown)
     }
 
-    /// Sends as many numbers as the other rank knows of.
+    /// Sends numbers; the other rank knows the count.
     pub fn send<T: Scalar>(&self, numbers: &[T], to: usize) -> Result<(), EngineError> {
         numbers.chunks(PIECE).try_for_each(|piece| {
             let bytes: Vec<[u8; 8]> = piece.iter().map(|number| number.bytes()).collect();
@@ -160,7 +160,7 @@ impl Ranks {
         })
     }
 
-    /// Receives so many numbers.
+    /// Receives `count` numbers.
     pub fn receive<T: Scalar>(&self, count: usize, from: usize) -> Result<Vec<T>, EngineError> {
         let mut numbers = Vec::with_capacity(count);
         while numbers.len() < count {

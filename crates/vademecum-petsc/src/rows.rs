@@ -75,7 +75,7 @@ pub struct LocalSolver {
     pub _scratch: Option<Scratch>,
 }
 
-/// A folder of this rank that is removed with what lies in it.
+/// A folder of this rank that is removed with its content.
 pub struct Scratch(pub std::path::PathBuf);
 
 impl Drop for Scratch {

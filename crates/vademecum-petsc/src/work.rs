@@ -63,8 +63,8 @@ pub fn distribute(
     Ok([one(pencil.mass())?, one(pencil.stiffness())?])
 }
 
-/// Room beside what MUMPS needs without pivoting that is tried, one after the other \[%\]; its estimates
-/// count the first.
+/// Room in addition to what MUMPS needs without pivoting that is tried, one after the other \[%\]; its
+/// estimates count the first.
 const ROOM: [i64; 3] = [30, 100, 400];
 
 /// A solver and the folder of its factor on disk; or the error, on which all ranks agree.

@@ -67,8 +67,9 @@ pub fn pod_basis(
 ///
 /// `BᵀKB` is diagonalised inside a space larger than the basis, so what is kept is nearly invariant under the
 /// dynamics and little leaks out of it step by step. `V` alone is not enough: under a point load the POD
-/// holds local, stiff shapes beside every mode, and what they leave in a Ritz vector shifts its frequency;
-/// `static_response` (`K⁻¹M x`) damps them by their eigenvalue (`docs/explanation/why-these-defaults.md`).
+/// holds local, stiff shapes in addition to every mode, and what they leave in a Ritz vector shifts its
+/// frequency; `static_response` (`K⁻¹M x`) damps them by their eigenvalue
+/// (`docs/explanation/why-these-defaults.md`).
 ///
 /// # Errors
 /// [`NoConvergence`]: matrices or snapshots outside the range of double precision.

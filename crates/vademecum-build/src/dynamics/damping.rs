@@ -1,9 +1,9 @@
 //! Damping: what the material gives to each mode, and what the time scheme adds of its own.
 //!
 //! Rayleigh damping `C = α M + β K` gives a mode of circular frequency `ω` the ratio `ζ = α/(2ω) + βω/2`.
-//! Numerical damping is computed from the eigenvalues of its step on one oscillator, the 3 × 3 matrix that maps
-//! `(u, Δt u̇, Δt² ü)` from one step to the next: a pair `ρ e^{±iφ}` moves like an oscillator of frequency
-//! `φ/Δt` and ratio `−ln ρ / |ln ρ + iφ|`.
+//! Numerical damping is computed from the eigenvalues of its step on one oscillator, the 3 × 3 matrix that
+//! maps `(u, Δt u̇, Δt² ü)` from one step to the next: a pair `ρ e^{±iφ}` moves like an oscillator of
+//! frequency `φ/Δt` and ratio `−ln ρ / |ln ρ + iφ|`.
 
 use faer::Mat;
 use serde::{Deserialize, Serialize};
@@ -94,13 +94,13 @@ impl Rayleigh {
     }
 }
 
-/// Damping ratios of the natural modes beside Rayleigh's, in ascending order of the modes; the last one holds
-/// for all further modes. None of them: no such damping.
+/// Damping ratios of the natural modes in addition to Rayleigh's, in ascending order of the modes; the last
+/// one holds for all further modes. None of them: none.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct ModalRatios(pub Vec<f64>);
 
 impl ModalRatios {
-    /// True if there is no such damping.
+    /// True if there is no modal damping.
     pub fn is_empty(&self) -> bool {
         self.0.is_empty()
     }

@@ -3,7 +3,7 @@
 //!
 //! A history is a product of three functions of time: when the load acts ([`Interval`]), the share that falls
 //! to this place of a moving contact, and its course. Between its breaks a history is smooth. Where only one
-//! of the three changes, and changes linearly, it is linear; elsewhere it is taken as linear over so many
+//! of the three changes, and changes linearly, it is linear; elsewhere it is taken as linear over a number of
 //! equal parts that the chord is nowhere farther from it than [`CHORD`] of the course's amplitude.
 
 use std::f64::consts::TAU;
@@ -221,7 +221,7 @@ impl LoadTable {
         Some(Self { times, values, columns, largest })
     }
 
-    /// Number of columns beside the time.
+    /// Number of columns without the time.
     pub fn columns(&self) -> usize {
         self.columns
     }

@@ -153,7 +153,7 @@ pub fn march_stages(
 }
 
 /// The loads; of a body without supports less what accelerates it as a whole, so that the march has no drift
-/// beside the elastic motion.
+/// in addition to the elastic motion.
 fn of_elastic_motion<'l>(full: &FullOrder<'_>, loads: &'l [TimedLoad]) -> Cow<'l, [TimedLoad]> {
     let Some(rigid) = full.pencil.rigid() else { return Cow::Borrowed(loads) };
     let mut loads = loads.to_vec();
@@ -185,7 +185,7 @@ struct ErrorSums {
 pub struct TrajectoryError {
     /// ‖u − Bζ‖ ÷ ‖u‖.
     pub error: f64,
-    /// ‖u − BBᵀMu‖ ÷ ‖u‖: what no coordinates could mend.
+    /// ‖u − BBᵀMu‖ ÷ ‖u‖: the projection error.
     pub floor: f64,
 }
 

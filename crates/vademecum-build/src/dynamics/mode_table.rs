@@ -23,8 +23,8 @@ pub struct ModeRow {
 }
 
 /// One row per mode from its Rayleigh quotient φᵀKφ ÷ φᵀMφ \[rad²/s²\] and its share of the snapshot energy
-/// (NaN where `energy` is shorter: natural modes without snapshots), at the step `dt` \[s\]; `ratios` are
-/// beside Rayleigh's damping.
+/// (NaN where `energy` is shorter: natural modes without snapshots), at the step `dt` \[s\]; `ratios` are in
+/// addition to Rayleigh's damping.
 pub fn mode_table(
     quotients: &[f64],
     energy: &[f64],

@@ -28,7 +28,7 @@ const ROUGH: f64 = 3e-5;
 /// frequency are left, and phase errors of a percent come within a few periods.
 const LOST: f64 = 1e-3;
 
-/// Expansions of a probe block before the answer stands.
+/// Expansions of a probe block before the result is accepted.
 const PROBES: usize = 2;
 
 /// Ritz residual of all modes at which a probe joins, as a multiple of that at which they count as converged:
@@ -162,7 +162,7 @@ impl FirstMode {
 /// Solves that are kept, and what an earlier search has grown.
 type SearchStart<'a> = (Option<&'a CachedSolves<'a>>, Option<SearchSpace>);
 
-/// The lowest modes to a residual, after so many expansions more, and what a search for more can go on from.
+/// The lowest modes to a residual, after more expansions, and what a search for more can go on from.
 fn search(
     pencil: &Pencil,
     symbolic: &Symbolic,

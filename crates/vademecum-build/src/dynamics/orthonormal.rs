@@ -19,7 +19,7 @@ const SETTLED: f64 = 0.5;
 /// memory.
 const PANEL: usize = 6;
 
-/// A block `X = V A + W R` beside orthonormal columns `V`.
+/// A block `X = V A + W R`, split by orthonormal columns `V`.
 pub(super) struct BlockSplit {
     /// `W`, orthonormal to `V` and in itself; shape (n, k') with `k'` at most the columns of the block.
     pub new: Mat<f64>,

@@ -43,7 +43,7 @@ impl Work {
         Self { steps: self.steps + other.steps, seconds: self.seconds + other.seconds }
     }
 
-    /// The same work so many times.
+    /// The same work `times` times.
     pub fn times(self, count: f64) -> Self {
         Self { steps: count * self.steps, seconds: count * self.seconds }
     }

@@ -1,4 +1,4 @@
-//! A coarse space beside a preconditioner: the lowest modes of a stiffness, nearly.
+//! A coarse space for a preconditioner: the lowest modes of a stiffness, nearly.
 //!
 //! Rounding in single precision moves a stiffness by a share of its largest eigenvalue, and so spoils most
 //! what belongs to its lowest ones. The columns of `W` span these nearly, and are orthonormal in the energy,

@@ -1,9 +1,9 @@
 //! Placement of the rows of a body's matrices: in this process, or distributed over the ranks of a cluster.
 //!
-//! The search for modes is written once, on [`PencilRows`]: what one rank does with its rows, and what all ranks do
-//! together. A rank is one of the processes that work on one body. Every rank runs the same search; what they
-//! decide by are sums over all rows, which have the same bits on each of them, so that they always agree.
-//! With one process the rows are all rows, and nothing is sent.
+//! The search for modes is written once, on [`PencilRows`]: what one rank does with its rows, and what all
+//! ranks do together. A rank is one of the processes that work on one body. Every rank runs the same search;
+//! what they decide by are sums over all rows, which have the same bits on each of them, so that they always
+//! agree. With one process the rows are all rows, and nothing is sent.
 
 use std::fmt::Debug;
 use std::sync::Arc;
@@ -105,7 +105,7 @@ pub struct Search {
     pub available: usize,
     /// Ritz residual at which a mode counts as converged.
     pub tolerance: f64,
-    /// Expansions of a probe block before the answer stands.
+    /// Expansions of a probe block before the result is accepted.
     pub probes: usize,
     /// A Rayleigh quotient near the largest \[1/s²\], by which rounding of the stiffness is judged.
     pub stiffest: f64,
@@ -127,8 +127,8 @@ pub trait Engine: Debug + Send + Sync {
     /// [`ModelError::FoldedElement`], [`ModelError::TooLarge`], [`ModelError::Engine`].
     fn assemble(&self, body: &AssemblyPlan) -> Result<[Arc<dyn SpreadMatrix>; 2], ModelError>;
 
-    /// Deals the rows of a matrix out. `order` gives the row of the matrix that stands at each place of an
-    /// elimination order: rows at near places are coupled.
+    /// Distributes the rows of a matrix. `order` gives the row of the matrix at each place of an elimination
+    /// order: rows at near places are coupled.
     ///
     /// # Errors
     /// [`EngineError`].
@@ -149,13 +149,13 @@ pub trait Engine: Debug + Send + Sync {
     ) -> Result<Arc<dyn SpreadFactor>, FactorError>;
 }
 
-/// A matrix that lies factorised on several ranks.
+/// A factor distributed over several ranks.
 pub trait SpreadFactor: Debug + Send + Sync {
     /// Overwrites `rhs`, shape (n, columns) with all rows, by `A⁻¹ rhs`. A failure of the ranks ends the
     /// program with its cause.
     fn solve_in_place(&self, rhs: MatMut<'_, f64>);
 
-    /// Has all other ranks begin this search with a mass that lies beside the matrix; the caller is the first
+    /// Has all other ranks begin this search with a mass distributed like the matrix; the caller is the first
     /// rank.
     ///
     /// # Errors

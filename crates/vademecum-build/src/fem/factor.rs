@@ -428,7 +428,7 @@ impl Factor {
 /// A factor `L` as a file keeps it.
 #[derive(Clone, Debug)]
 pub struct FactorColumns {
-    /// The row of the matrix that each column stands for, in the order of elimination.
+    /// The row of the matrix of each column, in the order of elimination.
     pub order: Vec<u32>,
     /// Columns of each group, and rows below it.
     pub groups: Vec<[u32; 2]>,

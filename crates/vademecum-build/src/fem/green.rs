@@ -38,10 +38,10 @@ const CHUNK: usize = 32;
 /// Elements whose tangents are held at a time: 30 MB of quadratic ones.
 const WAVE: usize = 4096;
 
-/// A 3 × 3 matrix, row by row.
-/// The stretch `1/√3` at which a bar of St. Venant and Kirchhoff's law bears most under compression.
+/// The stretch `1/√3` at which a bar of St. Venant and Kirchhoff's law has its largest force under compression.
 pub const SOFTENING: f64 = 0.577_350_269_189_625_8;
 
+/// A 3 × 3 matrix, row by row.
 type Tensor = [[f64; 3]; 3];
 
 /// Displacements of an element's nodes.
@@ -90,7 +90,7 @@ pub struct GreenStrain<'m> {
     first: Vec<[usize; 2]>,
     /// `√(λ + 2μ/3)` and `√(2μ)` of each region.
     roots: Vec<[f64; 2]>,
-    /// For each node the places `element · nodes + local` at which it stands, as offsets and list.
+    /// For each node the places `element · nodes + local` of its occurrences, as offsets and list.
     places: (Vec<usize>, Vec<usize>),
     graph: NodeGraph,
 }
@@ -315,7 +315,7 @@ impl<'m> GreenStrain<'m> {
 
     /// The least principal stretch over the points of integration, with the sign of `det ∂x/∂X`: 1 at rest,
     /// and negative where an element is turned inside out, which the energy of St. Venant–Kirchhoff does not
-    /// prevent. Below [`SOFTENING`] a bar that is compressed bears less, the more it is compressed.
+    /// prevent. Below [`SOFTENING`] a bar that is compressed has less force, the more it is compressed.
     pub fn least_stretch(&self, u: &[f64]) -> f64 {
         let u = self.expand(u);
         let of_chunk = |chunk: usize| {

@@ -27,8 +27,8 @@ use crate::linalg::{SHARED, by_rows};
 /// Columns of a group that are factorised at a time.
 const PANEL: usize = 128;
 
-/// The values of `L` in the places of the groups, of the matrix or of what stands in for it; whatever is
-/// above a diagonal means nothing.
+/// The values of `L` in the places of the groups, of the matrix or of its substitute; whatever is above a
+/// diagonal means nothing.
 ///
 /// # Errors
 /// A pivot that is not positive, by its place in the order of elimination.

@@ -2,7 +2,7 @@
 
 use faer::traits::RealField;
 
-/// A number of a factor: double precision, or single precision where memory asks for it.
+/// A scalar of a factor: double precision, or single precision to save memory.
 pub(super) trait FactorScalar: RealField + Copy + Send + Sync {
     /// The nearest one.
     fn nearest(value: f64) -> Self;

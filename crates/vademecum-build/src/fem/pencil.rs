@@ -71,7 +71,7 @@ pub enum PencilError {
         /// Rows and columns of the stiffness matrix.
         stiffness: (usize, usize),
     },
-    /// An entry lies outside the matrix.
+    /// An entry outside the matrix.
     #[error("entry ({row}, {column}) lies outside a matrix of size {n}")]
     OutOfBounds {
         /// Row of the entry.

@@ -8,8 +8,8 @@
 //! Z_IJ = −Z_II G        Z_JJ = D⁻¹ − Gᵀ Z_IJ        Z = A⁻¹
 //! ```
 //!
-//! needs `Z_II` only, which stands in the places of the factor. The derivative along `A + εW` follows in the
-//! same way: first `Ḋ` and `Ġ`, from the first group to the last, then `Y = −Ż = A⁻¹WA⁻¹` downwards:
+//! needs `Z_II` only, which has the pattern of the factor. The derivative along `A + εW` follows in the same
+//! way: first `Ḋ` and `Ġ`, from the first group to the last, then `Y = −Ż = A⁻¹WA⁻¹` downwards:
 //!
 //! ```text
 //! Ȧ_II ← Ȧ_II − (V Gᵀ + G Vᵀ)                 V = Ȧ_IJ − ½ G Ḋ        Ḋ = Ȧ_JJ
@@ -120,7 +120,7 @@ impl Symbolic {
         self.supernodes().groups.iter().map(work).sum()
     }
 
-    /// Memory of [`Factor::select`] beside the factor \[bytes\].
+    /// Memory of [`Factor::select`] in addition to the factor \[bytes\].
     pub(crate) fn select_bytes(&self) -> usize {
         let supernodes = self.supernodes();
         let workspace = 2 * supernodes.tallest().pow(2) + 2 * supernodes.largest();
@@ -287,7 +287,7 @@ fn downwards(
     mirror(slope);
 }
 
-/// The square on the columns of a group, and what stands below it.
+/// The square on the columns of a group, and the rows below it.
 fn parts<'a>(values: &'a mut [f64], group: &Group) -> (MatMut<'a, f64>, MatMut<'a, f64>) {
     let height = group.columns + group.below();
     MatMut::from_column_major_slice_mut(values, height, group.columns).split_at_row_mut(group.columns)

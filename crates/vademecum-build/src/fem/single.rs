@@ -1,9 +1,9 @@
 //! Solves with a factor in single precision, which takes half the memory of one in double precision.
 //!
-//! The factorised matrix is `D A D`, with a diagonal `D` of powers of two that brings the diagonal near one; and
-//! where its rounding makes it indefinite, `D A D + δ I` with the least δ of a few that mends it. The factor
-//! is only a preconditioner: conjugate gradients in double precision solve `A x = b` with it (Hestenes and
-//! Stiefel 1952). Few iterations do, because the factor differs from `A` by its rounding, and what that
+//! The factorised matrix is `D A D`, with a diagonal `D` of powers of two that brings the diagonal near one;
+//! and where its rounding makes it indefinite, `D A D + δ I` with the smallest sufficient δ of a few. The
+//! factor is only a preconditioner: conjugate gradients in double precision solve `A x = b` with it (Hestenes
+//! and Stiefel 1952). Few iterations do, because the factor differs from `A` by its rounding, and what that
 //! spoils most is solved for apart ([`super::coarse`]). Iterative refinement would need more, and fail where
 //! the condition of `D A D` times that rounding exceeds one.
 //!
@@ -24,7 +24,7 @@ use crate::linalg::column_groups;
 /// The error of a solution, relative to it in the energy norm, at which an iteration ends.
 pub(super) const TOLERANCE: f64 = 1e-12;
 
-/// δ, beside a diagonal near one: from nothing to some thousand times the rounding of single precision.
+/// δ, relative to a diagonal near one: from nothing to some thousand times the rounding of single precision.
 const SHIFTS: [f64; 4] = [0.0, 1e-6, 1e-5, 1e-4];
 
 /// By how much the next gain may exceed what is foretold of it.
@@ -153,7 +153,7 @@ impl SingleFactor {
         states.iter().map(Convergence::error).fold(0.0, f64::max)
     }
 
-    /// Overwrites the columns of `z`, each taken at the size of one, by `D L⁻ᵀ L⁻¹ D z` beside the coarse
+    /// Overwrites the columns of `z`, each taken at the size of one, by `D L⁻ᵀ L⁻¹ D z` plus the coarse
     /// space.
     fn precondition(&self, supernodes: &Supernodes, image: &mut [f32], mut z: MatMut<'_, f64>) {
         let shares = self.coarse.as_ref().map(|coarse| coarse.take_off(z.rb_mut()));

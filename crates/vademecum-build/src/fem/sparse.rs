@@ -87,8 +87,8 @@ enum Entries {
     Distributed(Arc<dyn SpreadMatrix>, Arc<Lazy<SymmetricMatrix>>),
 }
 
-/// The entries of a matrix that are not zero, where they are few beside the places of its pattern: a mass
-/// couples no two components, so two thirds of its places hold zeros.
+/// The entries of a matrix that are not zero, where they are few compared with the places of its pattern: a
+/// mass couples no two components, so two thirds of its places hold zeros.
 #[derive(Clone, Debug)]
 struct NonZero {
     pattern: Pattern,

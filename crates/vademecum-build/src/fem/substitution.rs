@@ -1,8 +1,8 @@
 //! Forward and back substitution with a sparse Cholesky factor, `L y = b` and `Lᵀ x = y`.
 //!
-//! Blocks of right-hand sides lie row by row, so that dense products take the factor as it lies and copy none
-//! of it. Small factors are gone through group by group, and threads share columns. A large one is read once
-//! for all columns: threads share its elimination tree, and every group hands what it takes off the rows
+//! Blocks of right-hand sides are stored row by row, so that dense products use the factor in place and copy
+//! none of it. Small factors are processed group by group, and threads share columns. A large one is read
+//! once for all columns: threads share its elimination tree, and every group hands what it takes off the rows
 //! below it to its parent, as a factorisation does (see [`super::multifrontal`]):
 //!
 //! ```text
@@ -25,7 +25,7 @@ use crate::linalg::{HEIGHT, SHARED, column_groups};
 /// Columns of a group that are solved for at a time.
 const PANEL: usize = 128;
 
-/// Reading an entry of the factor takes as long as multiplying it with so many columns.
+/// Reading an entry of the factor takes as long as multiplying it with this number of columns.
 const FEW_COLUMNS: usize = 16;
 
 /// Rows at least that one thread copies at a time.

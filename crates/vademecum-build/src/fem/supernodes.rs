@@ -52,7 +52,7 @@ impl Group {
         self.columns as f64 * self.height() as f64
     }
 
-    /// The square on the columns of the group, and what stands below it.
+    /// The square on the columns of the group, and the rows below it.
     pub fn parts<'v, T>(&self, values: &'v [T]) -> (MatRef<'v, T>, MatRef<'v, T>) {
         MatRef::from_column_major_slice(&values[self.values.clone()], self.height(), self.columns)
             .split_at_row(self.columns)
@@ -68,13 +68,13 @@ pub(super) struct Supernodes {
     /// For solves.
     pub solves: Tree,
     rows: Vec<u32>,
-    /// For each row, where it stands in the parent of its group.
+    /// For each row, its position in the parent of its group.
     in_parent: Vec<u32>,
     /// The group of each column.
     owner: Vec<u32>,
-    /// The column that stands for each row of the matrix.
+    /// The column of each row of the matrix.
     place: Vec<u32>,
-    /// The row of the matrix that each column stands for.
+    /// The row of the matrix of each column.
     order: Vec<u32>,
 }
 
@@ -156,7 +156,7 @@ impl Supernodes {
         all
     }
 
-    /// The row of the matrix that each column stands for.
+    /// The row of the matrix of each column.
     pub fn order(&self) -> &[u32] {
         &self.order
     }

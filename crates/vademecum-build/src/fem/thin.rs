@@ -15,7 +15,8 @@ const STRIP: usize = 4;
 /// Right-hand sides that the kernels take. Eight are as fast with products made for many columns.
 const K: usize = 4;
 
-/// Right-hand sides that a solve with a large factor takes for so many. One alone is a product of its own.
+/// Right-hand sides that a solve with a large factor takes for `k` of them. One alone is a product of its
+/// own.
 pub(super) fn padded(k: usize) -> usize {
     if (2..K).contains(&k) { K } else { k }
 }

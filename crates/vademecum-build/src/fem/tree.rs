@@ -1,12 +1,12 @@
 //! The elimination tree of a factor, and how threads share it.
 //!
-//! Threads share the subtrees that are small beside the whole. What stands above them is gone through group
-//! by group, and there threads share the rows of the dense products. Children are taken in one order, so the
-//! bits never depend on the number of threads.
+//! Threads share the subtrees that are small compared with the whole. The groups above them are processed
+//! group by group, and there threads share the rows of the dense products. Children are taken in one order,
+//! so the bits never depend on the number of threads.
 //!
-//! The contribution of a group to its parent is kept in memory until then. In a factorisation that is a dense matrix, so
-//! a few subtrees are gone through at a time, and then their parents. In a solve it is a few numbers for each
-//! row, so all subtrees come first and threads wait for each other once.
+//! The contribution of a group to its parent is kept in memory until then. In a factorisation that is a dense
+//! matrix, so a few subtrees are processed at a time, and then their parents. In a solve it is a few numbers
+//! for each row, so all subtrees come first and threads wait for each other once.
 
 use std::collections::BTreeMap;
 

@@ -125,8 +125,8 @@ pub struct AssemblyPart {
 }
 
 impl AssemblyPart {
-    /// Mass and stiffness over the free dofs of the part, each of which is at [`AssemblyPart::free_places`]; complete
-    /// in the rows that it is for.
+    /// Mass and stiffness over the free dofs of the part, each of which is at [`AssemblyPart::free_places`];
+    /// complete in the rows that it is for.
     ///
     /// # Errors
     /// [`ModelError::FoldedElement`], [`ModelError::TooLarge`].

@@ -49,7 +49,7 @@ impl MarketMatrix {
     }
 }
 
-/// An entry with its line, for messages. `upper`: it stands above the diagonal of a general matrix; row and
+/// An entry with its line, for messages. `upper`: it is above the diagonal of a general matrix; row and
 /// column are swapped then, so that mirrored entries lie side by side when sorted.
 #[derive(Clone, Copy)]
 struct Entry {

@@ -110,7 +110,7 @@ fn io_error(file: &Path) -> impl Fn(std::io::Error) -> FieldError + '_ {
     |source| FieldError::Io { file: file.to_path_buf(), source }
 }
 
-/// Writes a file whole or not at all, whatever file stands there.
+/// Writes a file whole or not at all, over any existing file.
 fn write_whole(
     path: &Path,
     kind: Kind,

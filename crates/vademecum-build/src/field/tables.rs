@@ -1,5 +1,5 @@
-//! The tables beside the matrices of another program: what each row is, where the nodes lie, the surface's
-//! triangles (normative: `formats/matrices-1.md`).
+//! The tables of imported matrices: meaning of each row, coordinates of the nodes, the surface's triangles
+//! (normative: `formats/matrices-1.md`).
 //!
 //! Each is a text table, one row per line, cells separated by commas. Blank lines and lines that start with
 //! `#` or `%` are left out. A reader returns what the file contains; whether the tables fit each other is

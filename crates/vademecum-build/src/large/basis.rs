@@ -1,9 +1,9 @@
 //! The basis of a slender body: natural modes, and the shapes that follow them.
 //!
 //! A beam that bends far also shortens, and its cross sections turn: no low mode does that. Those shapes are
-//! what the states of least energy have beside their modes. The best few of them, in the norm of the
-//! stiffness and for states of one energy, join the modes. They share neither mass nor (with natural modes)
-//! stiffness with them, so a rotation among themselves makes both matrices diagonal.
+//! the part of condensed shapes outside the modes. The best few of them, in the norm of the stiffness and for
+//! states of one energy, join the modes. They share neither mass nor (with natural modes) stiffness with
+//! them, so a rotation among themselves makes both matrices diagonal.
 
 use faer::{Mat, MatRef};
 

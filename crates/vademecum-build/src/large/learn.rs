@@ -40,7 +40,7 @@ pub struct LargeOptions {
     pub displacement: f64,
     /// Coordinates; all of them interact.
     pub coordinates: usize,
-    /// Strain rows beside one for each coordinate.
+    /// Strain rows in addition to one for each coordinate.
     pub rows: usize,
     /// States that the strains are fitted to, half of them at coordinates of the fewest modes of any map;
     /// fewer show which shapes follow the modes.
@@ -48,8 +48,8 @@ pub struct LargeOptions {
 }
 
 impl LargeOptions {
-    /// States of a basis of so many coordinates, where nobody says: twice as many as there are products of
-    /// coordinates. With fewer, a regression bends products that the states hardly tell apart.
+    /// States of a basis of `r` coordinates, by default twice as many as there are products of coordinates.
+    /// With fewer, a regression bends products that the states hardly tell apart.
     pub(crate) fn states_of(coordinates: usize) -> usize {
         coordinates * (coordinates + 1)
     }
@@ -201,7 +201,7 @@ impl<'a> StrainLearner<'a> {
         self.modes.vectors.subcols(0, count)
     }
 
-    /// The states of a regression: half of them at coordinates of so many modes, half at coordinates of the
+    /// The states of a regression: half of them at coordinates of some modes, half at coordinates of the
     /// fewest modes of any map, in which the further modes lie where the least energy has them.
     fn mixed(&self, n_modes: usize) -> Result<Vec<Vec<f64>>, LearnError> {
         let LargeOptions { states: count, displacement, .. } = self.options;
@@ -212,7 +212,7 @@ impl<'a> StrainLearner<'a> {
         Ok(states)
     }
 
-    /// Shapes of least energy at coordinates of so many modes, up to a displacement \[m\].
+    /// Shapes of least energy at coordinates of some modes, up to a displacement \[m\].
     fn states(&self, n_modes: usize, count: usize, displacement: f64) -> Result<Vec<Vec<f64>>, LearnError> {
         let (modes, eigenvalues) = (self.modes(n_modes), &self.modes.eigenvalues[..n_modes]);
         let drawn = draw(at_load_nodes(self.body, modes).as_ref(), eigenvalues, displacement, count, SEED);

@@ -1,4 +1,5 @@
-//! Large displacements: the reduced Green–Lagrange strain over a basis, fitted to statically condensed shapes.
+//! Large displacements: the reduced Green–Lagrange strain over a basis, fitted to statically condensed
+//! shapes.
 
 mod basis;
 mod learn;

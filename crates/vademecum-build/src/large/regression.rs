@@ -143,7 +143,7 @@ fn add_transposed_product(c: MatMut<'_, f64>, a: MatRef<'_, f64>, b: MatRef<'_, 
     });
 }
 
-/// `G ← G + AᵀA` below the diagonal, and beside it.
+/// `G ← G + AᵀA` on and below the diagonal.
 fn add_gram(g: MatMut<'_, f64>, a: MatRef<'_, f64>) {
     each_group(g, |at, g| {
         let (left, right) = (a.subcols(at, a.ncols() - at), a.subcols(at, g.ncols()));

@@ -1,10 +1,10 @@
 //! States that a strain map learns from: shapes of least energy at given coordinates.
 //!
 //! A force that begins at once, `F`, makes a linear body swing as `q_k(t) = φ_kᵀF/ω_k² (1 − cos ω_k t)`. The
-//! states are drawn as such motions are at an instant nobody chose: a few forces at random places of the
-//! loadable surface, every mode at a phase of its own, and all of it scaled to a displacement. The body is
-//! then let go everywhere but in these coordinates: least energy under `VᵀM u = q`. So no motion has to be
-//! marched, and what follows the coordinates without mass of its own is where it belongs.
+//! states are drawn as such motions are at a random instant: a few forces at random places of the loadable
+//! surface, every mode at a phase of its own, and all of it scaled to a displacement. The body is then
+//! relaxed to static equilibrium with these coordinates prescribed: least energy under `VᵀM u = q`. So no
+//! motion has to be marched, and what follows the coordinates without mass of its own is where it belongs.
 
 use faer::{Mat, MatRef};
 

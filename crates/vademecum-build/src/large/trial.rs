@@ -193,7 +193,7 @@ impl ReferenceModel<'_> {
     /// `count` pushes and the motions under them, pulses and held ones in turn, marched by Bathe's method
     /// with a part of the step. A push under which some element is compressed to less than [`SOFTENING`],
     /// where the law describes no body any more, is halved, and one that moves the surface further than was
-    /// asked for is made weaker. Where two such steps are not enough another one is drawn: beside a support
+    /// asked for is made weaker. Where two such steps are not enough another one is drawn: next to a support
     /// no push moves the surface far without crushing it. Each motion is kept.
     ///
     /// # Errors
@@ -349,8 +349,8 @@ pub struct ReferenceRun {
     pub displacements: Vec<Vec<f64>>,
     /// The least principal stretch in any element and step.
     pub least_stretch: f64,
-    /// Discretisation error in time of the motion itself: relative, over all dofs and steps, in the mass norm; not a number
-    /// where nobody looked.
+    /// Discretisation error in time of the motion itself: relative, over all dofs and steps, in the mass
+    /// norm; not a number where nobody looked.
     pub own_error: f64,
     /// Wall time of a step of the file \[s\], with as many marches side by side as there are cores.
     pub seconds_per_step: f64,

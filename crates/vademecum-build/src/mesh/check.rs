@@ -1,9 +1,9 @@
-//! From a raw mesh to one that can be computed with: what is harmless is mended with a note, the rest is a
+//! From a raw mesh to one that can be computed with: harmless flaws are repaired with a note, the rest is a
 //! problem.
 //!
-//! Mended: unused nodes (dropped) and inverted elements (reoriented). Not mended, because only the author of
-//! the mesh knows what was meant: flat elements, coincident nodes, several bodies, folded quadratic elements,
-//! foreign cells.
+//! Repaired: unused nodes (dropped) and inverted elements (reoriented). Not repaired, because only the author
+//! of the mesh knows what was meant: flat elements, coincident nodes, several bodies, folded quadratic
+//! elements, foreign cells.
 
 use std::collections::{BTreeMap, HashMap};
 

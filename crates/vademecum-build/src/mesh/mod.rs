@@ -1,6 +1,6 @@
 //! Tetrahedral meshes: what a solid is made of, read from the formats engineers have.
 //!
-//! [`parse`] turns a file into a [`RawMesh`]: what the file says, nothing checked. [`read`] mends what is
+//! [`parse`] turns a file into a [`RawMesh`]: the content of the file, unchecked. [`read`] repairs what is
 //! harmless (with a note), refuses what is not, and gives the [`Mesh`] everything else is built on;
 //! [`inspect`] gives a report on any raw mesh without refusing it. Files are untrusted: no input makes a
 //! parser panic or allocate beyond the file's own size.

@@ -13,7 +13,7 @@ use super::text::{ParsedNumber, Text};
 /// line).
 ///
 /// Values are separated by white space, commas or semicolons; lines starting with `#` or `%` are comments.
-/// Node numbers count from 1 unless 0 occurs; which was found stands in [`Mesh::notes`]. Ten nodes follow
+/// Node numbers count from 1 unless 0 occurs; the one found is noted in [`Mesh::notes`]. Ten nodes follow
 /// [`super::Order::Quadratic`].
 ///
 /// # Errors

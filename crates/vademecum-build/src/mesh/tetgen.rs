@@ -1,4 +1,4 @@
-//! TetGen: `NAME.node` and `NAME.ele` beside each other, numbered from 0 or 1.
+//! TetGen: the pair `NAME.node` and `NAME.ele`, numbered from 0 or 1.
 
 use std::path::Path;
 

@@ -136,7 +136,7 @@ pub enum BodyError {
         /// Why not.
         source: ModelError,
     },
-    /// A strain gauge lies beside the surface.
+    /// A strain gauge off the surface.
     #[error("{path}: gauge `{name}`")]
     Gauge {
         /// The problem file and line.
@@ -189,7 +189,7 @@ pub struct Body {
     pub patterns: Vec<(String, Vec<f64>)>,
     /// Part of each pattern on held dofs, over all dofs; empty for imported matrices.
     pub held_loads: Vec<Vec<(u32, f64)>>,
-    /// Supports; none beside matrices.
+    /// Supports; none with imported matrices.
     pub supports: Vec<Support>,
     /// Centre of rotation of a moving base; its twelve motions are the last patterns.
     pub base: Option<[f64; 3]>,

@@ -28,8 +28,8 @@ pub struct Means<'a> {
     pub precision: FactorPrecision,
 }
 
-/// Memory of a build beside its matrices, as a multiple of the factor: what a factorisation holds at its top,
-/// and the vectors of a search for modes. It is what blocks of 282 576 and 591 408 dofs took; bodies
+/// Memory of a build in addition to its matrices, as a multiple of the factor: what a factorisation holds at
+/// its top, and the vectors of a search for modes. It is what blocks of 282 576 and 591 408 dofs took; bodies
 /// for which memory is short are not smaller.
 const BESIDE_FACTOR: f64 = 1.4;
 

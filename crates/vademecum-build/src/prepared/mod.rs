@@ -83,7 +83,7 @@ pub struct Prepared {
     pub space: ParameterSpace,
     /// The step at the values of the problem file.
     pub step: StepParameters,
-    /// Damping ratios beside Rayleigh's, of a file that moves its modes exactly.
+    /// Damping ratios in addition to Rayleigh's, of a file that moves its modes exactly.
     pub ratios: ModalRatios,
     /// The first natural mode, once something has asked for it: the time step may be proposed from it.
     pub first_mode: Option<FirstMode>,

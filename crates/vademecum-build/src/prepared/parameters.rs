@@ -62,7 +62,7 @@ pub struct Setting {
 impl ParameterSpace {
     /// Resolves the parameters of a problem on its mesh.
     ///
-    /// A coefficient of damping or a time step that the problem leaves out stands at the middle of its
+    /// A coefficient of damping or a time step that the problem leaves out takes the middle of its
     /// parameter's range.
     ///
     /// # Errors
@@ -157,7 +157,7 @@ impl ParameterSpace {
         setting
     }
 
-    /// Corners of the box (all of them up to six parameters, else as many drawn ones).
+    /// Corners of the box (all of them up to six parameters, else the same number of random ones).
     pub fn corners(&self) -> Vec<Vec<f64>> {
         let p = self.parameters.len();
         let corner = |bits: u64| -> Vec<f64> {

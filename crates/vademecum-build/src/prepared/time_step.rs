@@ -112,8 +112,8 @@ impl Prepared {
     }
 }
 
-/// Share of an oscillator's amplitude that a scheme takes in so many steps at `Ω = ωΔt`; zero where it cannot
-/// be told from rounding, one where the oscillator does not swing any more.
+/// Share of an oscillator's amplitude that a scheme takes in a number of steps at `Ω = ωΔt`; zero where it
+/// cannot be distinguished from rounding, one where the oscillator does not swing any more.
 ///
 /// The eigenvalues of a step are `1 ± iΩ + O(Ω²)`: a pair so close to each other is known to `ε/Ω` and no
 /// better, so a decay per step below that is rounding, and over many steps it would look like anything.

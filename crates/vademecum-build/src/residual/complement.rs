@@ -2,7 +2,7 @@
 //!
 //! `R F = K⁻¹F − B Λ⁻¹ BᵀF` is often a thousandth of `K⁻¹F`, so rounding of the solve shows. What it adds
 //! along `B` is taken away by a second projection, `y − B Λ⁻¹ (KB)ᵀ y`. The solve is not refined: what it
-//! leaves beside `B` is far below what a contact feels, and refining would solve twice.
+//! leaves outside of `B` is far below what a contact feels, and refining would solve twice.
 
 use std::sync::Arc;
 
@@ -207,7 +207,7 @@ impl<'a> ResidualOperator<'a> {
 }
 
 /// Shows the columns of two matrices in groups: whole matrices may be wide, and a group keeps what a product
-/// needs beside it small.
+/// needs in addition small.
 pub(super) fn columns_of(
     from: MatRef<'_, f64>,
     to: MatMut<'_, f64>,

@@ -75,7 +75,7 @@ pub struct ResidualFlexibility {
     pub bound: StaticBound,
 }
 
-/// Bytes for the residual of `r` modes at the loadable nodes, beside one factor.
+/// Bytes for the residual of `r` modes at the loadable nodes, in addition to one factor.
 pub fn memory(body: &Body, symbolic: &crate::fem::Symbolic, r: usize) -> f64 {
     let nodes = body.load_nodes.len();
     let column = size_of::<f64>() as f64 * symbolic.n() as f64;

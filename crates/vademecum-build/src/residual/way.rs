@@ -19,7 +19,7 @@ pub enum BlockMethod {
 }
 
 impl BlockMethod {
-    /// The cheaper one for `r` modes and so many nodes, by the multiplications of both. Matrices of another
+    /// The cheaper one for `r` modes and `nodes` nodes, by the multiplications of both. Matrices of another
     /// program are solved with: nodes that are neighbours on the surface need not be coupled in them. A
     /// factor on several ranks or in single precision is solved with too: its entries are not here or not
     /// exact.

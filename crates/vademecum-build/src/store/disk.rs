@@ -1,9 +1,9 @@
 //! The one place where files are opened for writing.
 //!
-//! A file on disk is the old one or the new one, never half of either: it is written beside its place and
-//! renamed. What is no file is left what it is: a link is followed, a pipe or a character device is written
-//! through, everything else is refused. What a command reads it cannot write, and what it would replace must
-//! be of the kind that it writes, unless the caller forces it.
+//! A file on disk is the old one or the new one, never half of either: it is written to a temporary file next
+//! to it and renamed. What is no file is left what it is: a link is followed, a pipe or a character device is
+//! written through, everything else is refused. What a command reads it cannot write, and what it would
+//! replace must be of the kind that it writes, unless the caller forces it.
 
 use std::cell::RefCell;
 use std::collections::BTreeSet;
@@ -45,7 +45,7 @@ pub enum OutputError {
         /// Its kind.
         what: &'static str,
     },
-    /// Something else stands where a folder is needed.
+    /// Something else exists where a folder is needed.
     #[error("{}: this is no folder", .folder.display())]
     NotAFolder {
         /// The path.
@@ -67,8 +67,8 @@ pub enum OutputError {
         /// The other output.
         other: PathBuf,
     },
-    /// A file of another kind stands there.
-    #[error("{}: the file that stands there seems to be {found}, not {expected}; it was left as it is",
+    /// A file of another kind exists there.
+    #[error("{}: already exists and seems to be {found}, not {expected}; it was not overwritten",
         .file.display())]
     OtherKind {
         /// The file.
@@ -150,7 +150,7 @@ pub fn is_same_place(a: &Path, b: &Path) -> bool {
     a.zip(b).is_some_and(|(a, b)| a.is(&b))
 }
 
-/// True if bytes for this path go to a pipe or a device, beside which nothing can be kept.
+/// True if bytes for this path go to a pipe or a device, next to which nothing can be stored.
 pub fn goes_through(path: &Path) -> bool {
     let found = std::fs::metadata(path);
     found.is_ok_and(|found| !found.is_file() && neither_file_nor_through(&found).is_none())
@@ -183,13 +183,13 @@ impl Outputs {
         Self { inputs: inputs.into_iter().filter_map(known).collect(), force, ..Self::default() }
     }
 
-    /// For a program that writes many files and knows itself what stands where: every file is replaced, and
-    /// folders are not searched for what killed programs left.
+    /// For a program that writes many files and knows its outputs: every file is replaced, and folders are
+    /// not searched for what killed programs left.
     pub(crate) fn unasked() -> Self {
         Self { force: true, lets_be: true, ..Self::default() }
     }
 
-    /// True if all of `outputs` could be written, before long work: what stands there may be replaced, no two
+    /// True if all of `outputs` could be written, before long work: existing files may be replaced, no two
     /// are one file, and where the folder is there already, a file can be made in it.
     ///
     /// # Errors
@@ -239,7 +239,7 @@ impl Outputs {
         }
     }
 
-    /// Writes a file whole or not at all: beside its place, renamed over what is there, with its mode; files
+    /// Writes a file whole or not at all: to a temporary file, renamed over the old one, with its mode; files
     /// of the kinds that take long to make are flushed to the disk. Bytes for a pipe or a device go there.
     ///
     /// # Errors
@@ -272,8 +272,8 @@ impl Outputs {
         }
     }
 
-    /// Begins a text that grows line by line where it stands, between a head and a tail. What stood there
-    /// before is replaced at once.
+    /// Begins a text that grows line by line in place, between a head and a tail. What stood there before is
+    /// replaced at once.
     ///
     /// # Errors
     /// [`OutputError`].
@@ -377,7 +377,7 @@ fn not_a_folder(path: &Path) -> OutputError {
     OutputError::NotAFolder { folder: path.into() }
 }
 
-/// Why no file can be made beside `target`, in terms of the path that the caller knows.
+/// Why no temporary file can be made next to `target`, in terms of the path that the caller knows.
 fn refused<'a>(path: &'a Path, target: &'a Path) -> impl Fn(io::Error) -> OutputError + 'a {
     |source| {
         let folder = folder(target);
@@ -448,7 +448,7 @@ fn flush_folder(folder: &Path) {
     }
 }
 
-/// Writes `bytes` to `path` as [`Outputs::write`] does, whatever file stands there.
+/// Writes `bytes` to `path` as [`Outputs::write`] does, over any existing file.
 ///
 /// # Errors
 /// The error of the system (full disk, read-only folder); the old file is then unchanged.

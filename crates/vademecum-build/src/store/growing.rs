@@ -1,4 +1,4 @@
-//! A text that grows where it stands, whole lines at a time: what was computed before a stop is there.
+//! A text that grows in place, whole lines at a time: what was computed before a stop is there.
 
 use std::fs::File;
 use std::io::{self, Seek, SeekFrom, Write};
@@ -61,7 +61,7 @@ impl GrowingFile {
     }
 
     /// Fills a page with zeros behind the last digit of its last line, as in `1.500e3` for `1.5e3`, if the
-    /// next line might not have room in it: so no line lies on two pages, and a kill between them leaves
+    /// next line might not have room in it: so no line crosses two pages, and a kill between them leaves
     /// whole lines.
     fn fill_page(&mut self) {
         let place = self.whole.unwrap_or(self.sent) + self.waiting.len() as u64;

@@ -1,5 +1,5 @@
-//! Kinds of files, guessed from its first bytes: whether a file that stands in the way is one
-//! of the kind that is to be written.
+//! Kinds of files, guessed from their first bytes: whether an existing file is one of the kind that is to be
+//! written.
 
 use std::fmt;
 
@@ -33,7 +33,7 @@ pub enum Kind {
     Fmu,
     /// A file of the program's own, the only one of its name: no other may be replaced.
     Own,
-    /// Whatever the caller likes: nothing that stands there is looked at.
+    /// Whatever the caller likes: existing files are not inspected.
     Any,
 }
 
@@ -92,7 +92,7 @@ impl fmt::Display for Signature {
     }
 }
 
-/// First bytes of a ZIP archive, and where the name of its first entry stands.
+/// First bytes of a ZIP archive, and position of the name of its first entry.
 const ZIP: &[u8] = b"PK\x03\x04";
 const FIRST_NAME: usize = 30;
 /// The first entry of an FMU.

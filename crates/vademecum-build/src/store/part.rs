@@ -1,4 +1,4 @@
-//! Files that are being written, under a name of their own beside the one they are to have.
+//! Files that are being written, under a temporary name in the same folder.
 //!
 //! Each is locked for as long as it is written, so whoever finds one without a lock knows that its writer was
 //! killed. Where a system or a folder has no locks, a file that nobody has written to for an hour counts as

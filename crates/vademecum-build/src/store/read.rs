@@ -15,7 +15,8 @@ pub const TEXT_LIMIT: u64 = 64 << 20;
 /// Opens a regular file; links are followed.
 ///
 /// # Errors
-/// The error of the system, or [`io::ErrorKind::InvalidInput`] with the kind of the path if it is no regular file.
+/// The error of the system, or [`io::ErrorKind::InvalidInput`] with the kind of the path if it is no regular
+/// file.
 pub fn open_regular(path: &Path) -> io::Result<File> {
     // Asked before it is opened, because opening a FIFO waits; and again of what was opened.
     refuse_other(std::fs::metadata(path)?.file_type())?;

@@ -26,7 +26,7 @@ pub struct CachedSolves<'a> {
     own: RefCell<Vec<u128>>,
     /// Number of solves found that an earlier run wrote.
     found: Cell<usize>,
-    /// True if it was told that one cannot be written.
+    /// True after the note that one cannot be written.
     told: Cell<bool>,
 }
 
@@ -63,7 +63,7 @@ impl<'a> CachedSolves<'a> {
         self.store.is_some() && took >= self.worth
     }
 
-    /// Keeps what a solve gave, all rows. What cannot be written is solved for again, which is told once.
+    /// Keeps what a solve gave, all rows. What cannot be written is solved for again, with one note.
     pub(crate) fn keep(&self, address: u128, answers: Mat<f64>) {
         let Some((store, _)) = &self.store else { return };
         match store.write(NAME, address, &CachedSolution(answers)) {

@@ -40,7 +40,7 @@ pub(super) struct StageBalance<'a> {
     pub weight: f64,
     /// `h`; empty where there is none.
     pub history: Vec<f64>,
-    /// Energy beside that of the strain, in the unit of `r δ`.
+    /// Energy in addition to that of the strain, in the unit of `r δ`.
     pub energy: f64,
     pub last: LastPoint,
 }

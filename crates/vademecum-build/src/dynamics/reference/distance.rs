@@ -1,8 +1,8 @@
 //! Distance of other motions from the reference solution, in the mass norm.
 //!
-//! Distances are norms of differences: a motion is written over the vectors of the reference and, where it leaves
-//! their span, over more vectors orthonormal to them. Nothing is the difference of two squares, so an error
-//! of 1e-10 is measured as well as one of 1.
+//! Distances are norms of differences: a motion is written over the vectors of the reference and, where it
+//! leaves their span, over more vectors orthonormal to them. Nothing is the difference of two squares, so an
+//! error of 1e-10 is measured as well as one of 1.
 
 use faer::linalg::matmul::matmul;
 use faer::{Accum, Mat, MatRef, Par};
@@ -63,8 +63,8 @@ impl Complement {
         (0..instants).map(|t| inside.col(t).squared_norm_l2() + beyond.col(t).squared_norm_l2()).collect()
     }
 
-    /// Some instants of the reference less the columns with their amplitudes: what differs along its vectors and
-    /// what lies beyond them.
+    /// Some instants of the reference less the columns with their amplitudes: what differs along its vectors
+    /// and the part beyond them.
     fn apart(&self, window: Mat<f64>, amplitudes: MatRef<'_, f64>) -> [Mat<f64>; 2] {
         let mut apart = window;
         matmul(apart.as_mut(), Accum::Add, self.onto_old.as_ref(), amplitudes, -1.0, Par::Seq);

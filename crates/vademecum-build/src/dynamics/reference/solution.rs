@@ -43,7 +43,7 @@ impl Default for ReferenceOptions {
 }
 
 impl ReferenceOptions {
-    /// Most vectors for so many independent forces on a body of `n` dofs.
+    /// Most vectors for `forces` independent forces on a body of `n` dofs.
     #[must_use]
     pub fn most_vectors(&self, forces: usize, n: usize) -> usize {
         let room = self.bytes / (8 * n.max(1) as u64);

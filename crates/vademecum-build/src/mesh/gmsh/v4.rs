@@ -14,7 +14,7 @@ pub(crate) struct EntityTable {
     physical: HashMap<(usize, i64), Vec<i64>>,
     /// Tags of the bounding entities (one dimension lower) by dimension and entity tag.
     boundary: HashMap<(usize, i64), Vec<i64>>,
-    /// Dimension and tag of the entity each node lies on.
+    /// Dimension and tag of the entity of each node.
     node_entity: Vec<(usize, i64)>,
     /// Node indices by number.
     pub index: NodeIndex,
