@@ -38,7 +38,7 @@ const CHUNK: usize = 32;
 /// Elements whose tangents are held at a time: 30 MB of quadratic ones.
 const WAVE: usize = 4096;
 
-/// The stretch `1/√3` at which a bar of St. Venant and Kirchhoff's law has its largest force under compression.
+/// The stretch `1/√3`: a bar of St. Venant and Kirchhoff's law has its largest compressive force there.
 pub const SOFTENING: f64 = 0.577_350_269_189_625_8;
 
 /// A 3 × 3 matrix, row by row.

@@ -60,7 +60,7 @@ impl ReducedModel {
     }
 }
 
-/// The residual flexibility: what the basis leaves out of static answers, where the file has the diagonal structure.
+/// The residual flexibility of the basis, where the file has the diagonal structure.
 fn residual(
     context: &BuildContext<'_>,
     problem: &Problem,
