@@ -143,7 +143,7 @@ impl Coupled {
         for (i, feeler) in self.feelers.iter().enumerate() {
             let (centre, moves) = self.of_feeler(feeler);
             let Some(place) = self.body.nearest(centre.into(), 1.0) else { continue };
-            let loadable = place.nodes.iter().all(|&node| (node as usize) < self.nodes.len());
+            let loadable = place.place.nodes().iter().all(|&node| (node as usize) < self.nodes.len());
             if loadable && place.distance < (1.0 + NEAR) * feeler.radius + moves.length() {
                 found.push((i, centre, moves, place));
             }
@@ -157,7 +157,7 @@ impl Coupled {
         let mut touches = vec![];
         for ((i, centre, moves, place), free) in found.into_iter().zip(free) {
             let (feeler, free) = (&self.feelers[i], Vector::from(free));
-            let rest: Vector = (0..3).map(|k| place.weights[k] * self.nodes[place.nodes[k] as usize]).sum();
+            let rest: Vector = place.place.entries().map(|(n, w)| w as Real * self.nodes[n as usize]).sum();
             let start = Vector::from(self.body.point(&place, Field::Displacement)?);
             let away = rest + free - (centre + moves);
             let normal = away / away.length();
