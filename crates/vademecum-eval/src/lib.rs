@@ -96,7 +96,7 @@
 //! |---|---|---|
 //! | `alloc` | [`Simulation`]: a body that owns its memory, in five lines | a heap |
 //! | `std` | `Simulation::open`: from a path; AVX2 for large displacements, found at run time | a system |
-//! | `full`, by default | everything a file may hold; without it exact steps only, for microcontrollers | nothing |
+//! | `full`, by default | all that a file may hold; without it exact steps only, for boards | nothing |
 //! | `mmap` | [`Mapped`]: a file mapped into memory | an operating system |
 //! | `unpack` | [`format::unpack_into`]: files that were packed to be shipped | `std` |
 //! | `chapter` | [`chapter`]: files of the method as its chapter prints it, a baseline | nothing |

@@ -7,16 +7,17 @@ use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use self_cell::{MutBorrow, self_cell};
 use vademecum_eval::{
-    Batch, BatchStatus, BindError, Contact, Field, LoadError, OutputError, Scene, Simulation, StepError,
-    SurfacePoint,
+    Batch, BatchStatus, BindError, Contact, Field, LoadError, Quantity, Scene, Simulation, StepError,
 };
 
 use crate::arrays::filled;
-use crate::body::{Body, Number, Out};
+use crate::names::{Names, field};
 use crate::options::pairs;
-use crate::point::{Place, PyPoint, contact, located};
+use crate::point::{Count, PyPoint, Target, Vector, located};
 use crate::refusal::{busy, of_bind, of_load, of_output, of_step};
-use crate::scene::{change, field, index, values};
+use crate::simulation::{
+    AnySimulation, Number, Out, change, either, quantities, quantity, surface, values, whole,
+};
 
 type SingleBatch<'m> = Batch<'m, f32>;
 type DoubleBatch<'m> = Batch<'m, f64>;
@@ -66,7 +67,7 @@ cell!(DoubleCell, f64);
 /// A load of an instance.
 #[derive(Clone, Copy)]
 enum Applied {
-    Contact(Contact),
+    Push(Contact),
     Pattern(usize, f64),
 }
 
@@ -78,44 +79,32 @@ struct Instances<T: Number, C> {
 }
 
 impl<T: Number, C: Cell<T>> Instances<T, C> {
+    fn new(one: Simulation<T>, n_instances: usize) -> PyResult<Self> {
+        let batch = C::of(one.scene(), n_instances).map_err(of_bind)?;
+        Ok(Self { one, batch, applied: vec![vec![]; n_instances] })
+    }
+
     fn load(&mut self, instance: usize) -> Result<(), LoadError> {
         let (batch, applied) = (&mut self.batch, &self.applied[instance]);
         self.one.with(|scene, _, loads| {
             loads.clear();
             for load in applied {
                 match load {
-                    Applied::Contact(contact) => loads.add_contact(scene, contact)?,
+                    Applied::Push(contact) => loads.add_contact(scene, contact)?,
                     Applied::Pattern(pattern, amplitude) => loads.add_pattern(scene, *pattern, *amplitude)?,
                 }
             }
             batch.with(|batch| batch.load(scene, instance, loads))
         })
     }
-}
 
-/// Instances whose precision is known at run time.
-trait Bodies: Send {
-    fn one(&mut self) -> &mut dyn Body;
-    fn add(&mut self, instance: usize, load: Applied) -> Result<(), LoadError>;
-    fn clear(&mut self);
-    fn step(&mut self, steps: usize) -> Result<BatchStatus, StepError>;
-    fn select(&mut self, instance: usize) -> Result<(), StepError>;
-    fn select_loaded(&mut self, instance: usize) -> PyResult<()>;
-    fn reload(&mut self) -> PyResult<()>;
-}
-
-impl<T: Number, C: Cell<T>> Bodies for Instances<T, C> {
-    fn one(&mut self) -> &mut dyn Body {
-        &mut self.one
-    }
-
-    fn add(&mut self, instance: usize, load: Applied) -> Result<(), LoadError> {
+    fn add(&mut self, instance: usize, load: Applied) -> PyResult<()> {
         self.applied[instance].push(load);
         let loaded = self.load(instance);
         if loaded.is_err() {
             self.applied[instance].pop();
         }
-        loaded
+        loaded.map_err(of_load)
     }
 
     fn clear(&mut self) {
@@ -133,9 +122,10 @@ impl<T: Number, C: Cell<T>> Bodies for Instances<T, C> {
         })
     }
 
-    fn select(&mut self, instance: usize) -> Result<(), StepError> {
+    fn select(&mut self, instance: usize) -> PyResult<()> {
         let batch = &mut self.batch;
-        self.one.with(|_, state, _| batch.with(|batch| batch.get(instance, state)))
+        let done = self.one.with(|_, state, _| batch.with(|batch| batch.get(instance, state)));
+        done.map_err(of_step)
     }
 
     /// The state, and the loads of the instance as those of its last step.
@@ -147,7 +137,8 @@ impl<T: Number, C: Cell<T>> Bodies for Instances<T, C> {
         done.map_err(of_step)
     }
 
-    fn reload(&mut self) -> PyResult<()> {
+    fn set_parameters(&mut self, given: Vec<(String, f64)>) -> PyResult<()> {
+        change(&mut self.one, given)?;
         let scene = self.one.scene();
         self.batch
             .with(|batch| {
@@ -158,41 +149,55 @@ impl<T: Number, C: Cell<T>> Bodies for Instances<T, C> {
         let loaded: Vec<usize> = (0..self.applied.len()).filter(|&i| !self.applied[i].is_empty()).collect();
         loaded.into_iter().try_for_each(|instance| self.load(instance)).map_err(of_load)
     }
+
+    /// Reads quantities of each instance, side by side in its row of `out`.
+    fn read(&mut self, what: &[(Quantity, usize)], field: Field, out: &mut [f64]) -> PyResult<()> {
+        let width: usize = what.iter().map(|&(quantity, _)| self.one.body().length(quantity)).sum();
+        let held = |quantity| matches!(quantity, Quantity::ReactionForce | Quantity::ReactionMoment);
+        let under_loads = what.iter().any(|&(quantity, _)| held(quantity));
+        for (instance, mut row) in out.chunks_exact_mut(width.max(1)).enumerate() {
+            if under_loads {
+                self.select_loaded(instance)?;
+            } else {
+                self.select(instance)?;
+            }
+            for &(quantity, index) in what {
+                let (numbers, rest) = row.split_at_mut(self.one.body().length(quantity));
+                self.one.body().read(quantity, index, field, numbers).map_err(of_output)?;
+                row = rest;
+            }
+        }
+        Ok(())
+    }
 }
 
-/// Many bodies of one file.
+/// Instances whose precision is known at run time.
+enum AnyInstances {
+    Single(Instances<f32, SingleCell>),
+    Double(Instances<f64, DoubleCell>),
+}
+
+/// Many bodies of one file that are stepped together, at the same live parameters. `out` is as in `Body`.
+///
+/// An instance has the bits that a `Body` with `residual=False` and `flight=False` has alone.
 #[pyclass(frozen, name = "Batch", module = "vademecum")]
 pub struct PyBatch {
-    bodies: Mutex<Box<dyn Bodies>>,
+    instances: Mutex<AnyInstances>,
     n_instances: usize,
-    probes: Vec<String>,
-    patterns: Vec<String>,
-    supports: Vec<String>,
-}
-
-/// The instances of a batch in single precision.
-pub fn single(one: Simulation<f32>, n: usize, names: [Vec<String>; 3]) -> PyResult<PyBatch> {
-    PyBatch::new::<f32, SingleCell>(one, n, names)
-}
-
-/// The instances of a batch in double precision.
-pub fn double(one: Simulation<f64>, n: usize, names: [Vec<String>; 3]) -> PyResult<PyBatch> {
-    PyBatch::new::<f64, DoubleCell>(one, n, names)
+    names: Names,
 }
 
 impl PyBatch {
-    fn new<T: Number, C: Cell<T> + 'static>(
-        one: Simulation<T>,
-        n_instances: usize,
-        [probes, patterns, supports]: [Vec<String>; 3],
-    ) -> PyResult<Self> {
-        let batch = C::of(one.scene(), n_instances).map_err(of_bind)?;
-        let bodies = Instances { one, batch, applied: vec![vec![]; n_instances] };
-        Ok(Self { bodies: Mutex::new(Box::new(bodies)), n_instances, probes, patterns, supports })
+    pub fn new(one: AnySimulation, n_instances: usize, names: Names) -> PyResult<Self> {
+        let instances = match one {
+            AnySimulation::Single(one) => AnyInstances::Single(Instances::new(one, n_instances)?),
+            AnySimulation::Double(one) => AnyInstances::Double(Instances::new(one, n_instances)?),
+        };
+        Ok(Self { instances: Mutex::new(instances), n_instances, names })
     }
 
-    fn bodies(&self) -> PyResult<MutexGuard<'_, Box<dyn Bodies>>> {
-        self.bodies.try_lock().map_err(|_| busy("batch"))
+    fn lock(&self) -> PyResult<MutexGuard<'_, AnyInstances>> {
+        self.instances.try_lock().map_err(|_| busy("batch"))
     }
 
     fn check(&self, instance: usize) -> PyResult<()> {
@@ -202,33 +207,22 @@ impl PyBatch {
         Err(PyIndexError::new_err(format!("instance {instance}; the batch has {}", self.n_instances)))
     }
 
-    /// One number, or a few, of each instance.
+    /// Quantities of each instance, shape (instances, …).
     fn of_each<'py>(
         &self,
-        shape: &[usize],
         (py, out): Out<'_, 'py>,
-        read: impl Fn(&dyn Body, &mut [f64]) -> Result<(), OutputError>,
+        shape: &[usize],
+        what: &[(Quantity, usize)],
+        field: Field,
     ) -> PyResult<Bound<'py, PyAny>> {
-        let (mut bodies, each) = (self.bodies()?, shape[1..].iter().product::<usize>());
-        filled::<f64>(py, shape, out, |slice| {
-            for (instance, row) in slice.chunks_exact_mut(each.max(1)).enumerate() {
-                bodies.select(instance).map_err(of_step)?;
-                read(&*bodies.one(), row).map_err(of_output)?;
-            }
-            Ok(())
-        })
-    }
-
-    fn one_field<'py>(
-        &self,
-        instance: usize,
-        show: impl FnOnce(&dyn Body, Field) -> PyResult<Bound<'py, PyAny>>,
-        field: &str,
-    ) -> PyResult<Bound<'py, PyAny>> {
-        self.check(instance)?;
-        let (field, mut bodies) = (self::field(field)?, self.bodies()?);
-        bodies.select(instance).map_err(of_step)?;
-        show(&*bodies.one(), field)
+        let mut instances = self.lock()?;
+        let shape: Vec<usize> = [self.n_instances].iter().chain(shape).copied().collect();
+        filled::<f64>(
+            py,
+            &shape,
+            out,
+            |slice| either!(&mut *instances, AnyInstances, all => all.read(what, field, slice)),
+        )
     }
 }
 
@@ -238,101 +232,124 @@ impl PyBatch {
         self.n_instances
     }
 
+    /// Length of a step in s.
     #[getter]
     fn time_step(&self) -> PyResult<f64> {
-        Ok(self.bodies()?.one().time_step())
+        Ok(either!(&*self.lock()?, AnyInstances, all => all.one.body().time_step()))
     }
 
+    /// Names of the probes of the file.
     #[getter]
     fn probe_names(&self) -> Vec<String> {
-        self.probes.clone()
+        self.names.probes.clone()
     }
 
+    /// Names of the load patterns of the file.
     #[getter]
     fn pattern_names(&self) -> Vec<String> {
-        self.patterns.clone()
+        self.names.patterns.clone()
     }
 
+    /// Names of the supports whose reactions the file gives.
     #[getter]
     fn support_names(&self) -> Vec<String> {
-        self.supports.clone()
+        self.names.supports.clone()
     }
 
-    #[pyo3(signature = (name, out=None))]
-    fn reaction<'py>(
-        &self,
-        py: Python<'py>,
-        name: &str,
-        out: Option<&Bound<'py, PyAny>>,
-    ) -> PyResult<Bound<'py, PyAny>> {
-        let support = index("support", &self.supports, name)?;
-        let mut bodies = self.bodies()?;
-        filled::<f64>(py, &[self.n_instances, 6], out, |slice| {
-            for (instance, row) in slice.as_chunks_mut::<6>().0.iter_mut().enumerate() {
-                bodies.select_loaded(instance)?;
-                *row = bodies.one().reaction(support).map_err(of_output)?;
-            }
-            Ok(())
-        })
-    }
-
+    /// Values of the live parameters, by name.
     #[getter]
     fn parameters<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
-        values(py, self.bodies()?.one())
+        either!(&*self.lock()?, AnyInstances, all => values(py, &all.one))
     }
 
+    /// Quantities that `read` gives of each instance, by name.
+    #[getter]
+    fn quantities<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
+        either!(&*self.lock()?, AnyInstances, all => quantities(py, &all.one))
+    }
+
+    /// Sets live parameters of all instances while they move.
     #[pyo3(signature = (values=None, /, **parameters))]
-    fn set(
+    fn set_parameters(
         &self,
         values: Option<&Bound<'_, PyDict>>,
         parameters: Option<&Bound<'_, PyDict>>,
     ) -> PyResult<()> {
-        let (given, mut bodies) = (pairs(values, parameters)?, self.bodies()?);
-        change(bodies.one(), given)?;
-        bodies.reload()
+        let given = pairs(values, parameters)?;
+        either!(&mut *self.lock()?, AnyInstances, all => all.set_parameters(given))
     }
 
-    fn locate(&self, point: [f64; 3]) -> PyResult<PyPoint> {
-        let mut bodies = self.bodies()?;
-        located(point, |at| bodies.one().locate(at)).map(PyPoint)
+    /// Finds the nearest point of the loadable surface at rest.
+    fn locate(&self, point: Vector) -> PyResult<PyPoint> {
+        let instances = self.lock()?;
+        located(point.0, |at| either!(&*instances, AnyInstances, all => all.one.locate(at))).map(PyPoint)
     }
 
-    fn contact(&self, instance: usize, at: Place, force: [f64; 3]) -> PyResult<PyPoint> {
+    /// Adds a force in N to one instance; it stays until `clear`.
+    fn push(&self, instance: usize, place: Target, force: Vector) -> PyResult<PyPoint> {
         self.check(instance)?;
-        let mut bodies = self.bodies()?;
-        let at: SurfacePoint = at.on(|point| bodies.one().locate(point))?;
-        bodies.add(instance, Applied::Contact(contact(&at, force))).map_err(of_load)?;
-        Ok(PyPoint(at))
+        either!(&mut *self.lock()?, AnyInstances, all => {
+            let at = place.on(|point| all.one.locate(point))?;
+            all.add(instance, Applied::Push(Contact::new(at.place, force.0)))?;
+            Ok(PyPoint(at))
+        })
     }
 
+    /// Adds a load pattern to one instance; it stays until `clear`.
     #[pyo3(signature = (instance, name, amplitude=1.0))]
-    fn pattern(&self, instance: usize, name: &str, amplitude: f64) -> PyResult<()> {
+    fn push_pattern(&self, instance: usize, name: &str, amplitude: f64) -> PyResult<()> {
         self.check(instance)?;
-        let index = index("load pattern", &self.patterns, name)?;
-        self.bodies()?.add(instance, Applied::Pattern(index, amplitude)).map_err(of_load)
+        let load = Applied::Pattern(self.names.pattern(name)?, amplitude);
+        either!(&mut *self.lock()?, AnyInstances, all => all.add(instance, load))
     }
 
+    /// Takes the loads of all instances away.
     fn clear(&self) -> PyResult<()> {
-        self.bodies()?.clear();
+        either!(&mut *self.lock()?, AnyInstances, all => all.clear());
         Ok(())
     }
 
-    #[pyo3(signature = (steps=1))]
-    fn step(&self, py: Python<'_>, steps: usize) -> PyResult<(usize, usize, usize)> {
-        let (mut bodies, mut status) = (self.bodies()?, BatchStatus::default());
-        let bodies: &mut dyn Bodies = &mut **bodies;
+    /// Moves all instances on, while other threads of Python run. Gives the numbers of instances that move,
+    /// that rest, and that kept their state because the next would not be finite.
+    #[pyo3(signature = (steps=Count(1)), text_signature = "($self, steps=1)")]
+    fn step(&self, py: Python<'_>, steps: Count) -> PyResult<(usize, usize, usize)> {
+        let (mut guard, mut status) = (self.lock()?, BatchStatus::default());
+        let instances: &mut AnyInstances = &mut guard;
         // A piece is short enough that Python's signals need not wait for long.
         let piece = (100_000 / self.n_instances.max(1)).max(1);
-        let mut left = steps;
+        let mut left = steps.0;
         while left > 0 {
             let now = left.min(piece);
-            status = py.detach(|| bodies.step(now)).map_err(of_step)?;
+            let stepped = py.detach(|| either!(&mut *instances, AnyInstances, all => all.step(now)));
+            status = stepped.map_err(of_step)?;
             left -= now;
             py.check_signals()?;
         }
         Ok((status.moving, status.at_rest, status.refused))
     }
 
+    /// Reads a quantity of each instance as float64, shape (instances, …); of one number, shape (instances,).
+    #[pyo3(signature = (quantity, index=None, field="displacement", out=None))]
+    fn read<'py>(
+        &self,
+        py: Python<'py>,
+        quantity: &str,
+        index: Option<&Bound<'py, PyAny>>,
+        field: &str,
+        out: Option<&Bound<'py, PyAny>>,
+    ) -> PyResult<Bound<'py, PyAny>> {
+        let (quantity, field) = (self::quantity(quantity)?, self::field(field)?);
+        let index = self.names.index(quantity, index)?;
+        let length = either!(&*self.lock()?, AnyInstances, all => all.one.body().length(quantity));
+        let shape = match quantity {
+            Quantity::Surface | Quantity::Whole => vec![length / 3, 3],
+            _ if length == 1 => vec![],
+            _ => vec![length],
+        };
+        self.of_each((py, out), &shape, &[(quantity, index)], field)
+    }
+
+    /// Reads all probes of each instance, shape (instances, probes).
     #[pyo3(signature = (field="displacement", out=None))]
     fn probes<'py>(
         &self,
@@ -340,23 +357,32 @@ impl PyBatch {
         field: &str,
         out: Option<&Bound<'py, PyAny>>,
     ) -> PyResult<Bound<'py, PyAny>> {
-        let field = self::field(field)?;
-        self.of_each(&[self.n_instances, self.probes.len()], (py, out), |body, row| {
-            row.iter_mut().enumerate().try_for_each(|(probe, value)| {
-                *value = body.probe(probe, field)?;
-                Ok(())
-            })
-        })
+        let n = self.names.probes.len();
+        let all: Vec<_> = (0..n).map(|probe| (Quantity::Probe, probe)).collect();
+        self.of_each((py, out), &[n], &all, self::field(field)?)
     }
 
+    /// Reads the energy of each instance in J.
     #[pyo3(signature = (out=None))]
     fn energy<'py>(&self, py: Python<'py>, out: Option<&Bound<'py, PyAny>>) -> PyResult<Bound<'py, PyAny>> {
-        self.of_each(&[self.n_instances], (py, out), |body, row| {
-            row[0] = body.energy()?;
-            Ok(())
-        })
+        self.of_each((py, out), &[], &[(Quantity::Energy, 0)], Field::Displacement)
     }
 
+    /// Reads force in N and moment in N m that a support exerts on each body under its loads, shape
+    /// (instances, 6).
+    #[pyo3(signature = (name, out=None))]
+    fn reaction<'py>(
+        &self,
+        py: Python<'py>,
+        name: &str,
+        out: Option<&Bound<'py, PyAny>>,
+    ) -> PyResult<Bound<'py, PyAny>> {
+        let support = self.names.support(name)?;
+        let both = [(Quantity::ReactionForce, support), (Quantity::ReactionMoment, support)];
+        self.of_each((py, out), &[6], &both, Field::Displacement)
+    }
+
+    /// Reads the surface of one instance, shape (surface nodes, 3).
     #[pyo3(signature = (instance, field="displacement", out=None))]
     fn surface<'py>(
         &self,
@@ -365,18 +391,29 @@ impl PyBatch {
         field: &str,
         out: Option<&Bound<'py, PyAny>>,
     ) -> PyResult<Bound<'py, PyAny>> {
-        self.one_field(instance, |body, field| body.surface(field, (py, out)), field)
+        self.check(instance)?;
+        let field = self::field(field)?;
+        either!(&mut *self.lock()?, AnyInstances, all => {
+            all.select(instance)?;
+            surface(&all.one, field, (py, out))
+        })
     }
 
+    /// Reads all nodes of one instance, shape (nodes, 3).
     #[pyo3(signature = (instance, field="displacement", out=None))]
-    fn body<'py>(
+    fn whole<'py>(
         &self,
         py: Python<'py>,
         instance: usize,
         field: &str,
         out: Option<&Bound<'py, PyAny>>,
     ) -> PyResult<Bound<'py, PyAny>> {
-        self.one_field(instance, |body, field| body.body(field, (py, out)), field)
+        self.check(instance)?;
+        let field = self::field(field)?;
+        either!(&mut *self.lock()?, AnyInstances, all => {
+            all.select(instance)?;
+            whole(&all.one, field, (py, out))
+        })
     }
 
     fn __repr__(&self) -> String {

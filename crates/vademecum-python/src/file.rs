@@ -6,17 +6,17 @@ use std::sync::Arc;
 use pyo3::prelude::*;
 use pyo3::types::{PyBytes, PyDict};
 use vademecum_cli::{Limit, contents_json, page};
-use vademecum_eval::{SceneOptions, Simulation};
-use vademecum_format::SectionKind;
-use vademecum_study::contents::{Geometry, lines};
+use vademecum_eval::{BodyOptions, Precision, SceneOptions, Simulation};
+use vademecum_study::contents::Geometry;
 
 use crate::arrays::owned;
-use crate::batch::{PyBatch, double, single};
-use crate::body::{Body, Number};
+use crate::batch::PyBatch;
+use crate::body::PyBody;
 use crate::content::{Content, Shared};
-use crate::options::{Precision, scene_options};
-use crate::refusal::{Refusal, of_simulation};
-use crate::scene::PyScene;
+use crate::names::Names;
+use crate::options::{precision, scene_options};
+use crate::refusal::{Refusal, of_missing, of_simulation};
+use crate::simulation::AnySimulation;
 
 /// A vademecum file in memory.
 #[pyclass(frozen, name = "File", module = "vademecum._native")]
@@ -26,21 +26,17 @@ pub struct PyFile {
 }
 
 impl PyFile {
-    /// Names of the probes, of the load patterns, and of the supports whose reactions the file gives.
-    fn names(&self) -> Result<[Vec<String>; 3], Refusal> {
-        let file = self.content.file(&self.path)?;
-        let names = |kind| lines(&file, kind);
-        let [probes, patterns, supports] =
-            [SectionKind::ProbeNames, SectionKind::PatternNames, SectionKind::SupportNames].map(names);
-        Ok([probes?, patterns?, supports?])
-    }
-
-    fn options(&self, given: Option<&Bound<'_, PyDict>>) -> PyResult<SceneOptions> {
-        scene_options(self.content.file(&self.path)?.metadata(), given)
-    }
-
-    fn bind<T: Number>(&self, options: &SceneOptions) -> PyResult<Simulation<T>> {
-        Simulation::new(Shared(Arc::clone(&self.content)), options).map_err(of_simulation)
+    /// A body at rest in the precision that `dtype` means.
+    fn bind(&self, dtype: &Bound<'_, PyAny>, options: &BodyOptions) -> PyResult<AnySimulation> {
+        let bytes = Shared(Arc::clone(&self.content));
+        Ok(match precision(dtype)? {
+            Precision::Single => {
+                AnySimulation::Single(Simulation::with_options(bytes, options).map_err(of_simulation)?)
+            }
+            Precision::Double => {
+                AnySimulation::Double(Simulation::with_options(bytes, options).map_err(of_simulation)?)
+            }
+        })
     }
 }
 
@@ -48,7 +44,8 @@ impl PyFile {
 impl PyFile {
     #[staticmethod]
     fn open(py: Python<'_>, path: PathBuf, map: bool) -> PyResult<Self> {
-        let content = Arc::new(py.detach(|| Content::open(&path, map))?);
+        let opened = py.detach(|| Content::open(&path, map));
+        let content = Arc::new(opened.map_err(|refusal| of_missing(refusal, &path))?);
         Ok(Self { content, path })
     }
 
@@ -89,14 +86,16 @@ impl PyFile {
         ))
     }
 
-    fn scene(&self, dtype: &Bound<'_, PyAny>, options: Option<&Bound<'_, PyDict>>) -> PyResult<PyScene> {
-        let (precision, options) = (Precision::of(dtype)?, self.options(options)?);
-        let [probes, patterns, supports] = self.names()?;
-        let body: Box<dyn Body> = match precision {
-            Precision::Single => Box::new(self.bind::<f32>(&options)?),
-            Precision::Double => Box::new(self.bind::<f64>(&options)?),
-        };
-        Ok(PyScene::new(body, probes, patterns, supports))
+    fn body(
+        &self,
+        dtype: &Bound<'_, PyAny>,
+        flight: bool,
+        options: Option<&Bound<'_, PyDict>>,
+    ) -> PyResult<PyBody> {
+        let file = self.content.file(&self.path)?;
+        let scene = scene_options(file.metadata(), options)?;
+        let body = self.bind(dtype, &BodyOptions { scene, flight, ..BodyOptions::default() })?;
+        Ok(PyBody::new(body, Names::of(&file)?))
     }
 
     fn batch(
@@ -105,12 +104,10 @@ impl PyFile {
         dtype: &Bound<'_, PyAny>,
         options: Option<&Bound<'_, PyDict>>,
     ) -> PyResult<PyBatch> {
-        let precision = Precision::of(dtype)?;
+        let file = self.content.file(&self.path)?;
         // The state of an instance does not remember its forces.
-        let options = SceneOptions { residual: false, ..self.options(options)? };
-        match precision {
-            Precision::Single => single(self.bind(&options)?, instances, self.names()?),
-            Precision::Double => double(self.bind(&options)?, instances, self.names()?),
-        }
+        let scene = SceneOptions { residual: false, ..scene_options(file.metadata(), options)? };
+        let one = self.bind(dtype, &BodyOptions { scene, flight: false, ..BodyOptions::default() })?;
+        PyBatch::new(one, instances, Names::of(&file)?)
     }
 }

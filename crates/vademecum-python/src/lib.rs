@@ -9,13 +9,14 @@ mod batch;
 mod body;
 mod content;
 mod file;
-mod flight;
 mod jobs;
+mod motion;
+mod names;
 mod options;
 mod point;
 mod problem;
 mod refusal;
-mod scene;
+mod simulation;
 mod watch;
 
 use pyo3::prelude::*;
@@ -26,15 +27,15 @@ mod _native {
     #[pymodule_export]
     use crate::batch::PyBatch;
     #[pymodule_export]
-    use crate::file::PyFile;
+    use crate::body::PyBody;
     #[pymodule_export]
-    use crate::flight::{PyFlight, PyMotion};
+    use crate::file::PyFile;
     #[pymodule_export]
     use crate::jobs::{build, check, modes, program, run, verify};
     #[pymodule_export]
-    use crate::point::PyPoint;
+    use crate::motion::PyMotion;
     #[pymodule_export]
-    use crate::scene::PyScene;
+    use crate::point::PyPoint;
 
     use pyo3::prelude::*;
 

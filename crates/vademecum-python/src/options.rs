@@ -4,31 +4,23 @@ use numpy::{PyArrayDescr, PyArrayDescrMethods, dtype};
 use pyo3::exceptions::PyTypeError;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
-use vademecum_eval::{SceneOptions, StructureChoice};
+use vademecum_build::suggest::did_you_mean;
+use vademecum_eval::{Precision, SceneOptions, StructureChoice};
 use vademecum_format::Metadata;
 use vademecum_study::parameters::{self, ParameterValue};
 
 use crate::refusal::{Refusal, of_study};
 
-/// Single or double precision.
-#[derive(Clone, Copy, PartialEq, Eq)]
-pub enum Precision {
-    Single,
-    Double,
-}
-
-impl Precision {
-    /// Of a NumPy type, or of anything that NumPy makes one of.
-    pub fn of(given: &Bound<'_, PyAny>) -> PyResult<Self> {
-        let py = given.py();
-        let descr = PyArrayDescr::new(py, given)?;
-        if descr.is_equiv_to(&dtype::<f32>(py)) {
-            Ok(Self::Single)
-        } else if descr.is_equiv_to(&dtype::<f64>(py)) {
-            Ok(Self::Double)
-        } else {
-            Err(PyTypeError::new_err(format!("dtype is {descr}; expected float32 or float64")))
-        }
+/// The precision of a NumPy type, or of anything that NumPy makes one of.
+pub fn precision(given: &Bound<'_, PyAny>) -> PyResult<Precision> {
+    let py = given.py();
+    let descr = PyArrayDescr::new(py, given)?;
+    if descr.is_equiv_to(&dtype::<f32>(py)) {
+        Ok(Precision::Single)
+    } else if descr.is_equiv_to(&dtype::<f64>(py)) {
+        Ok(Precision::Double)
+    } else {
+        Err(PyTypeError::new_err(format!("dtype is {descr}; expected float32 or float64")))
     }
 }
 
@@ -49,12 +41,32 @@ pub fn structure(name: &str) -> PyResult<StructureChoice> {
     })
 }
 
+/// Names of the options of a body, in the order of the documentation.
+const OPTIONS: [&str; 14] = [
+    "structure",
+    "time_step",
+    "tolerance",
+    "terms",
+    "rest_below",
+    "residual",
+    "contacts",
+    "substeps",
+    "viscosity",
+    "stiffness",
+    "density",
+    "alpha",
+    "beta",
+    "flight",
+];
+
 /// Options of a scene by their names; all others are live parameters of the file.
 pub fn scene_options(metadata: &Metadata<'_>, given: Option<&Bound<'_, PyDict>>) -> PyResult<SceneOptions> {
     let mut options = SceneOptions::default();
     let mut live = vec![];
     for (name, value) in given.into_iter().flatten() {
         let name: String = name.extract()?;
+        let parameters = metadata.active_parameters();
+        let parameter = parameters.iter().find(|parameter| keyword(parameter.name) == name);
         match name.as_str() {
             "structure" => options.structure = structure(&value.extract::<String>()?)?,
             "tolerance" => options.tolerance = value.extract()?,
@@ -65,17 +77,24 @@ pub fn scene_options(metadata: &Metadata<'_>, given: Option<&Bound<'_, PyDict>>)
             "contacts" => options.contacts = value.extract()?,
             "substeps" => options.substeps = value.extract()?,
             "viscosity" => options.viscosity = value.extract()?,
+            // Of the whole body, unless the file has a live parameter of that name.
+            "stiffness" if parameter.is_none() => options.stiffness = value.extract()?,
+            "density" if parameter.is_none() => options.density = value.extract()?,
+            "alpha" if parameter.is_none() => options.alpha = value.extract()?,
+            "beta" if parameter.is_none() => options.beta = value.extract()?,
             _ => {
-                live.push((name, value.extract()?));
+                let known =
+                    parameters.iter().any(|parameter| resolve(metadata, name.clone()) == parameter.name);
+                let Ok(number) = value.extract() else { return Err(no_number(&name, &value, known)) };
+                live.push((name, number));
                 continue;
             }
         }
         // The time step is the same as a parameter and as an option.
-        let means = |parameter: &str| keyword(parameter) == name && name != "time_step";
-        if let Some(both) = metadata.active_parameters().iter().find(|parameter| means(parameter.name)) {
+        if let Some(both) = parameter.filter(|_| name != "time_step") {
             return Err(Refusal::usage(format!(
-                "`{name}` is an option of scenes, and the live parameter `{both}` of this file too; set the parameter by \
-                 `scene.set({{\"{both}\": value}})` after the scene was made",
+                "`{name}` is an option of bodies, and the live parameter `{both}` of this file too; set the \
+                 parameter by `body.set_parameters({{\"{both}\": value}})` once the body is there",
                 both = both.name
             ))
             .into());
@@ -83,6 +102,15 @@ pub fn scene_options(metadata: &Metadata<'_>, given: Option<&Bound<'_, PyDict>>)
     }
     set(&mut options, metadata, live)?;
     Ok(options)
+}
+
+/// A refusal of a keyword that has no number: of a live parameter, or of an option that is written otherwise.
+fn no_number(name: &str, value: &Bound<'_, PyAny>, known: bool) -> PyErr {
+    if known {
+        return PyTypeError::new_err(format!("the live parameter `{name}` is {value}; expected a number"));
+    }
+    let nearest = did_you_mean(name, OPTIONS.iter().copied());
+    PyTypeError::new_err(format!("there is neither an option nor a live parameter `{name}`{nearest}"))
 }
 
 /// Sets live parameters in options; nothing has changed where one is refused.

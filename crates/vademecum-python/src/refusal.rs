@@ -1,11 +1,14 @@
 //! Errors of the workspace as exceptions of the package.
 
 use std::fmt;
+use std::path::Path;
 
 use pyo3::exceptions::{PyKeyboardInterrupt, PyRuntimeError, PyValueError};
 use pyo3::prelude::*;
 use vademecum_cli::{Cause, Failure};
-use vademecum_eval::{BindError, LoadError, OutputError, SimulationError, StepError};
+use vademecum_eval::{
+    BindError, LoadError, OutputError, PlaceError, Quantity, SavedError, SimulationError, StepError,
+};
 use vademecum_study::{FileError, StudyError};
 
 /// A failure that may go from one thread to another: who can act, and the program's words.
@@ -86,6 +89,24 @@ pub fn of_step(error: StepError) -> PyErr {
     PyValueError::new_err(error.to_string())
 }
 
+/// A place that was refused.
+pub fn of_place(error: PlaceError) -> PyErr {
+    PyValueError::new_err(error.to_string())
+}
+
+/// A state that was neither saved nor restored.
+pub fn of_saved(error: SavedError) -> PyErr {
+    PyValueError::new_err(error.to_string())
+}
+
+/// A file that was not opened: `FileNotFoundError`, too, where there is none.
+pub fn of_missing(refusal: Refusal, path: &Path) -> PyErr {
+    if path.try_exists().unwrap_or(true) {
+        return refusal.into();
+    }
+    Python::attach(|py| exception(py, "MissingFile", refusal.words).unwrap_or_else(|error| error))
+}
+
 /// A study's error.
 pub fn of_study(error: StudyError) -> PyErr {
     Refusal::from(error).into()
@@ -103,6 +124,13 @@ pub fn unknown(what: &str, name: &str, known: &[String]) -> PyErr {
     let nearest = vademecum_build::suggest::did_you_mean(name, known.iter().map(String::as_str));
     let list = if known.is_empty() { "none".to_string() } else { Quoted(known).to_string() };
     PyValueError::new_err(format!("the file has no {what} `{name}`; it has {list}{nearest}"))
+}
+
+/// A name that is not one of the table of quantities.
+pub fn unknown_quantity(name: &str) -> PyErr {
+    let all = Quantity::ALL.map(|quantity| quantity.name().to_string());
+    let nearest = vademecum_build::suggest::did_you_mean(name, all.iter().map(String::as_str));
+    PyValueError::new_err(format!("there is no quantity `{name}`; there are {}{nearest}", Quoted(&all)))
 }
 
 /// Names between quotes, with commas.

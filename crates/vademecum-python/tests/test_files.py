@@ -20,30 +20,30 @@ def test_a_run_has_the_numbers_of_the_program(beam, block_beam, program, tmp_pat
         'duration = 0.5\n[[contact]]\npoint = [0.93, 0.031, 0.1]\nforce = [3.0, -8.0, -20.0]\nend = 0.1\n'
         '[[pattern]]\nname = "gravity"\nstart = 0.2\n[output]\nfields_every = 100\n'
     )
-    for body in (beam, block_beam):
-        file = body.save(tmp_path / "body.vdm")
-        program("run", file, "--scenario", scenario, "-o", tmp_path / "out")
+    for file in (beam, block_beam):
+        path = file.save(tmp_path / "body.vdm")
+        program("run", path, "--scenario", scenario, "-o", tmp_path / "out")
         table = np.genfromtxt(tmp_path / "out/probes.csv", delimiter=",", names=True)
-        played = body.run(scenario)
+        played = file.run(scenario)
         assert len(played.time) == 501 and played.values.any()
         columns = {"time_s": played.time, "energy_J": played.energy, **played.probes}
         assert tuple(columns) == table.dtype.names
         for name, column in columns.items():
             assert [float(f"{value:.9e}") for value in column] == table[name].tolist(), name
         # A mapping is a scenario, too, and so is an opened file.
-        again = vademecum.run(file, {**PUSH, "output": {"fields_every": 100}})
+        again = vademecum.run(path, {**PUSH, "output": {"fields_every": 100}})
         assert np.array_equal(again.values, played.values)
-        assert played.displacement.shape == (6, body.info.surface_nodes, 3) and played.field_time[-1] == 0.5
+        assert played.displacement.shape == (6, file.info.surface_nodes, 3) and played.field_time[-1] == 0.5
 
 
-def test_a_scene_has_the_bits_of_a_run(beam, block_beam):
-    for body in (beam, block_beam):
+def test_a_body_has_the_bits_of_a_run(beam, block_beam):
+    for file in (beam, block_beam):
         held = {"duration": 0.3, "contact": [{"point": [0.93, 0.031, 0.1], "force": [3.0, -8.0, -20.0]}]}
-        played = body.run(held)
-        scene = body.scene()
-        scene.contact([0.93, 0.031, 0.1], [3.0, -8.0, -20.0])
-        assert np.array_equal(scene.march(300), played.values[1:])
-        assert scene.energy == played.energy[-1]
+        played = file.run(held)
+        body = file.body()
+        body.push([0.93, 0.031, 0.1], [3.0, -8.0, -20.0])
+        assert np.array_equal(body.march(300), played.values[1:])
+        assert body.energy == played.energy[-1]
 
 
 def test_info_is_what_the_program_prints(live_beam, program, tmp_path):
@@ -95,9 +95,9 @@ def test_a_file_is_verified_against_its_own_problem(beam):
 
 def test_a_build_reports_and_stops(tmp_path):
     stages = []
-    body = vademecum.build(BEAM, progress=lambda stage, done, total: stages.append(stage))
-    assert body.report["modes"] == 6 and len(set(stages)) > 3
-    assert body.to_bytes() == vademecum.build(BEAM, work=tmp_path / "work").to_bytes()
+    file = vademecum.build(BEAM, progress=lambda stage, done, total: stages.append(stage))
+    assert file.report["modes"] == 6 and len(set(stages)) > 3
+    assert file.to_bytes() == vademecum.build(BEAM, work=tmp_path / "work").to_bytes()
     assert any((tmp_path / "work").iterdir())
 
     class Enough(Exception):
@@ -140,8 +140,9 @@ def test_notes_are_warnings(beam):
 
 
 def test_files_that_are_none(tmp_path):
-    with pytest.raises(vademecum.FileError, match="nowhere.vdm"):
-        vademecum.open(tmp_path / "nowhere.vdm")
+    for kind in (vademecum.FileError, FileNotFoundError):
+        with pytest.raises(kind, match="nowhere.vdm"):
+            vademecum.open(tmp_path / "nowhere.vdm")
     with pytest.raises(vademecum.FileError, match="given.vdm"):
         vademecum.from_bytes(b"[mesh]", name="given.vdm")
     problem = tmp_path / "problem.toml"
@@ -166,28 +167,28 @@ def test_no_byte_of_a_file_can_end_python(beam):
         bad = bytearray(good)
         bad[place] ^= 1 << int(rng.integers(8))
         try:
-            vademecum.from_bytes(bad).scene().step(3)
+            vademecum.from_bytes(bad).body().step(3)
         except vademecum.FileError:
             refused += 1
     assert refused > 280, "sections have checksums; only padding inside them is free"
 
 
 def test_a_file_that_shrinks_on_the_disk_stays_in_memory(beam, tmp_path):
-    file = beam.save(tmp_path / "body.vdm")
-    body = vademecum.open(file)
-    os.truncate(file, 10)
-    scene = body.scene()
-    scene.pattern("gravity")
-    scene.step(10)
-    assert scene.body().any() and body.to_bytes() == beam.to_bytes()
+    path = beam.save(tmp_path / "body.vdm")
+    file = vademecum.open(path)
+    os.truncate(path, 10)
+    body = file.body()
+    body.push_pattern("gravity")
+    body.step(10)
+    assert body.whole().any() and file.to_bytes() == beam.to_bytes()
 
 
 def test_a_map_gives_the_same(beam, tmp_path):
-    body = vademecum.open(beam.save(tmp_path / "body.vdm"), map=True)
-    scene, other = body.scene(), beam.scene()
-    for one in (scene, other):
-        one.pattern("gravity")
-    assert np.array_equal(scene.march(20), other.march(20))
+    file = vademecum.open(beam.save(tmp_path / "body.vdm"), map=True)
+    body, other = file.body(), beam.body()
+    for one in (body, other):
+        one.push_pattern("gravity")
+    assert np.array_equal(body.march(20), other.march(20))
 
 
 def test_a_packed_file_is_unpacked(beam, program, tmp_path):
@@ -209,12 +210,12 @@ def test_geometry_and_meshio(beam, tmp_path):
     assert beam.triangles.shape == (beam.info.triangles, 3) and beam.triangles.max() < beam.info.surface_nodes
     with pytest.raises(ValueError, match="read-only"):
         beam.nodes[0] = 0.0
-    scene = beam.scene()
-    scene.pattern("gravity")
-    scene.step(50)
-    beam.to_meshio(displacement=scene.surface()).write(tmp_path / "moved.vtu")
+    body = beam.body()
+    body.push_pattern("gravity")
+    body.step(50)
+    beam.to_meshio(displacement=body.surface()).write(tmp_path / "moved.vtu")
     back = meshio.read(tmp_path / "moved.vtu")
-    assert np.array_equal(back.point_data["displacement"], scene.surface()) and scene.surface().any()
+    assert np.array_equal(back.point_data["displacement"], body.surface()) and body.surface().any()
     assert np.array_equal(back.cells_dict["triangle"], beam.triangles)
     played = beam.run({**PUSH, "output": {"fields_every": 250}})
     assert np.array_equal(played.to_meshio().point_data["velocity"], played.velocity[-1])

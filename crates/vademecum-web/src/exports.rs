@@ -221,8 +221,8 @@ pub extern "C" fn parameter(index: usize) -> u32 {
     1
 }
 
-/// Leaves the row of scalar `index` of the whole body in the exchange buffer: places and lengths of its name, its
-/// unit and a line about it. 0 if there is none.
+/// Leaves the row of scalar `index` of the whole body in the exchange buffer: places and lengths of its name,
+/// its unit and a line about it. 0 if there is none.
 #[unsafe(no_mangle)]
 pub extern "C" fn total(index: usize) -> u32 {
     let Some(quantity) = Quantity::totals().nth(index) else { return 0 };

@@ -309,28 +309,28 @@ def our_rows(block, program, coarse, truth):
     start = time.perf_counter()
     subprocess.run([program, "build", "beam.toml", "-o", "beam.vdm", "--force", "--quiet"], check=True)
     building = time.perf_counter() - start
-    body = vademecum.open("beam.vdm")
+    file = vademecum.open("beam.vdm")
     for axis, column in (("y", 0), ("z", 1)):
         with open(f"{axis}.csv", "w", newline="") as out:
             rows = csv.writer(out)
             rows.writerows([t, force(ASKED, t)[column]] for t in np.linspace(0, ASKED[1], 2001))
-    place = {tuple(np.round(node, 6)): i for i, node in enumerate(body.nodes)}
+    place = {tuple(np.round(node, 6)): i for i, node in enumerate(file.nodes)}
     order = [place[tuple(np.round(node, 6))] for node in block.nodes]
     Path("push.toml").write_text(SCENARIO.format(duration=STEPS * STEP))
     for substeps in SUBSTEPS:
-        u = body.run("push.toml", substeps=substeps).displacement[1:][:, order]
+        u = file.run("push.toml", substeps=substeps).displacement[1:][:, order]
         seconds = {}
         for precision in (np.float64, np.float32):
-            scene = body.scene(precision, substeps=substeps)
-            scene.pattern("z", ASKED[0])
-            seconds[precision] = min(timed(scene) for _ in range(5))
+            body = file.body(precision, substeps=substeps)
+            body.push_pattern("z", ASKED[0])
+            seconds[precision] = min(timed(body) for _ in range(5))
         name = f"vademecum, {COORDINATES} coordinates, {substeps} sub-step(s)"
         yield name, building, seconds[np.float64], seconds[np.float32], block.error(u, coarse), block.error(u, truth)
 
 
-def timed(scene, steps=2000):
+def timed(body, steps=2000):
     start = time.perf_counter()
-    scene.step(steps)
+    body.step(steps)
     return (time.perf_counter() - start) / steps
 
 

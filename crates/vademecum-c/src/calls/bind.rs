@@ -23,8 +23,8 @@ pub extern "C" fn vdm_status_text(status: i32) -> *const c_char {
     self::status(status).as_ptr()
 }
 
-/// The file as it was built: single precision, room for 16 contacts, with residual flexibility, flying if it has no
-/// supports.
+/// The file as it was built: single precision, room for 16 contacts, with residual flexibility, flying if it
+/// has no supports.
 ///
 /// # Safety
 /// `options` is null or points to a `VdmOptions`.
@@ -90,8 +90,8 @@ pub unsafe extern "C" fn vdm_measure(
 ///
 /// # Safety
 /// `file` points to `length` bytes and `memory` to `memory_bytes` bytes that nobody else uses; both stay
-/// where they are, and the file unchanged, for as long as the handle is used. `options` is null or points to a
-/// `VdmOptions`, `body` points to a pointer, and `text` is null or points to `capacity` bytes.
+/// where they are, and the file unchanged, for as long as the handle is used. `options` is null or points to
+/// a `VdmOptions`, `body` points to a pointer, and `text` is null or points to `capacity` bytes.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn vdm_bind(
     file: *const u8,

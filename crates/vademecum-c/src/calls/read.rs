@@ -34,8 +34,8 @@ fn quantity(number: u32) -> Result<Quantity, Refusal> {
     Quantity::from_number(number).ok_or(Refusal::Words(VdmStatus::VDM_ARGUMENT, said))
 }
 
-/// A row of the table of what can be read of a body. Numbers count from 0 without a gap and stay from version to
-/// version; new ones come last. `VDM_ARGUMENT` past the last one.
+/// A row of the table of what can be read of a body. Numbers count from 0 without a gap and stay from version
+/// to version; new ones come last. `VDM_ARGUMENT` past the last one.
 ///
 /// # Safety
 /// `out` is null or points to a `VdmQuantity`.

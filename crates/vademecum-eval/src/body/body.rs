@@ -34,10 +34,10 @@ pub struct BodyOptions {
     /// Whether [`Body::keep_loads`] has room.
     pub keep_loads: bool,
     /// Whether there is room for the static answer of the whole body, where the file has the factor of its
-    /// stiffness.
+    /// stiffness; with the feature `full` only.
     pub static_field: bool,
-    /// Whether a body without supports flies: [`Body::step`] then moves its frame, too. Without it the host
-    /// moves the frame and gives its angular velocity to [`Body::push_spin`].
+    /// True for a body without supports to fly: [`Body::step`] then moves its frame, too. Without it, and
+    /// without the feature `full`, the host moves the frame and gives its angular velocity to [`Body::push_spin`].
     pub flight: bool,
 }
 
@@ -141,8 +141,9 @@ impl Pieces {
     fn of<T: Scalar>(file: &File<'_>, options: &BodyOptions) -> Result<Self, BindError> {
         let shape = shape::<T>(file, &options.scene)?;
         let sizes = shape.sizes();
-        let factor = if options.scene.residual { Factor::of(file) } else { Factor::default() };
-        let [answer, rest] = if options.static_field { static_field_sizes(&factor, &shape) } else { [0; 2] };
+        let factor = if FULL && options.scene.residual { Factor::of(file) } else { Factor::default() };
+        let [answer, rest] =
+            if FULL && options.static_field { static_field_sizes(&factor, &shape) } else { [0; 2] };
         let operator = shape.compliance_work(options.places).max(3 * shape.r);
         Ok(Self {
             scene: sizes.scene,
@@ -194,11 +195,12 @@ impl<'m, T: Scalar> Body<'m, T> {
         let scene = Scene::bind(file, &options.scene, numbers.take(pieces.scene)?, work)?;
         let state = State::new(&scene, numbers.take(pieces.state)?)?;
         let loads = Loads::new(&scene, numbers.take(pieces.loads)?)?;
-        let flight = if options.flight { FreeBody::new(&scene, RigidMotion::at_rest) } else { None };
+        let flight = if FULL && options.flight { FreeBody::new(&scene, RigidMotion::at_rest) } else { None };
         let (kept, rest) = (numbers.take(pieces.kept)?, numbers.take(pieces.rest)?);
         let kept =
             if options.keep_loads { Some(Kept { loads: Loads::new(&scene, kept)?, flight }) } else { None };
-        let statics = if pieces.answer > 0 { Some(StaticField::new(&scene, answer, rest)?) } else { None };
+        let statics =
+            if FULL && pieces.answer > 0 { Some(StaticField::new(&scene, answer, rest)?) } else { None };
         let surface = Surface::new(file).ok();
         let (file, identity) = (*file, identity(file));
         Ok(Self { file, surface, scene, state, loads, flight, kept, statics, work, identity })
@@ -232,6 +234,10 @@ impl<'m, T: Scalar> Body<'m, T> {
     #[must_use]
     pub const fn flight(&self) -> Option<&FreeBody> {
         self.flight.as_ref()
+    }
+
+    const fn flies(&self) -> bool {
+        FULL && self.flight.is_some()
     }
 
     /// Lends the parts to what has no method here.
@@ -287,13 +293,13 @@ impl<'m, T: Scalar> Body<'m, T> {
     /// [`LoadError`]; nothing has changed then.
     pub fn push(&mut self, at: &impl AsRef<Place>, force: [f64; 3]) -> Result<(), LoadError> {
         let place = *at.as_ref();
-        if self.flight.is_none() {
+        if !self.flies() {
             return self.loads.add_contact(&self.scene, &Contact::new(place, force));
         }
         place.check()?;
         let kind = SectionKind::NodeCoordinates;
         let position = self.position(&place).map_err(|_| LoadError::Missing { kind })?;
-        let Some(free) = &mut self.flight else { return Err(LoadError::Mismatch) };
+        let Some(free) = flying(&mut self.flight) else { return Err(LoadError::Mismatch) };
         free.push(&self.scene, &mut self.loads, &SurfacePoint { place, position, distance: 0.0 }, force)
     }
 
@@ -308,7 +314,7 @@ impl<'m, T: Scalar> Body<'m, T> {
         force: [f64; 3],
         amplitudes: &[f64; 1 + MAX_STAGES],
     ) -> Result<(), LoadError> {
-        if self.flight.is_some() {
+        if self.flies() {
             let mean = mean(amplitudes);
             return self.push(at, force.map(|force| mean * force));
         }
@@ -341,7 +347,7 @@ impl<'m, T: Scalar> Body<'m, T> {
     /// # Errors
     /// [`LoadError`]; nothing has changed then.
     pub fn push_pattern(&mut self, pattern: usize, amplitude: f64) -> Result<(), LoadError> {
-        match &mut self.flight {
+        match flying(&mut self.flight) {
             None => self.loads.add_pattern(&self.scene, pattern, amplitude),
             Some(free) => free.push_pattern(&self.scene, &mut self.loads, pattern, amplitude),
         }
@@ -357,7 +363,7 @@ impl<'m, T: Scalar> Body<'m, T> {
         pattern: usize,
         amplitudes: &[f64; 1 + MAX_STAGES],
     ) -> Result<(), LoadError> {
-        if self.flight.is_some() {
+        if self.flies() {
             return self.push_pattern(pattern, mean(amplitudes));
         }
         self.loads.add_pattern_staged(&self.scene, pattern, amplitudes)
@@ -391,7 +397,7 @@ impl<'m, T: Scalar> Body<'m, T> {
 
     /// Takes all loads away.
     pub fn clear(&mut self) {
-        match &mut self.flight {
+        match flying(&mut self.flight) {
             None => self.loads.clear(),
             Some(free) => free.clear(&mut self.loads),
         }
@@ -415,7 +421,7 @@ impl<'m, T: Scalar> Body<'m, T> {
     pub fn recall_loads(&mut self) -> Result<(), LoadError> {
         let kept = self.kept.as_ref().ok_or(LoadError::NoRoom)?;
         self.loads.copy_from(&kept.loads)?;
-        if let (Some(free), Some(kept)) = (&mut self.flight, &kept.flight) {
+        if let (Some(free), Some(kept)) = (flying(&mut self.flight), &kept.flight) {
             free.pushed_as(kept);
         }
         Ok(())
@@ -428,12 +434,12 @@ impl<'m, T: Scalar> Body<'m, T> {
     /// [`StepError`]; the body is then where it was.
     #[inline]
     pub fn step(&mut self) -> Result<Status, StepError> {
-        if self.flight.is_none() { self.scene.step(&mut self.state, &self.loads) } else { self.fly() }
+        if !self.flies() { self.scene.step(&mut self.state, &self.loads) } else { self.fly() }
     }
 
     #[cold]
     fn fly(&mut self) -> Result<Status, StepError> {
-        let Some(free) = &mut self.flight else { return Err(StepError::Mismatch) };
+        let Some(free) = flying(&mut self.flight) else { return Err(StepError::Mismatch) };
         free.step(&self.scene, &mut self.state, &mut self.loads)
     }
 
@@ -456,7 +462,7 @@ impl<'m, T: Scalar> Body<'m, T> {
     /// Puts the body at rest where the file has it; loads stay.
     pub fn rest(&mut self) {
         self.state.rest();
-        if let Some(free) = &mut self.flight {
+        if let Some(free) = flying(&mut self.flight) {
             free.set_motion(RigidMotion::at_rest(free.body()));
         }
     }
@@ -507,7 +513,7 @@ impl<'m, T: Scalar> Body<'m, T> {
     }
 
     fn followed(&mut self) -> LoadsAfter {
-        if let Some(free) = &mut self.flight {
+        if let Some(free) = flying(&mut self.flight) {
             free.follow(&self.scene);
         }
         if self.loads.is_empty() { LoadsAfter::Empty } else { LoadsAfter::Stale }
@@ -669,6 +675,14 @@ impl<'m, T: Scalar> Body<'m, T> {
     pub fn energy(&self) -> Result<f64, OutputError> {
         self.scene.energy(&self.state)
     }
+}
+
+/// Flight and the static answer of the whole body need the feature `full`: a microcontroller spends no flash
+/// on them.
+const FULL: bool = cfg!(feature = "full");
+
+const fn flying(flight: &mut Option<FreeBody>) -> Option<&mut FreeBody> {
+    if FULL { flight.as_mut() } else { None }
 }
 
 /// What acts over a step of a flight under a load that is linear in it.

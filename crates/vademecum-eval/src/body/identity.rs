@@ -2,8 +2,8 @@
 
 use vademecum_format::{File, SectionKind, checksum};
 
-/// Checksums of the mesh and its counts, and of the reduced stiffness, which defines the coordinates: the same
-/// for a file and for all that are made of it without another build.
+/// Checksums of the mesh and its counts, and of the reduced stiffness, which defines the coordinates: the
+/// same for a file and for all that are made of it without another build.
 pub(crate) fn identity(file: &File<'_>) -> [u8; 8] {
     let metadata = file.metadata();
     let mut mesh = metadata.mesh_hash;

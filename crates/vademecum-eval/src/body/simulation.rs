@@ -85,6 +85,7 @@ enum Applied {
     Push(Place, [f64; 3]),
     Pattern(usize, f64),
     Base(BaseMotion),
+    Pull([f64; 3]),
 }
 
 impl Applied {
@@ -93,6 +94,7 @@ impl Applied {
             Self::Push(place, force) => body.push(place, *force),
             Self::Pattern(pattern, amplitude) => body.push_pattern(*pattern, *amplitude),
             Self::Base(motion) => body.push_base(motion),
+            Self::Pull(force) => body.pull(*force),
         }
     }
 }
@@ -250,6 +252,13 @@ impl<T: Scalar + 'static> Simulation<T> {
         self.body.with(|BodyParts { scene, state, loads, .. }| run(scene, state, loads))
     }
 
+    /// Lends the body to what has no method here. Loads that are added in this way are gone after
+    /// [`Simulation::set_parameters`].
+    pub fn with_body<R>(&mut self, run: impl for<'m> FnOnce(&mut Body<'m, T>) -> R) -> R {
+        self.moves = self.moves.wrapping_add(1);
+        run(&mut self.body)
+    }
+
     /// The number of the probe of this name.
     #[must_use]
     pub fn find_probe(&self, name: &str) -> Option<usize> {
@@ -330,6 +339,14 @@ impl<T: Scalar + 'static> Simulation<T> {
     /// [`LoadError`].
     pub fn push_base(&mut self, motion: BaseMotion) -> Result<(), LoadError> {
         self.apply(Applied::Base(motion))
+    }
+
+    /// Pulls a body that flies at its centre, as [`Body::pull`].
+    ///
+    /// # Errors
+    /// [`LoadError`].
+    pub fn pull(&mut self, force: [f64; 3]) -> Result<(), LoadError> {
+        self.apply(Applied::Pull(force))
     }
 
     fn apply(&mut self, load: Applied) -> Result<(), LoadError> {

@@ -2,11 +2,11 @@
 
     import vademecum
 
-    body = vademecum.open("body.vdm")
-    scene = body.scene()
-    finger = scene.contact([0.93, 0.03, 0.1], force=[0.0, 0.0, -20.0])
-    scene.step(1000)
-    scene.point(finger)          # how far it has moved [m]
+    file = vademecum.open("body.vdm")
+    body = file.body()
+    finger = body.push([0.93, 0.03, 0.1], force=[0.0, 0.0, -20.0])
+    body.step(1000)
+    body.point(finger)           # displacement in m
 
 Units are those of the file, SI unless `info.units` says otherwise.
 """
@@ -36,6 +36,7 @@ from ._data import (
     NaturalModes,
     Parameter,
     ParameterValue,
+    Quantity,
     Section,
     Support,
     Soundness,
@@ -43,17 +44,32 @@ from ._data import (
     Verification,
     read,
 )
-from ._errors import Error, FileError, InputError, MachineError, MeshError, Note, NumericsError, ToleranceMissed
-from ._native import Batch, Flight, Motion, Scene, SurfacePoint
+from ._errors import (
+    Error,
+    FileError,
+    InputError,
+    MachineError,
+    MeshError,
+    MissingFile,
+    Note,
+    NumericsError,
+    ToleranceMissed,
+)
+from ._native import Batch, Body, Motion, SurfacePoint
 
 __version__ = _native.__version__
 
 __all__ = [
-    "Axis", "Batch", "Bound", "Certificate", "Error", "FileError", "Flight", "FreeBody", "Info", "InputError",
-    "MachineError", "MeshError", "Motion", "NaturalModes", "Note", "NumericsError", "Page", "Parameter",
-    "ParameterValue", "Played", "Scene", "Section", "Soundness", "Structure", "Support", "SurfacePoint",
-    "ToleranceMissed", "Vademecum", "Verification", "build", "from_bytes", "modes", "open", "run", "verify",
+    "Axis", "Batch", "Body", "Bound", "Certificate", "Error", "File", "FileError", "FreeBody", "Info", "InputError",
+    "MachineError", "MeshError", "MissingFile", "Motion", "NaturalModes", "Note", "NumericsError", "Page",
+    "Parameter", "ParameterValue", "Played", "Quantity", "Section", "Soundness", "Structure", "Support",
+    "SurfacePoint", "ToleranceMissed", "Verification", "build", "from_bytes", "modes", "open", "run", "verify",
 ]
+
+
+def __dir__() -> list[str]:
+    return [*__all__, "__version__"]
+
 
 PathLike = Union[str, "os.PathLike[str]"]
 #: A path, or the keys of the file as a mapping: what `tomllib.load` would give.
@@ -62,7 +78,7 @@ Input = Union[PathLike, Mapping[str, Any]]
 Progress = Callable[[str, int, int], object]
 
 
-class Vademecum:
+class File:
     """A vademecum file in memory. `open`, `from_bytes` and `build` make one."""
 
     def __init__(self, native: _native.File, report: Optional[dict[str, Any]] = None) -> None:
@@ -92,20 +108,25 @@ class Vademecum:
         """Triangles of the surface, shape (triangles, 3); the loadable ones come first. Read-only."""
         return self._geometry[1]
 
-    def scene(self, dtype: DTypeLike = np.float64, **options: Any) -> Scene:
-        """A body at rest, without loads.
+    def body(self, dtype: DTypeLike = np.float64, *, flight: bool = True, **options: Any) -> Body:
+        """Binds a body, at rest and without loads.
 
         `dtype` is the precision of the step: `float64` gives the bits of `vademecum run`, `float32` is about twice
-        as fast. Options are `structure` ("auto", "diagonal", "block", "exact", "strain"), `time_step`, `tolerance`, `terms`,
-        `rest_below`, `residual` and `contacts`, and of large displacements `substeps` and `viscosity`; all other
-        keywords are live parameters of the file. A parameter whose name is no keyword is given with `_` for every
-        other sign, or as `**{"tip stiffness": 1.5}`. A keyword that is both, an option and a parameter, is refused:
-        such a parameter is set by `scene.set`.
+        as fast. A body without supports flies, unless `flight` is false: its frame then stays, and loads stay, too.
+
+        Options are `structure` ("auto", "diagonal", "block", "exact", "strain"), `time_step`, `tolerance`, `terms`,
+        `rest_below`, `residual` and `contacts`; `stiffness` and `density`, scales of the whole body, and its
+        Rayleigh damping `alpha` and `beta`; and of large displacements `substeps` and `viscosity`.
+
+        All other keywords are live parameters of the file. A parameter whose name is no keyword is given with `_`
+        for every other sign, or as `**{"tip stiffness": 1.5}`. `stiffness`, `density`, `alpha` and `beta` set the
+        live parameter where the file has one of that name. Any other keyword that is both, an option and a
+        parameter, is refused: such a parameter is set by `Body.set_parameters`.
         """
-        return self._native.scene(dtype, options)
+        return self._native.body(dtype, flight, options)
 
     def batch(self, instances: int, dtype: DTypeLike = np.float64, **options: Any) -> Batch:
-        """Many bodies at rest that are stepped together, at the same parameters."""
+        """Binds many bodies that are stepped together, at the same parameters, at rest and without loads."""
         return self._native.batch(instances, dtype, options)
 
     def run(
@@ -113,12 +134,12 @@ class Vademecum:
     ) -> Played:
         """Plays a scenario through the file, as `vademecum run` does: the same numbers, bit for bit.
 
-        Options are those of `scene`, with "canonical" as one more structure.
+        Options are those of `body`, with "canonical" as one more structure.
         """
         (names, supports, flown), arrays = _native.run(self._native, _given(scenario), options, long, progress)
         columns, held, flight = arrays.pop("probes"), arrays.pop("reactions"), arrays.pop("flight")
         return Played(
-            vademecum=self,
+            file=self,
             probes={name: columns[:, column] for column, name in enumerate(names)},
             values=columns,
             reactions={name: held[:, support] for support, name in enumerate(supports)},
@@ -160,7 +181,7 @@ class Vademecum:
         return self._native.bytes()
 
     def to_meshio(self, **point_data: Any) -> Any:
-        """The surface as a mesh of `meshio` (a package of its own), with fields such as `displacement=scene.surface()`."""
+        """The surface as a mesh of `meshio` (a package of its own), with fields such as `displacement=body.surface()`."""
         import meshio
 
         count = self.info.surface_nodes
@@ -170,18 +191,18 @@ class Vademecum:
         """The body to push and to look at, in a notebook: the page that `vademecum view --export` writes."""
         return Page(self._native.page(), height)
 
-    def __reduce__(self) -> tuple[Callable[..., Vademecum], tuple[bytes, str]]:
+    def __reduce__(self) -> tuple[Callable[..., File], tuple[bytes, str]]:
         return from_bytes, (self.to_bytes(), os.fspath(self._native.path))
 
     def __repr__(self) -> str:
-        return f"<Vademecum {os.fspath(self._native.path)}: {self.info.nodes} nodes, {self.info.modes} modes>"
+        return f"<File {os.fspath(self._native.path)}: {self.info.nodes} nodes, {self.info.modes} modes>"
 
 
 @dataclass(frozen=True, repr=False)
 class Played:
     """What a run shows. Arrays are (instants,) or (instants, …)."""
 
-    vademecum: Vademecum
+    file: File
     #: Instants of the probes [s].
     time: NDArray[np.float64]
     #: Energy at them [J].
@@ -203,9 +224,9 @@ class Played:
 
     def to_meshio(self, instant: int = -1) -> Any:
         """The surface at one of the instants of `field_time`, with its displacement and velocity."""
-        count = self.vademecum.info.surface_nodes
+        count = self.file.info.surface_nodes
         fields = {"displacement": self.displacement[instant, :count], "velocity": self.velocity[instant, :count]}
-        return self.vademecum.to_meshio(**fields)
+        return self.file.to_meshio(**fields)
 
     def __repr__(self) -> str:
         return f"<Played: {len(self.time)} instants of {', '.join(self.probes) or 'no probes'}>"
@@ -232,18 +253,18 @@ class Page:
         return f"<Page of {len(self.html)} characters>"
 
 
-def open(path: PathLike, *, map: bool = False) -> Vademecum:
+def open(path: PathLike, *, map: bool = False) -> File:
     """Opens a vademecum file. Its bytes are copied, so whatever becomes of the file on the disk, they stay.
 
     With `map=True` the file is mapped into memory, for files too large to copy. You promise that nobody, in this
     process or another, shortens or overwrites it meanwhile: that would end Python or give wrong numbers.
     """
-    return Vademecum(_native.File.open(os.fspath(path), map))
+    return File(_native.File.open(os.fspath(path), map))
 
 
-def from_bytes(data: Union[bytes, bytearray, memoryview], name: PathLike = "body.vdm") -> Vademecum:
+def from_bytes(data: Union[bytes, bytearray, memoryview], name: PathLike = "body.vdm") -> File:
     """A vademecum file from its bytes, which are copied. `name` is for messages."""
-    return Vademecum(_native.File.from_bytes(bytes(data), os.fspath(name)))
+    return File(_native.File.from_bytes(bytes(data), os.fspath(name)))
 
 
 def build(
@@ -257,7 +278,7 @@ def build(
     memory: Optional[int] = None,
     folder: Optional[PathLike] = None,
     progress: Optional[Progress] = None,
-) -> Vademecum:
+) -> File:
     """Computes a vademecum from a problem: the path of a problem file, or its keys as a mapping.
 
     `work` is a folder for finished stages: a build that was stopped goes on from there, and after a change only
@@ -274,19 +295,19 @@ def build(
         "memory": memory,
     }
     native, report = _native.build(_given(problem, folder), settings, progress)
-    return Vademecum(native, json.loads(report))
+    return File(native, json.loads(report))
 
 
-def run(file: Union[Vademecum, PathLike], scenario: Input, **options: Any) -> Played:
-    """Plays a scenario through a file: `Vademecum.run`."""
-    return (file if isinstance(file, Vademecum) else open(file)).run(scenario, **options)
+def run(file: Union[File, PathLike], scenario: Input, **options: Any) -> Played:
+    """Plays a scenario through a file: `File.run`."""
+    return (file if isinstance(file, File) else open(file)).run(scenario, **options)
 
 
 def verify(
-    file: Union[Vademecum, PathLike], scenario: Input, problem: Optional[Input] = None, **options: Any
+    file: Union[File, PathLike], scenario: Input, problem: Optional[Input] = None, **options: Any
 ) -> Verification:
-    """Compares a file with its problem at full order: `Vademecum.verify`."""
-    return (file if isinstance(file, Vademecum) else open(file)).verify(scenario, problem, **options)
+    """Compares a file with its problem at full order: `File.verify`."""
+    return (file if isinstance(file, File) else open(file)).verify(scenario, problem, **options)
 
 
 def modes(

@@ -37,7 +37,7 @@ def _value(kind: Any, value: Any) -> Any:
 
 @dataclass(frozen=True)
 class Parameter:
-    """A live parameter: a number that stays free until a scene is made, and while it moves."""
+    """A live parameter: a number that stays free until a body is bound, and while it moves."""
 
     name: str
     unit: str
@@ -131,6 +131,24 @@ class FreeBody:
     centre: tuple[float, float, float]
     principal_moments: tuple[float, float, float]
     principal_axes: tuple[tuple[float, float, float], ...]
+
+
+@dataclass(frozen=True)
+class Quantity:
+    """A quantity that `Body.read` gives: how many there are, numbers of each, and units."""
+
+    name: str
+    text: str
+    count: int
+    length: int
+    unit: str
+    #: Unit of its velocity; `None` where it has none.
+    velocity_unit: Optional[str]
+
+    @property
+    def is_scalar(self) -> bool:
+        """Tells quantities of one number."""
+        return self.length == 1
 
 
 @dataclass(frozen=True)

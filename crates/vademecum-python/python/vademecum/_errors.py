@@ -32,6 +32,10 @@ class FileError(Error, ValueError):
     """A vademecum file that cannot be read, is damaged, or does not have what is asked for."""
 
 
+class MissingFile(FileError, FileNotFoundError):
+    """A vademecum file that is not there."""
+
+
 class Note(UserWarning):
     """What the program tells as a note about a run, such as a load that acts on nothing."""
 

@@ -1,4 +1,4 @@
-"""The part of the package that is written in Rust."""
+"""The part of the package that is written in Rust. A test keeps these texts the same as those of the module."""
 
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
@@ -7,8 +7,10 @@ from typing import Any, Optional, Union, final
 import numpy as np
 from numpy.typing import DTypeLike, NDArray
 
+from ._data import FreeBody, Quantity
+
 __all__ = [
-    "__version__", "Batch", "File", "Flight", "Motion", "SurfacePoint", "Scene", "build", "check", "modes", "program", "run",
+    "__version__", "Batch", "Body", "File", "Motion", "SurfacePoint", "build", "check", "modes", "program", "run",
     "verify",
 ]
 
@@ -22,239 +24,259 @@ _Progress = Optional[Callable[[str, int, int], object]]
 
 @final
 class SurfacePoint:
-    """A point of the surface: three nodes, in the order of the file, and their weights."""
+    """A place on a body: up to 16 nodes, in the order of the file, their weights, which sum to 1, and a radius in
+    m. Without weights the nodes have equal ones. Radius 0 is a point; this version takes points only."""
 
     def __new__(
         cls,
         nodes: Sequence[int],
-        weights: Sequence[float] = ...,
-        position: Sequence[float] = ...,
+        weights: Optional[Sequence[float]] = None,
+        radius: float = 0.0,
+        position: Optional[_Vector] = None,
         distance: float = 0.0,
     ) -> SurfacePoint: ...
     @property
-    def nodes(self) -> tuple[int, int, int]: ...
+    def nodes(self) -> tuple[int, ...]:
+        """Its nodes, in the order of the file."""
     @property
-    def weights(self) -> tuple[float, float, float]: ...
+    def weights(self) -> tuple[float, ...]:
+        """The weight of each node."""
+    @property
+    def radius(self) -> float:
+        """Radius in m, 0 of a point."""
     @property
     def position(self) -> tuple[float, float, float]:
-        """Where it is at rest [m]; of a picked point, where it is in the picture."""
+        """Position at rest in m; of a picked point, position in the picture."""
     @property
     def distance(self) -> float:
-        """Distance from the point that was asked for [m]."""
+        """Distance in m from the point that was asked for."""
 
 @final
-class Scene:
+class Body:
     """A body that moves, bound to live parameters, with its loads. It belongs to one thread at a time.
+
+    A body without supports flies: `step` moves its frame, too. Its forces are those of space and act in the coming
+    step only. On any other body, loads stay until `clear`.
 
     Methods with `out` write into that array, which has the right shape and type and is C-contiguous; a row of a
     larger array will do. Without `out` they make a new array. Nothing is copied either way. `field` is
-    "displacement" [m] or "velocity" [m/s].
+    "displacement" in m or "velocity" in m/s.
     """
 
     @property
-    def dtype(self) -> np.dtype[Any]: ...
+    def dtype(self) -> np.dtype[Any]:
+        """Precision of the step."""
     @property
-    def structure(self) -> str: ...
+    def structure(self) -> str:
+        """Structure of the step: "diagonal", "block", "exact" or "strain"."""
     @property
     def time_step(self) -> float:
-        """Length of a step [s]."""
+        """Length of a step in s."""
     @property
-    def modes(self) -> int: ...
+    def modes(self) -> int:
+        """Number of modes."""
     @property
-    def probe_names(self) -> list[str]: ...
+    def probe_names(self) -> list[str]:
+        """Names of the probes of the file."""
     @property
-    def pattern_names(self) -> list[str]: ...
+    def pattern_names(self) -> list[str]:
+        """Names of the load patterns of the file."""
     @property
     def support_names(self) -> list[str]:
-        """Supports whose reactions the file gives."""
+        """Names of the supports whose reactions the file gives."""
     @property
     def parameters(self) -> dict[str, float]:
         """Values of the live parameters, by name."""
-    def set(self, values: _Values = None, /, **parameters: float) -> None:
-        """Sets live parameters while the body moves: displacement, velocity and loads stay. All of them are set, or
-        none if one is refused."""
+    @property
+    def quantities(self) -> dict[str, Quantity]:
+        """Quantities that `read` gives of this body, by name."""
+    def set_parameters(self, values: _Values = None, /, **parameters: float) -> None:
+        """Sets live parameters while the body moves: displacement, velocity and loads stay. All of them are set,
+        or none if one is refused. A parameter whose name is no keyword is given with `_` for every other sign,
+        or in a mapping."""
     def locate(self, point: _Vector) -> SurfacePoint:
-        """The nearest point of the loadable surface at rest."""
+        """Finds the nearest point of the loadable surface at rest."""
     def pick(self, origin: _Vector, direction: _Vector, scale: float = 1.0) -> Optional[SurfacePoint]:
-        """What a ray meets first on the surface as it has moved, magnified by `scale`."""
-    def contact(self, at: _Place, force: _Vector) -> SurfacePoint:
-        """Adds a force [N] at a point of the surface, or at the nearest one to a point in space. It stays until
-        `clear`. Contacts add up."""
-    def pattern(self, name: str, amplitude: float = 1.0) -> None:
-        """Adds a load pattern of the file, times an amplitude. It stays until `clear`."""
-    def base(
+        """Finds the first point that a ray meets on the surface as it has moved, magnified by `scale`."""
+    def push(self, place: _Place, force: _Vector) -> SurfacePoint:
+        """Adds a force in N at a place, or at the point of the surface nearest to a point in space. Forces add up."""
+    def push_pattern(self, name: str, amplitude: float = 1.0) -> None:
+        """Adds a load pattern of the file, times an amplitude. On a body that flies it turns with the body."""
+    def push_base(
         self,
-        acceleration: _Vector = ...,
-        angular_velocity: _Vector = ...,
-        angular_acceleration: _Vector = ...,
+        acceleration: _Vector = (0.0, 0.0, 0.0),
+        angular_velocity: _Vector = (0.0, 0.0, 0.0),
+        angular_acceleration: _Vector = (0.0, 0.0, 0.0),
     ) -> None:
-        """Adds the inertia of a base that moves so, in its own axes. It stays until `clear`."""
+        """Adds the inertia of a base that moves so, in its own axes: m/s2, rad/s and rad/s2."""
+    def pull(self, force: _Vector) -> None:
+        """Adds a force in N at the centre of a body that flies: gravity is the mass times its acceleration."""
     def clear(self) -> None:
         """Takes all loads away."""
     def rest(self) -> None:
-        """Puts the body at rest. Loads stay, and the next step is a first one."""
+        """Puts the body at rest where the file has it. Loads stay, and the next step is a first one."""
     def step(self, steps: int = 1) -> bool:
-        """Moves on by so many steps, while other threads of Python run. Whether the body still moves."""
+        """Moves on by so many steps, while other threads of Python run. Gives `False` once the body rests."""
     def march(self, steps: int, every: int = 1, field: str = "displacement") -> NDArray[np.float64]:
-        """`step`, with a row of all probes after each `every` steps: shape (steps // every, probes)."""
+        """Steps, with a row of all probes after each `every` steps: shape (steps // every, probes)."""
+    def read(self, quantity: str, index: Union[int, str, _Place, None] = None, field: str = "displacement") -> Any:
+        """Reads any quantity of `quantities`: a number, or an array of float64. `index` counts from 0; probes and
+        supports go by their names, too, and "point" by a place."""
     def probe(self, name: str, field: str = "displacement") -> float:
-        """A probe of the file."""
+        """Reads a probe of the file by its name."""
     def probes(
         self, field: str = "displacement", out: Optional[NDArray[np.float64]] = None
     ) -> NDArray[np.float64]:
-        """All probes in the order of `probe_names`."""
+        """Reads all probes in the order of `probe_names`."""
     def point(
-        self, at: _Place, field: str = "displacement", out: Optional[NDArray[np.float64]] = None
+        self, place: _Place, field: str = "displacement", out: Optional[NDArray[np.float64]] = None
     ) -> NDArray[np.float64]:
-        """A point of the surface, three numbers."""
+        """Reads a place, three numbers in the axes of the body."""
     def node(
         self, node: int, field: str = "displacement", out: Optional[NDArray[np.float64]] = None
     ) -> NDArray[np.float64]:
-        """A node, three numbers."""
+        """Reads a node, three numbers in the axes of the body."""
     def surface(self, field: str = "displacement", out: Optional[NDArray[Any]] = None) -> NDArray[Any]:
-        """The nodes of the surface, shape (surface nodes, 3), in the precision of the scene."""
-    def body(self, field: str = "displacement", out: Optional[NDArray[Any]] = None) -> NDArray[Any]:
-        """All nodes, shape (nodes, 3), in the precision of the scene."""
+        """Reads the nodes of the surface, shape (surface nodes, 3), in the precision of the body."""
+    def whole(self, field: str = "displacement", out: Optional[NDArray[Any]] = None) -> NDArray[Any]:
+        """Reads all nodes, shape (nodes, 3), in the precision of the body."""
     def reaction(self, name: str) -> NDArray[np.float64]:
-        """Force [N] and moment [N m] that a support exerts on the body, six numbers."""
+        """Reads force in N and moment in N m that a support exerts on the body, six numbers."""
     @property
     def stress_points(self) -> NDArray[np.uint32]:
-        """Where the file has a stress: node of the file and region of the mesh, shape (points, 2)."""
+        """Points of the file that have a stress: node of the file and region of the mesh, shape (points, 2)."""
     def stress(self) -> NDArray[np.float64]:
-        """Stress [Pa] at these points: xx, yy, zz, xy, yz, zx, shape (points, 6)."""
+        """Reads the stress in Pa at these points: xx, yy, zz, xy, yz, zx, shape (points, 6)."""
     def strain(self) -> NDArray[np.float64]:
-        """Strain at these points, with the shear strains of the tensor, shape (points, 6)."""
+        """Reads the strain at these points, with the shear strains of the tensor, shape (points, 6)."""
     def von_mises(self) -> NDArray[np.float64]:
-        """Von Mises' equivalent stress [Pa] at these points."""
+        """Reads the von Mises equivalent stress in Pa at these points."""
     @property
     def energy(self) -> float:
-        """Kinetic and elastic energy [J]."""
-    def save(self, out: Optional[NDArray[Any]] = None) -> NDArray[Any]:
-        """The state, to be kept: an array that can be pickled. Loads are not part of it."""
-    def restore(self, saved: NDArray[Any]) -> None:
-        """Takes back what `save` gave at the same time step, bit for bit."""
-    def place(self, zeta: _Vector, velocity: Optional[_Vector] = None) -> None:
-        """Sets reduced coordinates and their velocity, one number per mode."""
-    def compliance(self, points: Sequence[_Place]) -> NDArray[np.float64]:
-        """How the points yield to forces held over the coming step, shape (3n, 3n) [m/N]: number (3c + i, 3d + j) is
-        the displacement of point c along i for each newton at point d along j."""
-    def free_motion(self, points: Sequence[_Place]) -> NDArray[np.float64]:
-        """Where the points will be at the end of the coming step under the loads as they are, shape (n, 3) [m]."""
+        """Kinetic plus elastic energy in J."""
+    def save(self) -> bytes:
+        """Saves everything that a step changes, as bytes with a tag of the file. Loads are not part of it."""
+    def restore(self, saved: Union[bytes, bytearray]) -> bool:
+        """Takes back what `save` gave of a body of the same file and structure. Gives `True` if every bit is as it
+        was saved, `False` if the state was carried over from other parameters or the other precision:
+        displacement and velocity then stay."""
+    def set(self, zeta: _Vector, velocity: Optional[_Vector] = None) -> None:
+        """Sets the reduced coordinates and their velocity, one number per mode."""
+    def coordinates(self) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+        """Reads the reduced coordinates and their velocity, one number per mode each."""
+    def compliance(self, places: Sequence[_Place]) -> NDArray[np.float64]:
+        """Computes how places yield to forces held over the coming step, shape (3n, 3n) in m/N: number (3c + i, 3d
+        + j) is the displacement of place c along i for each newton at place d along j."""
+    def free_motion(self, places: Sequence[_Place]) -> NDArray[np.float64]:
+        """Computes displacements of places at the end of the coming step under the loads as they are, shape (n, 3)
+        in m."""
+    @property
+    def rigid_body(self) -> Optional[FreeBody]:
+        """Mass, centre and moments of inertia of a body without supports, at its density; `None` of any other."""
+    def throw(self, velocity: _Vector = (0.0, 0.0, 0.0), spin: _Vector = (0.0, 0.0, 0.0)) -> None:
+        """Throws a body that flies from where the file has it, with a velocity of its centre in m/s and an angular
+        velocity in rad/s. The elastic motion stays."""
+    @property
+    def motion(self) -> Motion:
+        """Rigid motion of a body that flies; set it to put the body elsewhere."""
+    @motion.setter
+    def motion(self, motion: Motion) -> None: ...
+    @property
+    def ahead(self) -> Motion:
+        """Rigid motion at the end of the coming step, under the forces so far."""
+    def in_space(
+        self, place: _Place, field: str = "displacement", out: Optional[NDArray[np.float64]] = None
+    ) -> NDArray[np.float64]:
+        """Reads position in m or velocity in m/s of a place of a body that flies, in space and deformed."""
 
 @final
 class Motion:
-    """Where a free body is in space, how it is turned, and its momenta."""
+    """The rigid motion of a body that flies: position of its centre, attitude, and momenta, in space."""
 
     def __new__(
         cls,
         position: _Vector,
-        attitude: _Vector = ...,
-        momentum: _Vector = ...,
-        angular_momentum: _Vector = ...,
+        attitude: _Vector = (1.0, 0.0, 0.0, 0.0),
+        momentum: _Vector = (0.0, 0.0, 0.0),
+        angular_momentum: _Vector = (0.0, 0.0, 0.0),
     ) -> Motion: ...
     @property
     def position(self) -> tuple[float, float, float]:
-        """Where the centre is [m]."""
+        """Position of the centre in m."""
     @property
     def attitude(self) -> tuple[float, float, float, float]:
         """A quaternion of length one, the real part first, that turns directions of the body into those of space."""
     @property
     def momentum(self) -> tuple[float, float, float]:
-        """In space [kg m/s]."""
+        """Momentum in space in kg m/s."""
     @property
     def angular_momentum(self) -> tuple[float, float, float]:
-        """About the centre, in space [kg m2/s]."""
-
-@final
-class Flight:
-    """The rigid motion of a body without supports, beside the elastic one, which is that of `scene`.
-
-    Forces and positions are those of space. Forces act in the coming step, which takes them away.
-    """
-
-    def __new__(cls, scene: Scene, velocity: _Vector = ..., spin: _Vector = ...) -> Flight:
-        """The body where the file has it, thrown with a velocity of its centre [m/s] and an angular velocity
-        [rad/s]."""
-    @property
-    def scene(self) -> Scene: ...
-    @property
-    def mass(self) -> float:
-        """At the density of the scene [kg]."""
-    @property
-    def moments(self) -> tuple[float, float, float]:
-        """Principal moments of inertia about the centre [kg m2]."""
-    @property
-    def axes(self) -> NDArray[np.float64]:
-        """The principal axes in the coordinates of the file, one a row."""
-    @property
-    def motion(self) -> Motion:
-        """The rigid motion; set it to put the body elsewhere. What pushes the body stays."""
-    @motion.setter
-    def motion(self, motion: Motion) -> None: ...
-    @property
-    def ahead(self) -> Motion:
-        """The rigid motion at the end of the coming step, under what pushes so far."""
-    def contact(self, at: _Place, force: _Vector) -> SurfacePoint:
-        """Adds a force [N] at a point of the surface, which is given as the body is at rest."""
-    def pattern(self, name: str, amplitude: float = 1.0) -> None:
-        """Adds a load pattern of the file, which turns with the body."""
-    def pull(self, force: _Vector) -> None:
-        """Adds a force [N] at the centre: gravity is the mass times its acceleration."""
-    def clear(self) -> None:
-        """Takes all forces away, those of the scene too."""
-    def step(self) -> bool:
-        """One step of both motions. Whether the body still moves."""
-    def point(self, at: _Place, out: Optional[NDArray[np.float64]] = None) -> NDArray[np.float64]:
-        """Where a point of the surface is, deformed as it is [m]."""
-    def velocity(self, at: _Place, out: Optional[NDArray[np.float64]] = None) -> NDArray[np.float64]:
-        """Velocity of a point of the surface [m/s]."""
+        """Angular momentum about the centre, in space, in kg m2/s."""
 
 @final
 class Batch:
-    """Many bodies of one file that are stepped together, at the same live parameters. `out` is as in `Scene`.
+    """Many bodies of one file that are stepped together, at the same live parameters. `out` is as in `Body`.
 
-    An instance has the bits that a `Scene` with `residual=False` has alone.
+    An instance has the bits that a `Body` with `residual=False` and `flight=False` has alone.
     """
 
     def __len__(self) -> int: ...
     @property
-    def time_step(self) -> float: ...
+    def time_step(self) -> float:
+        """Length of a step in s."""
     @property
-    def probe_names(self) -> list[str]: ...
+    def probe_names(self) -> list[str]:
+        """Names of the probes of the file."""
     @property
-    def pattern_names(self) -> list[str]: ...
+    def pattern_names(self) -> list[str]:
+        """Names of the load patterns of the file."""
     @property
-    def support_names(self) -> list[str]: ...
-    def reaction(self, name: str, out: Optional[NDArray[np.float64]] = None) -> NDArray[np.float64]:
-        """Force [N] and moment [N m] that a support exerts on each body under its loads, shape (instances, 6)."""
+    def support_names(self) -> list[str]:
+        """Names of the supports whose reactions the file gives."""
     @property
-    def parameters(self) -> dict[str, float]: ...
-    def set(self, values: _Values = None, /, **parameters: float) -> None:
+    def parameters(self) -> dict[str, float]:
+        """Values of the live parameters, by name."""
+    @property
+    def quantities(self) -> dict[str, Quantity]:
+        """Quantities that `read` gives of each instance, by name."""
+    def set_parameters(self, values: _Values = None, /, **parameters: float) -> None:
         """Sets live parameters of all instances while they move."""
-    def locate(self, point: _Vector) -> SurfacePoint: ...
-    def contact(self, instance: int, at: _Place, force: _Vector) -> SurfacePoint:
-        """Adds a force [N] to one instance; it stays until `clear`."""
-    def pattern(self, instance: int, name: str, amplitude: float = 1.0) -> None:
+    def locate(self, point: _Vector) -> SurfacePoint:
+        """Finds the nearest point of the loadable surface at rest."""
+    def push(self, instance: int, place: _Place, force: _Vector) -> SurfacePoint:
+        """Adds a force in N to one instance; it stays until `clear`."""
+    def push_pattern(self, instance: int, name: str, amplitude: float = 1.0) -> None:
         """Adds a load pattern to one instance; it stays until `clear`."""
     def clear(self) -> None:
         """Takes the loads of all instances away."""
     def step(self, steps: int = 1) -> tuple[int, int, int]:
-        """Moves all instances on, while other threads of Python run. How many move, rest, and kept their state
-        because the next would not be finite."""
+        """Moves all instances on, while other threads of Python run. Gives the numbers of instances that move,
+        that rest, and that kept their state because the next would not be finite."""
+    def read(
+        self,
+        quantity: str,
+        index: Union[int, str, None] = None,
+        field: str = "displacement",
+        out: Optional[NDArray[np.float64]] = None,
+    ) -> NDArray[np.float64]:
+        """Reads a quantity of each instance as float64, shape (instances, …); of one number, shape (instances,)."""
     def probes(
         self, field: str = "displacement", out: Optional[NDArray[np.float64]] = None
     ) -> NDArray[np.float64]:
-        """Shape (instances, probes)."""
+        """Reads all probes of each instance, shape (instances, probes)."""
     def energy(self, out: Optional[NDArray[np.float64]] = None) -> NDArray[np.float64]:
-        """Of each instance [J]."""
+        """Reads the energy of each instance in J."""
+    def reaction(self, name: str, out: Optional[NDArray[np.float64]] = None) -> NDArray[np.float64]:
+        """Reads force in N and moment in N m that a support exerts on each body under its loads, shape (instances,
+        6)."""
     def surface(
         self, instance: int, field: str = "displacement", out: Optional[NDArray[Any]] = None
     ) -> NDArray[Any]:
-        """The surface of one instance, shape (surface nodes, 3)."""
-    def body(
+        """Reads the surface of one instance, shape (surface nodes, 3)."""
+    def whole(
         self, instance: int, field: str = "displacement", out: Optional[NDArray[Any]] = None
     ) -> NDArray[Any]:
-        """All nodes of one instance, shape (nodes, 3)."""
+        """Reads all nodes of one instance, shape (nodes, 3)."""
 
 @final
 class File:
@@ -268,7 +290,7 @@ class File:
     def info(self) -> str: ...
     def page(self) -> str: ...
     def geometry(self) -> tuple[NDArray[np.float64], NDArray[np.uint32]]: ...
-    def scene(self, dtype: DTypeLike, options: Optional[dict[str, Any]]) -> Scene: ...
+    def body(self, dtype: DTypeLike, flight: bool, options: Optional[dict[str, Any]]) -> Body: ...
     def batch(self, instances: int, dtype: DTypeLike, options: Optional[dict[str, Any]]) -> Batch: ...
 
 def build(problem: _Given, settings: Mapping[str, Any], progress: _Progress) -> tuple[File, str]: ...
