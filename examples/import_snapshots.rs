@@ -10,7 +10,7 @@
 use std::error::Error;
 use std::path::PathBuf;
 
-use vademecum_build::field::{Matrix, write_npy};
+use vademecum_build::field::{DenseMatrix, write_npy};
 use vademecum_build::input::Problem;
 use vademecum_build::pipeline::{BuildOptions, build};
 use vademecum_build::prepared::read_mesh;
@@ -52,7 +52,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     let columns = ROOTS.iter().flat_map(|&root| [1, 2].map(|axis| snapshot(&nodes, root, axis)));
     let data: Vec<f64> = columns.flatten().collect();
     let (rows, columns) = (3 * nodes.len(), 2 * ROOTS.len());
-    write_npy(&folder.path().join("snapshots.npy"), &Matrix { rows, columns, data })?;
+    write_npy(&folder.path().join("snapshots.npy"), &DenseMatrix { rows, columns, data })?;
 
     // One line in the problem file replaces all full-order runs for the basis.
     let text = text.replace("[snapshots]", "[snapshots]\nnpy = \"snapshots.npy\"");

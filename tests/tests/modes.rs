@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 
-use vademecum_build::field::{Matrix, read_displacements, write_npy};
+use vademecum_build::field::{DenseMatrix, read_displacements, write_npy};
 use vademecum_build::input::Problem;
 use vademecum_build::progress::Silent;
 use vademecum_study::modes::natural_modes;
@@ -75,7 +75,7 @@ fn shapes_are_written_and_are_their_own_best_match() {
         .iter()
         .flat_map(|&(mode, factor)| fields[mode].iter().map(move |x| factor * x))
         .collect();
-    let matrix = Matrix { rows: fields[0].len(), columns: 3, data: others };
+    let matrix = DenseMatrix { rows: fields[0].len(), columns: 3, data: others };
     write_npy(&path("others.npy"), &matrix).expect("written");
     let table = shapes.assurance(&path("others.npy")).expect("a table");
     for (mode, row) in table.iter().enumerate() {
@@ -96,7 +96,7 @@ fn shapes_are_written_and_are_their_own_best_match() {
     let name = format!("mode 2 ({:.4} Hz)", modes.frequencies_hz[1]);
     let read = read_displacements(&[path("m.vtu")], &name, shapes.mesh()).expect("a field");
     assert!(read.column(0) == fields[1].as_slice());
-    let short = Matrix { rows: 6, columns: 1, data: vec![1.0; 6] };
+    let short = DenseMatrix { rows: 6, columns: 1, data: vec![1.0; 6] };
     write_npy(&path("short.npy"), &short).expect("written");
     let line = ["modes", &text("beam.toml"), "--assurance", &text("short.npy")];
     vademecum(&line).fails(3, &["short.npy: 6 rows", "three for each node"]);

@@ -6,7 +6,7 @@ use std::process::Command;
 
 use serde_json::Value;
 use vademecum_build::Matrix;
-use vademecum_build::basis::Runs;
+use vademecum_build::basis::SnapshotSchedule;
 use vademecum_build::dynamics::Interval;
 use vademecum_build::dynamics::{FullOrder, lowest_modes};
 use vademecum_build::dynamics::{TimedLoad, march_full_order};
@@ -112,7 +112,7 @@ fn full_order_snapshots(problem: &Problem) -> (Prepared, Matrix) {
     let (body, dt) = (&prepared.body, prepared.step.time_step);
     let pencil = body.model.pencil();
     let period = 1.0 / lowest_modes(pencil, &prepared.symbolic, 1).expect("a mode").frequencies_hz()[0];
-    let runs = Runs::plan(&problem.snapshots, body, dt, period);
+    let runs = SnapshotSchedule::plan(&problem.snapshots, body, dt, period);
     let full = FullOrder::new(pencil, &prepared.symbolic, &prepared.scheme, dt, prepared.rayleigh())
         .expect("a march");
     let pushes = runs.nodes.iter().flat_map(|&node| runs.directions.iter().map(move |&d| (node, d)));
@@ -158,7 +158,7 @@ fn imported_snapshots_give_the_basis_of_computed_ones() {
     let (prepared, snapshots) = full_order_snapshots(&problem);
     let folder = tempfile::tempdir().expect("a folder");
     let mesh = prepared.body.model.mesh();
-    let matrix = field::Matrix {
+    let matrix = field::DenseMatrix {
         rows: snapshots.nrows(),
         columns: snapshots.ncols(),
         data: (0..snapshots.ncols()).flat_map(|j| snapshots.col_as_slice(j).to_vec()).collect(),
@@ -191,7 +191,7 @@ fn imported_snapshots_give_the_basis_of_computed_ones() {
 #[test]
 fn snapshots_of_another_mesh_are_refused() {
     let folder = tempfile::tempdir().expect("a folder");
-    let matrix = field::Matrix { rows: 12, columns: 1, data: vec![1.0; 12] };
+    let matrix = field::DenseMatrix { rows: 12, columns: 1, data: vec![1.0; 12] };
     write_npy(&folder.path().join("snapshots.npy"), &matrix).expect("written");
     let text = std::fs::read_to_string(short_beam()).expect("the fixture");
     let path = folder.path().join("imported.toml");

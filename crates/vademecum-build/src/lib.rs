@@ -63,7 +63,7 @@
 //! [`march_full_order`](dynamics::march_full_order) marches loads.
 //!
 //! **What a file promises**: [`measure`](certificate::measure) marches unseen loads through the evaluator
-//! beside the full-order model, for any number of files at once.
+//! against the full-order model, for any number of files at once.
 
 pub mod basis;
 pub mod certificate;

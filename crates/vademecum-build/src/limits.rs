@@ -1,4 +1,4 @@
-//! What one build may take: how far numbers may reach, how much memory there is.
+//! Limits of a build: sizes of texts and numbers, available memory.
 //!
 //! Everything that is asked for by name is compared with a bound before anything is allocated, so that a
 //! hostile or a mistyped problem ends in a sentence and not in an abort.
@@ -12,8 +12,8 @@ mod groups;
 /// Unit systems differ by far less (a modulus is 2e11 in SI, 2e5 in mm-N-tonne, 2e23 in km-kg-ns).
 pub const MAGNITUDE: (f64, f64) = (1e-30, 1e30);
 
-/// Longest text of a problem: the vademecum file keeps it in its metadata, beside names and tables.
-pub const MOST_TEXT: usize = vademecum_format::MAX_METADATA - (1 << 17);
+/// Longest text of a problem: the vademecum file stores it in its metadata, with names and tables.
+pub(crate) const MAX_TEXT: usize = vademecum_format::MAX_METADATA - (1 << 17);
 
 /// Memory in a refusal or an announcement, in words: `1.5 GB`.
 pub fn memory_in_words(bytes: u64) -> String {
@@ -34,17 +34,17 @@ pub fn memory_in_words(bytes: u64) -> String {
     memory_in_words(*.needed), memory_in_words(*.limit)
 )]
 pub struct TooMuchMemory {
-    /// What needs it.
+    /// The operation that needs it.
     pub what: String,
     /// Bytes it needs.
     pub needed: u64,
     /// Bytes allowed.
     pub limit: u64,
-    /// What to change, from a space on; may be empty.
+    /// The remedy, from a space on; may be empty.
     pub instead: &'static str,
 }
 
-/// How much memory may be used \[bytes\].
+/// Memory that may be used \[bytes\].
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Memory(u64);
 
@@ -54,7 +54,7 @@ impl Memory {
         Self(limit)
     }
 
-    /// What was asked for, else what the machine and the limits of the process leave; without end where the
+    /// The requested limit, else the free memory within the limits of the process; unlimited where the
     /// system does not tell.
     pub fn asked_or_available(asked: Option<u64>) -> Self {
         Self(asked.or_else(available).unwrap_or(u64::MAX))

@@ -1,8 +1,8 @@
 //! The whole build on one page: mesh → model → basis → a road → bytes.
 //!
-//! A road is a file of this folder and a function from the reduced model to a certified file: [`exact`]
-//! (modal superposition), [`staged`] (separated time steps at fixed parameters), [`separated`] (over live
-//! parameters), [`large`] (large displacements).
+//! A road is a file of this folder and a function from the reduced model to a certified file: `exact`
+//! (modal superposition), `staged` (separated time steps at fixed parameters), `separated` (over live
+//! parameters), `large` (large displacements).
 
 mod context;
 mod error;

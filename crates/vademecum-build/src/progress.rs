@@ -1,4 +1,4 @@
-//! How long work tells a listener where it is, and how the listener stops it.
+//! Progress and cancellation of long work.
 
 use std::time::Instant;
 
@@ -29,7 +29,7 @@ pub trait Listener: Sync {
     }
 }
 
-/// Whether an error goes back to the user's wish to stop.
+/// True if an error goes back to the user's wish to stop.
 pub fn is_cancelled(error: &(dyn std::error::Error + 'static)) -> bool {
     let mut next = Some(error);
     while let Some(error) = next {
@@ -41,7 +41,7 @@ pub fn is_cancelled(error: &(dyn std::error::Error + 'static)) -> bool {
     false
 }
 
-/// Hears nothing.
+/// A listener that ignores everything.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Silent;
 

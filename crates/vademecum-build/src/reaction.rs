@@ -15,9 +15,10 @@
 use faer::{Mat, MatRef};
 
 use crate::fem::{FactorError, Solve, Symbolic};
+use crate::linalg::vec3::cross;
 use crate::prepared::{Body, Support};
 
-/// What a file keeps of the reactions. Force, then moment about the support's point.
+/// Reactions at the supports as stored in a file: force, then moment about the support's point.
 #[derive(Clone, Debug)]
 pub struct Reactions {
     /// `L_Sᵀ` of each support, shape (6, r).
@@ -116,10 +117,6 @@ fn rigid(x: [f64; 3], centre: [f64; 3], motion: usize) -> [f64; 3] {
         return unit;
     }
     cross(unit, std::array::from_fn(|c| x[c] - centre[c]))
-}
-
-fn cross(a: [f64; 3], b: [f64; 3]) -> [f64; 3] {
-    [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
 }
 
 /// Takes motions about `centre` to those about the point of a support: columns are what each is made of.

@@ -1,4 +1,4 @@
-//! What somebody may have meant who misspelt a name: one rule for keys, groups, regions, patterns and all
+//! Spelling suggestions: one rule for keys, groups, regions, patterns and all
 //! else.
 
 /// The known name nearest to `word`, if it is near enough to be meant: a third of the letters differ at most,

@@ -186,7 +186,7 @@ fn decks_that_would_be_misread_are_refused_by_name() {
         let error = read_text("deck.inp", &format!("{DECK}{more}")).expect_err(more);
         if let Some(fault) = error.fault() {
             assert_eq!(fault.section, section, "{error}");
-            assert!(matches!(fault.place, mesh::Place::Line(line) if line > 26), "{error}");
+            assert!(matches!(fault.place, mesh::Location::Line(line) if line > 26), "{error}");
         } else {
             assert!(matches!(error.problems()[0], Flaw::UnsupportedElements(_)), "{more}: {error}");
         }

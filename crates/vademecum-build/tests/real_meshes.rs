@@ -7,7 +7,7 @@ mod common;
 
 use common::real_meshes as folder;
 use vademecum_build::mesh::surface::Surface;
-use vademecum_build::mesh::{self, Flaw, Mesh, MeshError, Order, Place};
+use vademecum_build::mesh::{self, Flaw, Location, Mesh, MeshError, Order};
 
 /// File, nodes in use, elements, order, regions, least quality as listed (two digits).
 const SOUND: &[(&str, usize, usize, Order, usize, f64)] = &[
@@ -235,7 +235,7 @@ fn malformed_files_are_refused_where_they_are_wrong() {
         };
         assert!(matches!(error, MeshError::Malformed(_)), "{error}");
         let fault = error.fault().unwrap();
-        assert_eq!((fault.place, fault.section.as_str()), (Place::Line(line), section), "{error}");
+        assert_eq!((fault.place, fault.section.as_str()), (Location::Line(line), section), "{error}");
         assert_eq!(fault.found, found, "{error}");
     }
     let Some(error) = refusal("malformed/cube.msh") else {
@@ -255,7 +255,7 @@ fn meshes_that_cannot_be_computed_with_are_refused_by_name() {
     let error = refusal("gmsh41_binary/sphere_p3.msh").unwrap();
     let [Flaw::UnsupportedElements(cells)] = error.problems() else { panic!("{error}") };
     assert_eq!(cells[0].kind, "20-node (cubic) tetrahedron");
-    assert!(matches!(cells[0].first, Place::Byte(_)));
+    assert!(matches!(cells[0].first, Location::Byte(_)));
     let error = refusal("gmsh41_ascii/ANSYS1e-3Corner_coarse.msh").unwrap();
     let [Flaw::Disconnected { elements, .. }] = error.problems() else { panic!("{error}") };
     assert_eq!(elements.len(), 2);

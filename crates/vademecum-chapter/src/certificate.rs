@@ -10,7 +10,7 @@ use vademecum_format::{ChapterRole, File, StructureCertificate};
 use crate::error::ChapterError;
 use crate::map::{ChapterMap, StageMap};
 use crate::separation::StageError;
-use vademecum_build::basis::{Basis, Runs};
+use vademecum_build::basis::{Basis, SnapshotSchedule};
 use vademecum_build::certificate::StructureMeasured;
 use vademecum_build::dynamics::{ErrorMeter, FullOrder, Interval, TimedLoad, march_full_order};
 use vademecum_build::export::NodeOrder;
@@ -276,7 +276,13 @@ impl ChapterUnseen {
     /// Draws loads of the largest magnitude, held for 0.7 of the snapshots' hold, where no run of the
     /// snapshots was if there are such positions; the same for the same map. `order` is the order of nodes of
     /// the files.
-    pub fn draw(map: &ChapterMap, body: &Body, order: &NodeOrder, runs: &Runs, steps: usize) -> Self {
+    pub fn draw(
+        map: &ChapterMap,
+        body: &Body,
+        order: &NodeOrder,
+        runs: &SnapshotSchedule,
+        steps: usize,
+    ) -> Self {
         let mut random = LoadDraw::new(SEED);
         let when = Interval { start: 0.0, end: 0.7 * runs.hold, ramp: 0.0 };
         let seen = |position: &u32| runs.nodes.contains(position);

@@ -18,7 +18,7 @@ use vademecum_format::{ChapterAxis, ChapterRole};
 use crate::error::ChapterError;
 use crate::ranges::history_ranges;
 use crate::separation::{ChapterOptions, ChapterStage, SeparatedPart, StageError, StateFamily, separate};
-use vademecum_build::basis::{Basis, Runs, spread_nodes};
+use vademecum_build::basis::{Basis, SnapshotSchedule, spread_nodes};
 use vademecum_build::dynamics::FullOrder;
 use vademecum_build::fem::{Factor, Pencil, Solve, Symbolic};
 use vademecum_build::input::{ChapterEntry, Projection, Repair};
@@ -107,7 +107,7 @@ impl ChapterSetting {
         prepared: &Prepared,
         basis: &Basis,
         full: &FullOrder<'_>,
-        runs: &Runs,
+        runs: &SnapshotSchedule,
         listener: &dyn Listener,
     ) -> Result<Self, ChapterError> {
         let body = &prepared.body;

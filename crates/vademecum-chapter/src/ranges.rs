@@ -4,7 +4,7 @@ use faer::{Mat, MatRef};
 use rayon::prelude::*;
 use vademecum_format::scheme::HISTORY;
 
-use vademecum_build::basis::{Runs, SnapshotError, run_loads};
+use vademecum_build::basis::{SnapshotError, SnapshotSchedule, run_loads};
 use vademecum_build::dynamics::{FullOrder, MarchError, State, Workspace, march_stages};
 use vademecum_build::input::ChapterEntry;
 use vademecum_build::prepared::Body;
@@ -47,7 +47,7 @@ impl Extremes {
 pub(super) fn history_ranges(
     body: &Body,
     full: &FullOrder<'_>,
-    runs: &Runs,
+    runs: &SnapshotSchedule,
     projector: MatRef<'_, f64>,
     entry: &ChapterEntry,
     listener: &dyn Listener,
@@ -75,7 +75,7 @@ pub(super) fn history_ranges(
 fn group_extremes(
     body: &Body,
     full: &FullOrder<'_>,
-    runs: &Runs,
+    runs: &SnapshotSchedule,
     group: &[(u32, [f64; 3])],
     projector: MatRef<'_, f64>,
     listener: &dyn Listener,

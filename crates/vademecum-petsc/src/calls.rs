@@ -1,7 +1,7 @@
 //! The shim to MPI and PETSc (`shim.c`) as values: all `unsafe` code of this crate.
 //!
 //! Calls of MPI and PETSc are made by one thread at a time, whichever it is: every value here is reached
-//! through [`Calls`], of which there is one, or lies beside it under the same lock.
+//! through [`Calls`], of which there is one, or shares its lock.
 #![allow(unsafe_code)]
 
 use std::ffi::{CStr, CString, c_char, c_int, c_void};
@@ -76,7 +76,7 @@ unsafe extern "C" {
     fn vp_iteration_free(iteration: *mut c_void);
 }
 
-/// What a call says of itself: nothing, or the error that the shim keeps.
+/// Result of a call: nothing, or the error that the shim keeps.
 fn checked(status: c_int) -> Result<(), EngineError> {
     if status == 0 {
         return Ok(());
@@ -129,7 +129,7 @@ impl Calls {
         checked(unsafe { vp_send(bytes.as_ptr(), bytes.len() as i64, to as c_int) })
     }
 
-    /// Receives as many bytes from another rank.
+    /// Receives `bytes.len()` bytes from another rank.
     pub fn receive(&self, bytes: &mut [u8], from: usize) -> Result<(), EngineError> {
         // SAFETY: the shim writes so many bytes.
         checked(unsafe { vp_receive(bytes.as_mut_ptr(), bytes.len() as i64, from as c_int) })
@@ -181,7 +181,7 @@ impl Matrix {
 
     /// The matrix to factorise: the same one, which takes no more memory; or a copy with springs on the
     /// diagonal, at rows of all ranks of which this one has some.
-    pub fn held(&self, springs: Option<&[(i64, f64)]>) -> Result<Self, EngineError> {
+    pub fn with_springs(&self, springs: Option<&[(i64, f64)]>) -> Result<Self, EngineError> {
         let (rows, stiffness): (Vec<i64>, Vec<f64>) = springs.into_iter().flatten().copied().unzip();
         let (springy, count) = (springs.is_some().into(), rows.len() as i64);
         let mut made = ptr::null_mut();
@@ -254,7 +254,7 @@ unsafe impl Send for Factor {}
 
 impl Factor {
     /// Analyses a matrix. With a folder the factor will lie there. What is said of memory counts so much room
-    /// beside what is needed \[%\].
+    /// in addition to what is needed \[%\].
     pub fn analyse(matrix: Matrix, folder: Option<&CString>, room: i64) -> Result<Self, EngineError> {
         let mut factor = Self { matrix, made: ptr::null_mut() };
         let folder = folder.map_or(ptr::null(), |folder| folder.as_ptr());
@@ -263,19 +263,19 @@ impl Factor {
         Ok(factor)
     }
 
-    /// Fills the factor, with so much room beside the estimate of its memory \[%\].
+    /// Fills the factor, with this much room in addition to its estimated memory \[%\].
     pub fn fill(&mut self, room: i64) -> Result<(), EngineError> {
         // SAFETY: both were made by the shim.
         checked(unsafe { vp_factor_fill(self.matrix.made, self.made, room) })
     }
 
-    /// What MUMPS says of this rank (`INFO`).
-    pub fn says(&self, which: i64) -> Result<i64, EngineError> {
+    /// Status of MUMPS on this rank (`INFO`).
+    pub fn info(&self, which: i64) -> Result<i64, EngineError> {
         self.asked(false, which)
     }
 
-    /// What MUMPS says of all ranks (`INFOG`).
-    pub fn says_of_all(&self, which: i64) -> Result<i64, EngineError> {
+    /// Status of MUMPS over all ranks (`INFOG`).
+    pub fn info_of_all(&self, which: i64) -> Result<i64, EngineError> {
         self.asked(true, which)
     }
 

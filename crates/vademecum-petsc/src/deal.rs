@@ -2,14 +2,14 @@
 
 use std::ops::Range;
 
-use vademecum_build::fem::{EngineError, Material, Part, SymmetricMatrix};
+use vademecum_build::fem::{AssemblyPart, EngineError, Material, SymmetricMatrix};
 use vademecum_build::mesh::Order;
 
 use crate::ranks::Ranks;
 
 /// Rows of a rank in the order in which they are dealt.
 pub struct Share {
-    /// Where each row starts, and the end.
+    /// Start of each row, and the end.
     pub starts: Vec<i64>,
     /// Columns by the same order, ascending in each row.
     pub columns: Vec<i64>,
@@ -56,7 +56,7 @@ impl Share {
 }
 
 /// The rows of the part that are at its places: their numbers in the part, in the order of the places.
-pub fn own_rows(part: &Part, places: &[i64]) -> Vec<u32> {
+pub fn own_rows(part: &AssemblyPart, places: &[i64]) -> Vec<u32> {
     let first = part.rows.start as i64;
     let mut rows = vec![0; part.rows.len()];
     for (row, place) in places.iter().enumerate() {
@@ -68,7 +68,7 @@ pub fn own_rows(part: &Part, places: &[i64]) -> Vec<u32> {
 }
 
 /// Sends a part of a body.
-pub fn send_part(part: &Part, ranks: &Ranks, to: usize) -> Result<(), EngineError> {
+pub fn send_part(part: &AssemblyPart, ranks: &Ranks, to: usize) -> Result<(), EngineError> {
     let wide = |list: &[u32]| list.iter().map(|&number| number.into()).collect::<Vec<u64>>();
     let constants: Vec<f64> = part.materials.iter().flat_map(|m| [m.young, m.poisson, m.density]).collect();
     let quadratic = u64::from(part.order == Order::Quadratic);
@@ -82,7 +82,7 @@ pub fn send_part(part: &Part, ranks: &Ranks, to: usize) -> Result<(), EngineErro
 }
 
 /// Receives one.
-pub fn receive_part(ranks: &Ranks, from: usize) -> Result<Part, EngineError> {
+pub fn receive_part(ranks: &Ranks, from: usize) -> Result<AssemblyPart, EngineError> {
     let narrow = |list: Vec<u64>| list.into_iter().map(|number| number as u32).collect();
     let numbers: Vec<u64> = ranks.receive(3, from)?;
     let nodes: Vec<f64> = ranks.receive_list(from)?;
@@ -90,7 +90,7 @@ pub fn receive_part(ranks: &Ranks, from: usize) -> Result<Part, EngineError> {
         [ranks.receive_list(from)?, ranks.receive_list(from)?, ranks.receive_list(from)?].map(narrow);
     let constants: Vec<f64> = ranks.receive_list(from)?;
     let material = |&[young, poisson, density]: &[f64; 3]| Material { young, poisson, density };
-    Ok(Part {
+    Ok(AssemblyPart {
         order: if numbers[0] == 1 { Order::Quadratic } else { Order::Linear },
         nodes: nodes.as_chunks().0.to_vec(),
         elements,
@@ -122,7 +122,7 @@ mod tests {
 
     #[test]
     fn own_rows_of_a_part_are_found_by_their_places() {
-        let part = Part {
+        let part = AssemblyPart {
             order: Order::Linear,
             nodes: vec![],
             elements: vec![],

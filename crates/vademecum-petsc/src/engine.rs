@@ -6,22 +6,22 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use faer::prelude::{Reborrow, ReborrowMut};
 use faer::{Mat, MatMut, MatRef};
 use vademecum_build::fem::{
-    AT_ONCE, ElementError, Engine, EngineError, FactorError, ModelError, Resource, Rigid, Rows, Search,
-    Spread, SpreadMatrix, SymmetricMatrix, Whole,
+    AT_ONCE, AssemblyPlan, ElementError, Engine, EngineError, FactorError, ModelError, PencilRows, Resource,
+    RigidBody, Search, SpreadFactor, SpreadMatrix, SymmetricMatrix,
 };
 
 use crate::calls::Calls;
 use crate::deal::{Share, send_part};
 use crate::job::{Options, TOLERANCE, end};
-use crate::ranks::{Ranks, Word};
-use crate::rows::{Lying, Relief, Session, SpreadRows, put, take};
-use crate::serve::{Springs, heard, make};
-use crate::work::{assemble, lay};
+use crate::ranks::{Command, Ranks};
+use crate::rows::{LocalMatrix, Relief, Session, SpreadRows, put, take};
+use crate::serve::{Springs, make, serve_next};
+use crate::work::{assemble, distribute};
 
 /// Starts MPI and PETSc. The first rank does `work` with an engine of all ranks, and its result comes back;
 /// the others serve it until it is done, and come back without one.
 ///
-/// Where a rank was lost during the work, the others may wait for what will not come. Then `tell` says what
+/// If a rank was lost during the work, the others may wait for ever. Then `tell` reports what
 /// became of the work and gives an exit code, with which all ranks end: no launcher has to notice.
 ///
 /// # Errors
@@ -33,9 +33,9 @@ pub fn run<T>(
 ) -> Result<Option<T>, EngineError> {
     let mut session = Session::new(Ranks { calls: Calls::start()? });
     if !session.ranks.is_first() {
-        while heard(&mut session, options) {}
-        let Session { ranks, lying, held, .. } = session;
-        drop((held, lying));
+        while serve_next(&mut session, options) {}
+        let Session { ranks, matrices, factors, .. } = session;
+        drop((factors, matrices));
         ranks.calls.finish()?;
         return Ok(None);
     }
@@ -50,12 +50,12 @@ pub fn run<T>(
     if lost {
         ranks.calls.abort(tell(&done));
     }
-    ranks.say(Word::Stop)?;
+    ranks.broadcast(Command::Stop)?;
     ranks.calls.finish()?;
     Ok(Some(done))
 }
 
-/// What all matrices and factors of a job share.
+/// Data shared by all matrices and factors of a job.
 #[derive(Clone)]
 struct Shared {
     session: Arc<Mutex<Session>>,
@@ -92,11 +92,11 @@ impl Engine for Petsc {
         self.size
     }
 
-    fn assemble(&self, body: &Whole) -> Result<[Arc<dyn SpreadMatrix>; 2], ModelError> {
+    fn assemble(&self, body: &AssemblyPlan) -> Result<[Arc<dyn SpreadMatrix>; 2], ModelError> {
         let mut session = self.shared.locked();
         let ids = [session.number(), session.number()];
         let made = assemble_all(&mut session, ids, body, &self.shared.options);
-        let diagonals = session.noting(made)??;
+        let diagonals = session.noted(made)??;
         let mut diagonals = diagonals.into_iter();
         Ok(ids.map(|id| self.spread(id, body.order(), diagonals.next().unwrap_or_default())))
     }
@@ -104,9 +104,9 @@ impl Engine for Petsc {
     fn deal(&self, matrix: &SymmetricMatrix, order: &[u32]) -> Result<Arc<dyn SpreadMatrix>, EngineError> {
         let mut session = self.shared.locked();
         let id = session.number();
-        let lying = deal(&session.ranks, id, matrix, order);
-        let lying = session.noting(lying)?;
-        session.lying.insert(id, lying);
+        let local = deal(&session.ranks, id, matrix, order);
+        let local = session.noted(local)?;
+        session.matrices.insert(id, local);
         let diagonal = (0..matrix.n()).map(|row| matrix.diagonal(row)).collect();
         Ok(self.spread(id, order, diagonal))
     }
@@ -116,24 +116,24 @@ impl Engine for Petsc {
         matrix: &dyn SpreadMatrix,
         order: &[u32],
         motions: Option<MatRef<'_, f64>>,
-        rigid: Option<&Arc<Rigid>>,
-    ) -> Result<Arc<dyn Spread>, FactorError> {
+        rigid: Option<&Arc<RigidBody>>,
+    ) -> Result<Arc<dyn SpreadFactor>, FactorError> {
         let options = &self.shared.options;
         let mut session = self.shared.locked();
         let id = session.number();
         let motions = motions.filter(|_| options.iterative);
         let springs = |places: &[u32]| rigid.map(|rigid| springs_at(places, matrix.diagonal(), rigid));
         let made = factorise_all(&mut session, [id, matrix.number()], order, motions, &springs, options);
-        session.noting(made)??;
-        let lasting = Lasting { shared: self.shared.clone(), id, order: self.order(order) };
-        Ok(Arc::new(SpreadFactor { lasting, rigid: rigid.cloned() }))
+        session.noted(made)??;
+        let handle = RemoteHandle { shared: self.shared.clone(), id, order: self.order(order) };
+        Ok(Arc::new(DistributedFactor { handle, rigid: rigid.cloned() }))
     }
 }
 
 impl Petsc {
     fn spread(&self, id: u64, order: &[u32], diagonal: Vec<f64>) -> Arc<dyn SpreadMatrix> {
-        let lasting = Lasting { shared: self.shared.clone(), id, order: self.order(order) };
-        Arc::new(OnRanks { lasting, diagonal })
+        let handle = RemoteHandle { shared: self.shared.clone(), id, order: self.order(order) };
+        Arc::new(DistributedMatrix { handle, diagonal })
     }
 
     /// One copy of an order, which all matrices of a body have.
@@ -147,12 +147,12 @@ impl Petsc {
 }
 
 /// Has every rank make a multiple of a matrix; this rank's rows.
-fn scale(session: &mut Session, id: u64, of: u64, weight: f64) -> Result<Lying, EngineError> {
-    session.ranks.say(Word::Scale(id, of, weight))?;
-    session.lying(of)?.scaled(weight)
+fn scale(session: &mut Session, id: u64, of: u64, weight: f64) -> Result<LocalMatrix, EngineError> {
+    session.ranks.broadcast(Command::Scale(id, of, weight))?;
+    session.matrix(of)?.scaled(weight)
 }
 
-/// The rows of a matrix that a rank has, as it is told them.
+/// The rows of a matrix that a rank has, as they are sent to it.
 fn places_of(ranks: &Ranks, rank: usize, order: &[u32]) -> Vec<i64> {
     order[ranks.rows_of(rank, order.len())].iter().map(|&row| row.into()).collect()
 }
@@ -164,31 +164,31 @@ fn send_places(ranks: &Ranks, rank: usize, order: &[u32]) -> Result<(), EngineEr
 }
 
 /// Deals the rows of a matrix; this rank's.
-fn deal(ranks: &Ranks, id: u64, matrix: &SymmetricMatrix, order: &[u32]) -> Result<Lying, EngineError> {
+fn deal(ranks: &Ranks, id: u64, matrix: &SymmetricMatrix, order: &[u32]) -> Result<LocalMatrix, EngineError> {
     let mut place = vec![0; order.len()];
     order.iter().enumerate().for_each(|(at, &row)| place[row as usize] = at as i64);
     let share = |rank| {
         let rows = &order[ranks.rows_of(rank, order.len())];
         Share::of(matrix, rows, |column| place[column as usize])
     };
-    ranks.say(Word::Deal(id))?;
+    ranks.broadcast(Command::Deal(id))?;
     for rank in ranks.others() {
         send_places(ranks, rank, order)?;
         share(rank).send(ranks, rank)?;
     }
-    Lying::new(order.len(), &share(0), &Arc::new(places_of(ranks, 0, order)))
+    LocalMatrix::new(order.len(), &share(0), &Arc::new(places_of(ranks, 0, order)))
 }
 
 /// Has every rank assemble its rows; the diagonals of mass and stiffness, or why there are none.
 fn assemble_all(
     session: &mut Session,
     ids: [u64; 2],
-    body: &Whole,
+    body: &AssemblyPlan,
     options: &Options,
 ) -> Result<Result<[Vec<f64>; 2], ModelError>, EngineError> {
     let (ranks, order) = (&session.ranks, body.order());
     let total = order.len();
-    ranks.say(Word::Assemble(ids[0], ids[1]))?;
+    ranks.broadcast(Command::Assemble(ids[0], ids[1]))?;
     for rank in ranks.others() {
         send_places(ranks, rank, order)?;
         send_part(&body.part(ranks.rows_of(rank, total)), ranks, rank)?;
@@ -210,15 +210,15 @@ fn assemble_all(
         (None, Ok(pencil)) => pencil,
         (Some(error), _) | (None, Err(error)) => return Ok(Err(error)),
     };
-    let laid = lay(total, &part, pencil, places_of(ranks, 0, order))?;
+    let laid = distribute(total, &part, pencil, places_of(ranks, 0, order))?;
     let mut diagonals = [vec![0.0; total], vec![0.0; total]];
-    for ((id, diagonal), (lying, own)) in ids.into_iter().zip(&mut diagonals).zip(laid) {
+    for ((id, diagonal), (local, own)) in ids.into_iter().zip(&mut diagonals).zip(laid) {
         let mut fill = |rank, own: Vec<f64>| {
             let rows = &order[session.ranks.rows_of(rank, total)];
             rows.iter().zip(own).for_each(|(&row, entry)| diagonal[row as usize] = entry);
         };
         fill(0, own);
-        session.lying.insert(id, lying);
+        session.matrices.insert(id, local);
     }
     for rank in session.ranks.others() {
         let places = session.ranks.rows_of(rank, total);
@@ -261,7 +261,7 @@ fn factorise_all(
     let ranks = &session.ranks;
     let places = |rank| &order[ranks.rows_of(rank, order.len())];
     let blocks = motions.is_some_and(|motions| in_blocks(motions, order));
-    ranks.say(Word::Factorise(id, of))?;
+    ranks.broadcast(Command::Factorise(id, of))?;
     for rank in ranks.others() {
         let springs = springs(places(rank));
         ranks.send(&[u64::from(springs.is_some())], rank)?;
@@ -282,7 +282,7 @@ fn factorise_all(
 }
 
 /// The springs that hold a body without supports, of those at some rows: each is as stiff as its dof is.
-fn springs_at(places: &[u32], diagonal: &[f64], rigid: &Rigid) -> Vec<(usize, f64)> {
+fn springs_at(places: &[u32], diagonal: &[f64], rigid: &RigidBody) -> Vec<(usize, f64)> {
     let own = |pin: usize| {
         let row = places.iter().position(|&place| place as usize == pin)?;
         Some((row, diagonal[pin]))
@@ -290,7 +290,7 @@ fn springs_at(places: &[u32], diagonal: &[f64], rigid: &Rigid) -> Vec<(usize, f6
     rigid.pins().into_iter().filter_map(own).collect()
 }
 
-/// Whether the three dofs of each node stand together in an order: there the rigid motions begin with rows of
+/// True if the three dofs of each node stand together in an order: there the rigid motions begin with rows of
 /// the unit matrix.
 fn in_blocks(motions: MatRef<'_, f64>, order: &[u32]) -> bool {
     let is_unit = |(at, &row): (usize, &u32)| {
@@ -299,30 +299,30 @@ fn in_blocks(motions: MatRef<'_, f64>, order: &[u32]) -> bool {
     order.len().is_multiple_of(3) && order.iter().enumerate().all(is_unit)
 }
 
-/// What lies on all ranks under a number, until it is dropped.
-struct Lasting {
+/// Number of a matrix or factor on all ranks, freed on drop.
+struct RemoteHandle {
     shared: Shared,
     id: u64,
     /// The row of the matrix at each place.
     order: Arc<Vec<u32>>,
 }
 
-impl Drop for Lasting {
+impl Drop for RemoteHandle {
     fn drop(&mut self) {
         let mut session = self.shared.locked();
         if !session.lost {
-            let said = session.ranks.say(Word::Release(self.id));
-            let _ = session.noting(said);
+            let said = session.ranks.broadcast(Command::Release(self.id));
+            let _ = session.noted(said);
             session.free(self.id);
         } else {
             // To free it takes all ranks.
-            std::mem::forget(session.lying.remove(&self.id));
-            std::mem::forget(session.held.remove(&self.id));
+            std::mem::forget(session.matrices.remove(&self.id));
+            std::mem::forget(session.factors.remove(&self.id));
         }
     }
 }
 
-impl Lasting {
+impl RemoteHandle {
     /// The rows of the matrix that a rank has.
     fn places(&self, ranks: &Ranks, rank: usize) -> &[u32] {
         &self.order[ranks.rows_of(rank, self.order.len())]
@@ -333,13 +333,13 @@ impl Lasting {
     fn through(
         &self,
         session: &mut Session,
-        word: Word,
+        command: Command,
         x: MatRef<'_, f64>,
         mut y: MatMut<'_, f64>,
         own: impl FnOnce(&mut Session, Vec<f64>) -> Result<Vec<f64>, EngineError>,
     ) -> Result<(), EngineError> {
         let ranks = &session.ranks;
-        ranks.say(word)?;
+        ranks.broadcast(command)?;
         for rank in ranks.others() {
             ranks.send(&take(x, self.places(ranks, rank)), rank)?;
         }
@@ -357,20 +357,20 @@ impl Lasting {
 }
 
 /// A matrix on all ranks, seen from the first.
-struct OnRanks {
-    lasting: Lasting,
+struct DistributedMatrix {
+    handle: RemoteHandle,
     diagonal: Vec<f64>,
 }
 
-impl fmt::Debug for OnRanks {
+impl fmt::Debug for DistributedMatrix {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.debug_struct("OnRanks").field("id", &self.lasting.id).finish_non_exhaustive()
+        f.debug_struct("DistributedMatrix").field("id", &self.handle.id).finish_non_exhaustive()
     }
 }
 
-impl SpreadMatrix for OnRanks {
+impl SpreadMatrix for DistributedMatrix {
     fn number(&self) -> u64 {
-        self.lasting.id
+        self.handle.id
     }
 
     fn diagonal(&self) -> &[f64] {
@@ -378,12 +378,12 @@ impl SpreadMatrix for OnRanks {
     }
 
     fn mul_into(&self, x: MatRef<'_, f64>, mut y: MatMut<'_, f64>) {
-        let (id, mut session) = (self.lasting.id, self.lasting.shared.locked());
+        let (id, mut session) = (self.handle.id, self.handle.shared.locked());
         for first in (0..x.ncols()).step_by(AT_ONCE) {
             let columns = AT_ONCE.min(x.ncols() - first);
-            let own = |session: &mut Session, x: Vec<f64>| session.lying(id)?.matrix.multiply(&x, columns);
+            let own = |session: &mut Session, x: Vec<f64>| session.matrix(id)?.matrix.multiply(&x, columns);
             let (x, y) = (x.subcols(first, columns), y.rb_mut().subcols_mut(first, columns));
-            let done = self.lasting.through(&mut session, Word::Multiply(id, columns), x, y, own);
+            let done = self.handle.through(&mut session, Command::Multiply(id, columns), x, y, own);
             if let Err(error) = done {
                 end(&session.ranks, &error);
             }
@@ -391,32 +391,32 @@ impl SpreadMatrix for OnRanks {
     }
 
     fn scaled(&self, weight: f64) -> Arc<dyn SpreadMatrix> {
-        let Lasting { shared, id: of, order } = &self.lasting;
+        let RemoteHandle { shared, id: of, order } = &self.handle;
         let mut session = shared.locked();
         let id = session.number();
         match scale(&mut session, id, *of, weight) {
-            Ok(lying) => session.lying.insert(id, lying),
+            Ok(local) => session.matrices.insert(id, local),
             Err(error) => end(&session.ranks, &error),
         };
-        let lasting = Lasting { shared: shared.clone(), id, order: order.clone() };
+        let handle = RemoteHandle { shared: shared.clone(), id, order: order.clone() };
         let diagonal = self.diagonal.iter().map(|entry| weight * entry).collect();
-        Arc::new(OnRanks { lasting, diagonal })
+        Arc::new(DistributedMatrix { handle, diagonal })
     }
 }
 
 /// A factor on all ranks, seen from the first.
-struct SpreadFactor {
-    lasting: Lasting,
-    rigid: Option<Arc<Rigid>>,
+struct DistributedFactor {
+    handle: RemoteHandle,
+    rigid: Option<Arc<RigidBody>>,
 }
 
-impl fmt::Debug for SpreadFactor {
+impl fmt::Debug for DistributedFactor {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.debug_struct("SpreadFactor").field("id", &self.lasting.id).finish_non_exhaustive()
+        f.debug_struct("DistributedFactor").field("id", &self.handle.id).finish_non_exhaustive()
     }
 }
 
-impl SpreadFactor {
+impl DistributedFactor {
     /// Has all other ranks begin a search; what this one needs for it.
     fn begin_all(
         &self,
@@ -425,29 +425,29 @@ impl SpreadFactor {
         search: &Search,
     ) -> Result<Option<Relief>, EngineError> {
         let (ranks, rigid) = (&session.ranks, self.rigid.as_deref());
-        ranks.say(Word::Search(self.lasting.id, mass, *search, rigid.is_some()))?;
+        ranks.broadcast(Command::Search(self.handle.id, mass, *search, rigid.is_some()))?;
         let Some(rigid) = rigid else { return Ok(None) };
         for rank in ranks.others() {
-            let places = self.lasting.places(ranks, rank);
+            let places = self.handle.places(ranks, rank);
             ranks.send(&take(rigid.motions(), places), rank)?;
             ranks.send(&take(rigid.momenta(), places), rank)?;
         }
-        let places = self.lasting.places(ranks, 0);
+        let places = self.handle.places(ranks, 0);
         let own = |of: MatRef<'_, f64>| Mat::from_fn(places.len(), 6, |i, k| of[(places[i] as usize, k)]);
         Ok(Some(Relief { motions: own(rigid.motions()), momenta: own(rigid.momenta()) }))
     }
 }
 
-impl Spread for SpreadFactor {
+impl SpreadFactor for DistributedFactor {
     fn solve_in_place(&self, mut rhs: MatMut<'_, f64>) {
-        let (id, mut session) = (self.lasting.id, self.lasting.shared.locked());
+        let (id, mut session) = (self.handle.id, self.handle.shared.locked());
         for first in (0..rhs.ncols()).step_by(AT_ONCE) {
             let columns = AT_ONCE.min(rhs.ncols() - first);
-            let own = |session: &mut Session, forces| session.held(id)?.solver.solve(forces, columns);
+            let own = |session: &mut Session, forces| session.factor(id)?.solver.solve(forces, columns);
             let forces = rhs.rb().subcols(first, columns).to_owned();
             let answers = rhs.rb_mut().subcols_mut(first, columns);
-            let word = Word::Solve(id, columns);
-            let done = self.lasting.through(&mut session, word, forces.as_ref(), answers, own);
+            let command = Command::Solve(id, columns);
+            let done = self.handle.through(&mut session, command, forces.as_ref(), answers, own);
             if let Err(error) = done {
                 end(&session.ranks, &error);
             }
@@ -458,11 +458,11 @@ impl Spread for SpreadFactor {
         &'a self,
         mass: Arc<dyn SpreadMatrix>,
         search: &Search,
-    ) -> Result<Box<dyn Rows + 'a>, EngineError> {
-        let Lasting { shared, id, order } = &self.lasting;
+    ) -> Result<Box<dyn PencilRows + 'a>, EngineError> {
+        let RemoteHandle { shared, id, order } = &self.handle;
         let mut session = shared.locked();
         let begun = self.begin_all(&session, mass.number(), search);
-        let relief = session.noting(begun)?;
+        let relief = session.noted(begun)?;
         let (id, order, number) = (*id, order.clone(), mass.number());
         Ok(Box::new(SpreadRows { session, id, mass: number, relief, order, _kept: Some(mass) }))
     }

@@ -1,4 +1,4 @@
-//! What holds for a whole job: what the user chose, and how it ends early.
+//! Options of a job, and its early end.
 
 use std::path::PathBuf;
 
@@ -11,10 +11,10 @@ fn exit_code(error: &EngineError) -> u8 {
     if error.short.is_some() { 1 } else { 5 }
 }
 
-/// What the user may choose.
+/// Options of the user.
 #[derive(Clone, Debug, Default)]
 pub struct Options {
-    /// Where factors lie on disk; absent: in memory. Every rank makes a folder of its own in it.
+    /// Folder of factors on disk; absent: in memory. Every rank makes a folder of its own in it.
     pub out_of_core: Option<PathBuf>,
     /// Conjugate gradients with algebraic multigrid, and no factor, to [`TOLERANCE`].
     pub iterative: bool,
@@ -22,7 +22,7 @@ pub struct Options {
     pub memory: Option<u64>,
 }
 
-/// What conjugate gradients leave of the error, in the energy norm, as a share of the answer.
+/// Relative error of conjugate gradients in the energy norm.
 pub const TOLERANCE: f64 = 1e-10;
 
 /// Names an error and ends the job.

@@ -1,12 +1,12 @@
-//! What ranks tell each other: numbers, lists of numbers, and the words by which the first rank leads.
+//! Messages between ranks: numbers, lists of numbers, and the commands of the first rank.
 
 use vademecum_build::fem::{EngineError, Search};
 
 use crate::calls::Calls;
 
-/// What the first rank has the others do. Numbers name matrices and factors.
+/// A command of the first rank to the others. Numbers name matrices and factors.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Word {
+pub enum Command {
     /// Take the rows of a matrix that follow.
     Deal(u64),
     /// Assemble the rows of two matrices, mass and stiffness, of the elements that follow.
@@ -15,23 +15,23 @@ pub enum Word {
     Scale(u64, u64, f64),
     /// Make a factor, of a matrix.
     Factorise(u64, u64),
-    /// Multiply a matrix by so many columns, which follow, and send the product.
+    /// Multiply a matrix by a number of columns, which follow, and send the product.
     Multiply(u64, usize),
-    /// Solve with a factor for so many columns, which follow, and send the answers.
+    /// Solve with a factor for a number of columns, which follow, and send the answers.
     Solve(u64, usize),
     /// Search for modes with a factor and a mass; `true`: of a body without supports.
     Search(u64, u64, Search, bool),
     /// Free a matrix or a factor.
     Release(u64),
-    /// Go home.
+    /// End the job.
     Stop,
 }
 
-/// A word on its way: its kind and up to eight numbers.
-type Sent = [u64; 9];
+/// An encoded command: its kind and up to eight numbers.
+type Packet = [u64; 9];
 
-impl Word {
-    fn sent(self) -> Sent {
+impl Command {
+    fn packet(self) -> Packet {
         match self {
             Self::Deal(id) => [0, id, 0, 0, 0, 0, 0, 0, 0],
             Self::Assemble(mass, stiffness) => [1, mass, stiffness, 0, 0, 0, 0, 0, 0],
@@ -51,7 +51,7 @@ impl Word {
     }
 
     fn received(
-        [kind, id, other, third, available, tolerance, probes, stiffest, free]: Sent,
+        [kind, id, other, third, available, tolerance, probes, stiffest, free]: Packet,
     ) -> Option<Self> {
         Some(match kind {
             0 => Self::Deal(id),
@@ -74,14 +74,14 @@ impl Word {
 }
 
 /// A number as it is sent.
-pub trait Number: Copy {
+pub trait Scalar: Copy {
     /// Its bytes.
     fn bytes(self) -> [u8; 8];
     /// The number of these bytes.
     fn of(bytes: [u8; 8]) -> Self;
 }
 
-impl Number for u64 {
+impl Scalar for u64 {
     fn bytes(self) -> [u8; 8] {
         self.to_ne_bytes()
     }
@@ -90,7 +90,7 @@ impl Number for u64 {
     }
 }
 
-impl Number for i64 {
+impl Scalar for i64 {
     fn bytes(self) -> [u8; 8] {
         self.to_ne_bytes()
     }
@@ -99,7 +99,7 @@ impl Number for i64 {
     }
 }
 
-impl Number for f64 {
+impl Scalar for f64 {
     fn bytes(self) -> [u8; 8] {
         self.to_ne_bytes()
     }
@@ -118,7 +118,7 @@ pub struct Ranks {
 }
 
 impl Ranks {
-    /// Whether this is the rank that leads.
+    /// True if this is the rank that leads.
     pub fn is_first(&self) -> bool {
         self.calls.rank == 0
     }
@@ -128,7 +128,7 @@ impl Ranks {
         1..self.calls.size
     }
 
-    /// The rows of a rank, of so many: equal shares, of whole nodes where every node has three rows.
+    /// The rows of a rank, of `total`: equal shares, of whole nodes where every node has three rows.
     pub fn rows_of(&self, rank: usize, total: usize) -> std::ops::Range<usize> {
         let first = |rank: usize| match (total as u128 * rank as u128 / self.calls.size as u128) as usize {
             first if first == total => total,
@@ -137,31 +137,31 @@ impl Ranks {
         first(rank)..first(rank + 1)
     }
 
-    /// Has all other ranks do something.
-    pub fn say(&self, word: Word) -> Result<(), EngineError> {
-        self.others().try_for_each(|rank| self.send(&word.sent(), rank))
+    /// Sends a command to all other ranks.
+    pub fn broadcast(&self, command: Command) -> Result<(), EngineError> {
+        self.others().try_for_each(|rank| self.send(&command.packet(), rank))
     }
 
-    /// Waits for a word.
-    pub fn hear(&self) -> Result<Word, EngineError> {
+    /// Waits for a command.
+    pub fn receive_command(&self) -> Result<Command, EngineError> {
         self.calls.idle()?;
-        let mut sent = [[0; 8]; size_of::<Sent>() / 8];
-        self.calls.receive(sent.as_flattened_mut(), 0)?;
+        let mut packet = [[0; 8]; size_of::<Packet>() / 8];
+        self.calls.receive(packet.as_flattened_mut(), 0)?;
         let reason = "a word that no rank knows";
         let unknown = || EngineError { call: "MPI_Recv".into(), reason: reason.into(), short: None };
-        Word::received(sent.map(u64::from_ne_bytes)).ok_or_else(unknown)
+        Command::received(packet.map(u64::from_ne_bytes)).ok_or_else(unknown)
     }
 
-    /// Sends as many numbers as the other rank knows of.
-    pub fn send<T: Number>(&self, numbers: &[T], to: usize) -> Result<(), EngineError> {
+    /// Sends numbers; the other rank knows the count.
+    pub fn send<T: Scalar>(&self, numbers: &[T], to: usize) -> Result<(), EngineError> {
         numbers.chunks(PIECE).try_for_each(|piece| {
             let bytes: Vec<[u8; 8]> = piece.iter().map(|number| number.bytes()).collect();
             self.calls.send(bytes.as_flattened(), to)
         })
     }
 
-    /// Receives so many numbers.
-    pub fn receive<T: Number>(&self, count: usize, from: usize) -> Result<Vec<T>, EngineError> {
+    /// Receives `count` numbers.
+    pub fn receive<T: Scalar>(&self, count: usize, from: usize) -> Result<Vec<T>, EngineError> {
         let mut numbers = Vec::with_capacity(count);
         while numbers.len() < count {
             let mut bytes = vec![[0; 8]; PIECE.min(count - numbers.len())];
@@ -172,13 +172,13 @@ impl Ranks {
     }
 
     /// Sends a list with its length.
-    pub fn send_list<T: Number>(&self, numbers: &[T], to: usize) -> Result<(), EngineError> {
+    pub fn send_list<T: Scalar>(&self, numbers: &[T], to: usize) -> Result<(), EngineError> {
         self.send(&[numbers.len() as u64], to)?;
         self.send(numbers, to)
     }
 
     /// Receives a list with its length.
-    pub fn receive_list<T: Number>(&self, from: usize) -> Result<Vec<T>, EngineError> {
+    pub fn receive_list<T: Scalar>(&self, from: usize) -> Result<Vec<T>, EngineError> {
         let length = self.receive::<u64>(1, from)?[0];
         self.receive(length as usize, from)
     }
@@ -189,22 +189,22 @@ mod tests {
     use super::*;
 
     #[test]
-    fn words_arrive_as_they_were_said() {
+    fn commands_survive_encoding() {
         let search = Search { count: 3, available: 40, tolerance: 5e-9, probes: 2, stiffest: 1e12 };
-        let words = [
-            Word::Deal(6),
-            Word::Assemble(1, 2),
-            Word::Scale(5, 6, 1.5),
-            Word::Factorise(7, 6),
-            Word::Multiply(6, 3),
-            Word::Solve(8, 24),
-            Word::Search(9, 6, search, true),
-            Word::Release(1),
-            Word::Stop,
+        let commands = [
+            Command::Deal(6),
+            Command::Assemble(1, 2),
+            Command::Scale(5, 6, 1.5),
+            Command::Factorise(7, 6),
+            Command::Multiply(6, 3),
+            Command::Solve(8, 24),
+            Command::Search(9, 6, search, true),
+            Command::Release(1),
+            Command::Stop,
         ];
-        for word in words {
-            assert_eq!(Word::received(word.sent()), Some(word));
+        for command in commands {
+            assert_eq!(Command::received(command.packet()), Some(word));
         }
-        assert_eq!(Word::received([9; 9]), None);
+        assert_eq!(Command::received([9; 9]), None);
     }
 }

@@ -6,13 +6,13 @@ use std::sync::Arc;
 
 use faer::prelude::{Reborrow, ReborrowMut};
 use faer::{Mat, MatMut, MatRef};
-use vademecum_build::fem::{EngineError, MassProduct, Rows, SpreadMatrix};
+use vademecum_build::fem::{EngineError, MassProduct, PencilRows, SpreadMatrix};
 
 use crate::calls::{Factor, Iteration, Matrix};
 use crate::deal::Share;
 use crate::ranks::Ranks;
 
-/// What solves with a matrix, and the matrix.
+/// A solver with its matrix.
 pub enum Solver {
     /// A factor by MUMPS.
     Direct(Factor),
@@ -39,7 +39,7 @@ impl Solver {
 }
 
 /// A matrix, this rank's rows of it.
-pub struct Lying {
+pub struct LocalMatrix {
     /// The rows.
     pub matrix: Matrix,
     /// The row of the whole matrix that each own row is.
@@ -48,7 +48,7 @@ pub struct Lying {
     pub total: usize,
 }
 
-impl Lying {
+impl LocalMatrix {
     /// Makes a matrix of the rows of all ranks.
     pub fn new(total: usize, share: &Share, places: &Arc<Vec<i64>>) -> Result<Self, EngineError> {
         let matrix = Matrix::new(total, &share.starts, &share.columns, &share.values)?;
@@ -62,7 +62,7 @@ impl Lying {
 }
 
 /// A stiffness to solve with, this rank's rows of it.
-pub struct Held {
+pub struct LocalSolver {
     /// The solver with its matrix.
     pub solver: Solver,
     /// Own rows with a spring that holds a body without supports, and its stiffness.
@@ -75,7 +75,7 @@ pub struct Held {
     pub _scratch: Option<Scratch>,
 }
 
-/// A folder of this rank that is removed with what lies in it.
+/// A folder of this rank that is removed with its content.
 pub struct Scratch(pub std::path::PathBuf);
 
 impl Drop for Scratch {
@@ -85,7 +85,7 @@ impl Drop for Scratch {
     }
 }
 
-/// What a body without supports needs beside its matrices.
+/// Rigid motions of a body without supports, and their momenta.
 pub struct Relief {
     /// `Φ`, own rows.
     pub motions: Mat<f64>,
@@ -97,18 +97,18 @@ pub struct Relief {
 pub struct Session {
     pub ranks: Ranks,
     /// This rank's part of each matrix, by its number.
-    pub lying: BTreeMap<u64, Lying>,
+    pub matrices: BTreeMap<u64, LocalMatrix>,
     /// This rank's part of each factor, by its number.
-    pub held: BTreeMap<u64, Held>,
+    pub factors: BTreeMap<u64, LocalSolver>,
     /// The number of the next matrix or factor.
     next: u64,
-    /// Whether a call failed: then the others may wait for what will not come.
+    /// True if a call failed: then the others may wait for what will not come.
     pub lost: bool,
 }
 
 impl Session {
     pub fn new(ranks: Ranks) -> Self {
-        Self { ranks, lying: BTreeMap::new(), held: BTreeMap::new(), next: 0, lost: false }
+        Self { ranks, matrices: BTreeMap::new(), factors: BTreeMap::new(), next: 0, lost: false }
     }
 
     /// A new number.
@@ -118,23 +118,23 @@ impl Session {
     }
 
     /// A matrix.
-    pub fn lying(&mut self, id: u64) -> Result<&mut Lying, EngineError> {
-        self.lying.get_mut(&id).ok_or_else(unknown)
+    pub fn matrix(&mut self, id: u64) -> Result<&mut LocalMatrix, EngineError> {
+        self.matrices.get_mut(&id).ok_or_else(unknown)
     }
 
     /// A factor.
-    pub fn held(&mut self, id: u64) -> Result<&mut Held, EngineError> {
-        self.held.get_mut(&id).ok_or_else(unknown)
+    pub fn factor(&mut self, id: u64) -> Result<&mut LocalSolver, EngineError> {
+        self.factors.get_mut(&id).ok_or_else(unknown)
     }
 
     /// Frees what has a number.
     pub fn free(&mut self, id: u64) {
-        self.lying.remove(&id);
-        self.held.remove(&id);
+        self.matrices.remove(&id);
+        self.factors.remove(&id);
     }
 
     /// Remembers that a call failed.
-    pub fn noting<T>(&mut self, result: Result<T, EngineError>) -> Result<T, EngineError> {
+    pub fn noted<T>(&mut self, result: Result<T, EngineError>) -> Result<T, EngineError> {
         self.lost |= result.is_err();
         result
     }
@@ -204,12 +204,12 @@ fn take_off(ranks: &Ranks, mut x: MatMut<'_, f64>, a: &Mat<f64>, b: &Mat<f64>) -
 }
 
 impl<S: DerefMut<Target = Session>> SpreadRows<S> {
-    fn held(&self) -> &Held {
-        self.session.held.get(&self.id).expect("a factor that is not released")
+    fn factor(&self) -> &LocalSolver {
+        self.session.factors.get(&self.id).expect("a factor that is not released")
     }
 
     fn solver(&mut self) -> &mut Solver {
-        &mut self.session.held.get_mut(&self.id).expect("a factor that is not released").solver
+        &mut self.session.factors.get_mut(&self.id).expect("a factor that is not released").solver
     }
 
     /// Takes off forces what accelerates a body without supports as a whole.
@@ -229,12 +229,12 @@ impl<S: DerefMut<Target = Session>> SpreadRows<S> {
     /// `y ← K x`, each row summed closely. Every rank needs all rows of a column for that.
     fn multiply_closely(&mut self, x: MatRef<'_, f64>, mut y: MatMut<'_, f64>) -> Result<(), EngineError> {
         let ranks = &self.session.ranks;
-        let places = ranks.rows_of(ranks.calls.rank, self.held().total);
+        let places = ranks.rows_of(ranks.calls.rank, self.factor().total);
         for c in 0..x.ncols() {
-            let mut whole = vec![0.0; self.held().total];
+            let mut whole = vec![0.0; self.factor().total];
             whole[places.clone()].copy_from_slice(column(x, c));
             self.session.ranks.calls.sum(&mut whole)?;
-            let springs = self.held().springs.clone();
+            let springs = self.factor().springs.clone();
             self.solver().matrix().multiply_closely(&whole, &springs, column_mut(y.rb_mut(), c))?;
         }
         Ok(())
@@ -261,9 +261,9 @@ impl<S: DerefMut<Target = Session>> SpreadRows<S> {
             self.session.ranks.send(&packed(x.as_ref()), 0)?;
             return Ok(Mat::zeros(0, x.ncols()));
         }
-        let mut whole = Mat::zeros(self.held().total, x.ncols());
+        let mut whole = Mat::zeros(self.factor().total, x.ncols());
         for rank in 0..self.session.ranks.calls.size {
-            let places = self.session.ranks.rows_of(rank, self.held().total);
+            let places = self.session.ranks.rows_of(rank, self.factor().total);
             let own = match rank {
                 0 => packed(x.as_ref()),
                 _ => self.session.ranks.receive(places.len() * x.ncols(), rank)?,
@@ -277,33 +277,35 @@ impl<S: DerefMut<Target = Session>> SpreadRows<S> {
 impl<S: DerefMut<Target = Session>> MassProduct for SpreadRows<S> {
     fn mul_mass(&mut self, x: MatRef<'_, f64>, y: MatMut<'_, f64>) -> Result<(), EngineError> {
         let mass = self.mass;
-        let done = self.session.lying(mass).and_then(|mass| multiply(&mut mass.matrix, x, y));
-        self.session.noting(done)
+        let done = self.session.matrix(mass).and_then(|mass| multiply(&mut mass.matrix, x, y));
+        self.session.noted(done)
     }
 
     fn sum(&mut self, numbers: &mut [f64]) -> Result<(), EngineError> {
         let done = self.session.ranks.calls.sum(numbers);
-        self.session.noting(done)
+        self.session.noted(done)
     }
 }
 
-impl<S: DerefMut<Target = Session>> Rows for SpreadRows<S> {
+impl<S: DerefMut<Target = Session>> PencilRows for SpreadRows<S> {
     fn own(&self) -> usize {
-        self.held().places.len()
+        self.factor().places.len()
     }
 
     fn total(&self) -> usize {
-        self.held().total
+        self.factor().total
     }
 
     fn part_into(&self, whole: &[f64], own: &mut [f64]) {
-        own.iter_mut().zip(self.held().places.iter()).for_each(|(own, &place)| *own = whole[place as usize]);
+        own.iter_mut()
+            .zip(self.factor().places.iter())
+            .for_each(|(own, &place)| *own = whole[place as usize]);
     }
 
     fn mul_stiffness(&mut self, x: MatRef<'_, f64>, mut y: MatMut<'_, f64>) -> Result<(), EngineError> {
         let done = multiply(self.solver().matrix(), x, y.rb_mut());
-        self.session.noting(done)?;
-        for &(row, spring) in &self.held().springs {
+        self.session.noted(done)?;
+        for &(row, spring) in &self.factor().springs {
             (0..x.ncols()).for_each(|c| y[(row, c)] -= spring * x[(row, c)]);
         }
         Ok(())
@@ -311,27 +313,27 @@ impl<S: DerefMut<Target = Session>> Rows for SpreadRows<S> {
 
     fn mul_stiffness_closely(&mut self, x: MatRef<'_, f64>, y: MatMut<'_, f64>) -> Result<(), EngineError> {
         let done = self.multiply_closely(x, y);
-        self.session.noting(done)
+        self.session.noted(done)
     }
 
     fn solve(&mut self, mut x: MatMut<'_, f64>) -> Result<(), EngineError> {
         let done = self.relieve(x.rb_mut()).and_then(|()| self.solve_relieved(x));
-        self.session.noting(done)
+        self.session.noted(done)
     }
 
     fn agree(&mut self, numbers: &mut [f64]) -> Result<(), EngineError> {
         let done = self.session.ranks.calls.agree(numbers);
-        self.session.noting(done)
+        self.session.noted(done)
     }
 
     fn gather(&mut self, x: Mat<f64>) -> Result<Mat<f64>, EngineError> {
         let done = self.gathered(x);
-        self.session.noting(done)
+        self.session.noted(done)
     }
 
     fn scatter(&mut self, whole: Option<&Mat<f64>>, own: MatMut<'_, f64>) -> Result<(), EngineError> {
         let done = self.scattered(whole, own);
-        self.session.noting(done)
+        self.session.noted(done)
     }
 }
 

@@ -9,15 +9,15 @@ use vademecum_build::fem::{EngineError, ModelError, Resource};
 
 use crate::deal::{Share, receive_part};
 use crate::job::{Options, end};
-use crate::ranks::{Ranks, Word};
-use crate::rows::{Held, Lying, Relief, Session, SpreadRows};
-use crate::work::{assemble, factorise, iterate, lay};
+use crate::ranks::{Command, Ranks};
+use crate::rows::{LocalMatrix, LocalSolver, Relief, Session, SpreadRows};
+use crate::work::{assemble, distribute, factorise, iterate};
 
-/// How long a rank that failed waits for the first one to tell the same.
+/// Time that a failed rank waits for the first one to report the same error.
 const GRACE: Duration = Duration::from_secs(2);
 
-/// Does what the first rank says next; whether there may be more. A failure ends the job.
-pub fn heard(session: &mut Session, options: &Options) -> bool {
+/// Executes the next command of the first rank; false after the last one. A failure ends the job.
+pub fn serve_next(session: &mut Session, options: &Options) -> bool {
     match serve(session, options) {
         Ok(more) => more,
         Err(error) => {
@@ -28,15 +28,15 @@ pub fn heard(session: &mut Session, options: &Options) -> bool {
     }
 }
 
-/// Waits for a word and does it.
+/// Waits for a command and executes it.
 fn serve(session: &mut Session, options: &Options) -> Result<bool, EngineError> {
-    match session.ranks.hear()? {
-        Word::Deal(id) => {
+    match session.ranks.receive_command()? {
+        Command::Deal(id) => {
             let (total, places) = receive_places(&session.ranks)?;
             let share = Share::receive(&session.ranks, 0)?;
-            session.lying.insert(id, Lying::new(total, &share, &Arc::new(places))?);
+            session.matrices.insert(id, LocalMatrix::new(total, &share, &Arc::new(places))?);
         }
-        Word::Assemble(mass, stiffness) => {
+        Command::Assemble(mass, stiffness) => {
             let ranks = &session.ranks;
             let (total, places) = receive_places(ranks)?;
             let part = receive_part(ranks, 0)?;
@@ -45,32 +45,32 @@ fn serve(session: &mut Session, options: &Options) -> Result<bool, EngineError> 
             let goes = ranks.receive::<u64>(1, 0)?[0] != 0;
             // The first rank tells why it does not.
             if let (true, Ok(pencil)) = (goes, assembled) {
-                let laid = lay(total, &part, pencil, places)?;
-                for (id, (lying, diagonal)) in [mass, stiffness].into_iter().zip(laid) {
+                let laid = distribute(total, &part, pencil, places)?;
+                for (id, (local, diagonal)) in [mass, stiffness].into_iter().zip(laid) {
                     session.ranks.send(&diagonal, 0)?;
-                    session.lying.insert(id, lying);
+                    session.matrices.insert(id, local);
                 }
             }
         }
-        Word::Scale(id, of, weight) => {
-            let scaled = session.lying(of)?.scaled(weight)?;
-            session.lying.insert(id, scaled);
+        Command::Scale(id, of, weight) => {
+            let scaled = session.matrix(of)?.scaled(weight)?;
+            session.matrices.insert(id, scaled);
         }
-        Word::Factorise(id, of) => factorise_part(session, id, of, options)?,
-        Word::Multiply(id, columns) => {
-            let own = session.lying(id)?.places.len();
+        Command::Factorise(id, of) => factorise_part(session, id, of, options)?,
+        Command::Multiply(id, columns) => {
+            let own = session.matrix(id)?.places.len();
             let x: Vec<f64> = session.ranks.receive(columns * own, 0)?;
-            let product = session.lying(id)?.matrix.multiply(&x, columns)?;
+            let product = session.matrix(id)?.matrix.multiply(&x, columns)?;
             session.ranks.send(&product, 0)?;
         }
-        Word::Solve(id, columns) => {
-            let own = session.held(id)?.places.len();
+        Command::Solve(id, columns) => {
+            let own = session.factor(id)?.places.len();
             let forces = session.ranks.receive(columns * own, 0)?;
-            let answers = session.held(id)?.solver.solve(forces, columns)?;
+            let answers = session.factor(id)?.solver.solve(forces, columns)?;
             session.ranks.send(&answers, 0)?;
         }
-        Word::Search(id, mass, search, free) => {
-            let own = session.held(id)?.places.len();
+        Command::Search(id, mass, search, free) => {
+            let own = session.factor(id)?.places.len();
             let relief = free.then(|| receive_relief(&session.ranks, own)).transpose()?;
             let mut rows = SpreadRows { session, id, mass, relief, order: Arc::default(), _kept: None };
             // Whatever else ends a search, ends it on all ranks.
@@ -78,15 +78,15 @@ fn serve(session: &mut Session, options: &Options) -> Result<bool, EngineError> 
                 return Err(error);
             }
         }
-        Word::Release(id) => session.free(id),
-        Word::Stop => return Ok(false),
+        Command::Release(id) => session.free(id),
+        Command::Stop => return Ok(false),
     }
     Ok(true)
 }
 
 fn factorise_part(session: &mut Session, id: u64, of: u64, options: &Options) -> Result<(), EngineError> {
-    let lying = session.lying(of)?;
-    let (own, total) = (lying.places.len(), lying.total);
+    let local = session.matrix(of)?;
+    let (own, total) = (local.places.len(), local.total);
     let ranks = &session.ranks;
     let springs = receive_springs(ranks)?;
     let multigrid = match options.iterative {
@@ -110,24 +110,24 @@ pub fn make(
     multigrid: Option<&(bool, Vec<f64>)>,
     options: &Options,
 ) -> Result<Result<(), vademecum_build::fem::FactorError>, EngineError> {
-    let Lying { matrix, places, total } = session.lying(of)?;
+    let LocalMatrix { matrix, places, total } = session.matrix(of)?;
     let (places, total) = (places.clone(), *total);
     let on_rows = |springs: &Vec<(usize, f64)>| -> Vec<(i64, f64)> {
         springs.iter().map(|&(row, spring)| ((first + row) as i64, spring)).collect()
     };
-    let matrix = matrix.held(springs.as_ref().map(on_rows).as_deref())?;
+    let matrix = matrix.with_springs(springs.as_ref().map(on_rows).as_deref())?;
     let made = match multigrid {
         Some(multigrid) => iterate(&session.ranks, matrix, multigrid, options)?,
         None => factorise(&session.ranks, matrix, total, options)?,
     };
     Ok(made.map(|(solver, _scratch)| {
         let springs = springs.unwrap_or_default();
-        session.held.insert(id, Held { solver, springs, places, total, _scratch });
+        session.factors.insert(id, LocalSolver { solver, springs, places, total, _scratch });
     }))
 }
 
-/// What became of the assembly on this rank: whether it failed, at which element, with which volume form; or
-/// whether memory was short, and the words.
+/// Outcome of the assembly on this rank: success, or failure with element and volume form, or
+/// shortage of memory with its message.
 fn send_verdict(ranks: &Ranks, error: Option<&ModelError>) -> Result<(), EngineError> {
     match error {
         None => ranks.send(&[0.0; 3], 0),

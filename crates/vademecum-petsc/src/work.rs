@@ -1,17 +1,17 @@
-//! What every rank does with its rows when the first one says so.
+//! Operations of every rank on its rows, at a command of the first one.
 
 use std::ffi::CString;
 use std::path::Path;
 use std::sync::Arc;
 
-use vademecum_build::fem::{EngineError, FactorError, ModelError, Part, Pencil, Resource};
+use vademecum_build::fem::{AssemblyPart, EngineError, FactorError, ModelError, Pencil, Resource};
 use vademecum_build::limits::{Memory, memory_in_words};
 
 use crate::calls::{Factor, Iteration, Matrix};
 use crate::deal::{Share, own_rows};
 use crate::job::{Options, TOLERANCE};
 use crate::ranks::Ranks;
-use crate::rows::{Lying, Scratch, Solver};
+use crate::rows::{LocalMatrix, Scratch, Solver};
 
 /// Memory of conjugate gradients with multigrid as a multiple of that of the matrix: the whole processes of a
 /// prototype held 2.7 times their matrix at 282 576 dofs and 5.4 times at 1 044 900.
@@ -28,7 +28,7 @@ fn short_of_memory(call: &str, reason: String) -> EngineError {
 }
 
 /// Assembles the rows of a part, if the memory is there.
-pub fn assemble(ranks: &Ranks, part: &Part, options: &Options) -> Result<Pencil, ModelError> {
+pub fn assemble(ranks: &Ranks, part: &AssemblyPart, options: &Options) -> Result<Pencil, ModelError> {
     let (needed, free) = (part.bytes(), free(ranks, options));
     // All ranks look before one of them takes any.
     let mut without = [f64::from(u8::from(needed > free))];
@@ -46,30 +46,29 @@ pub fn assemble(ranks: &Ranks, part: &Part, options: &Options) -> Result<Pencil,
 }
 
 /// Mass and stiffness of all ranks, once each has assembled its part: this one's rows, and their diagonals.
-pub fn lay(
+pub fn distribute(
     total: usize,
-    part: &Part,
+    part: &AssemblyPart,
     pencil: Pencil,
     places: Vec<i64>,
-) -> Result<[(Lying, Vec<f64>); 2], EngineError> {
+) -> Result<[(LocalMatrix, Vec<f64>); 2], EngineError> {
     let of_columns = part.free_places();
     let rows = own_rows(part, &of_columns);
     let places = Arc::new(places);
     let one = |matrix| {
         let share = Share::of(matrix, &rows, |column| of_columns[column as usize]);
         let diagonal = rows.iter().map(|&row| matrix.diagonal(row as usize)).collect();
-        Ok((Lying::new(total, &share, &places)?, diagonal))
+        Ok((LocalMatrix::new(total, &share, &places)?, diagonal))
     };
     Ok([one(pencil.mass())?, one(pencil.stiffness())?])
 }
 
-/// Room beside what MUMPS needs without pivoting that is tried, one after the other \[%\]; its estimates
-/// count the first.
+/// Room in addition to what MUMPS needs without pivoting that is tried, one after the other \[%\]; its
+/// estimates count the first.
 const ROOM: [i64; 3] = [30, 100, 400];
 
-/// What solves with a matrix, and the folder of a factor on disk; or why there is none, which all ranks agree
-/// on.
-pub type Made = Result<(Solver, Option<Scratch>), FactorError>;
+/// A solver and the folder of its factor on disk; or the error, on which all ranks agree.
+pub type SolverResult = Result<(Solver, Option<Scratch>), FactorError>;
 
 /// A factor of the rows of all ranks.
 pub fn factorise(
@@ -77,17 +76,17 @@ pub fn factorise(
     matrix: Matrix,
     total: usize,
     options: &Options,
-) -> Result<Made, EngineError> {
+) -> Result<SolverResult, EngineError> {
     let scratch =
         options.out_of_core.as_deref().map(|folder| scratch(folder, ranks.calls.rank)).transpose()?;
     let folder = scratch.as_ref().map(|(_, name)| name);
     let mut factor = Factor::analyse(matrix, folder, ROOM[0])?;
-    if factor.says_of_all(1)? < 0 {
+    if factor.info_of_all(1)? < 0 {
         return Ok(Err(mumps_error("the analysis of MUMPS", &factor)?.into()));
     }
     // Numbers 15 and 16 are for a factor in memory, 17 and 26 for one on disk; in MB.
     let (own, most) = if folder.is_some() { (17, 26) } else { (15, 16) };
-    let [own, most] = [factor.says(own)? as f64, factor.says_of_all(most)? as f64];
+    let [own, most] = [factor.info(own)? as f64, factor.info_of_all(most)? as f64];
     let free = free(ranks, options);
     for room in ROOM {
         let with_room = (100 + room) as f64 / (100 + ROOM[0]) as f64;
@@ -106,12 +105,12 @@ pub fn factorise(
         }
         factor.fill(room)?;
         // Too little room for what pivoting needs.
-        if ![-8, -9].contains(&factor.says_of_all(1)?) {
+        if ![-8, -9].contains(&factor.info_of_all(1)?) {
             break;
         }
     }
-    let negative = factor.says_of_all(12)?;
-    match factor.says_of_all(1)? {
+    let negative = factor.info_of_all(12)?;
+    match factor.info_of_all(1)? {
         -10 => Ok(Err(FactorError::NotPositiveDefinite { pivot: total, n: total })),
         -13 => Ok(Err(FactorError::OutOfMemory)),
         code if code < 0 => Ok(Err(mumps_error("the factorisation of MUMPS", &factor)?.into())),
@@ -129,7 +128,7 @@ pub fn iterate(
     matrix: Matrix,
     (blocks, motions): &(bool, Vec<f64>),
     options: &Options,
-) -> Result<Made, EngineError> {
+) -> Result<SolverResult, EngineError> {
     // A value and an index of 32 bits for each entry.
     let needed = MULTIGRID * 12.0 * matrix.entries() as f64;
     let free = free(ranks, options);
@@ -147,9 +146,9 @@ pub fn iterate(
     Ok(Ok((Solver::Iterative(Iteration::new(matrix, motions, *blocks, TOLERANCE)?), None)))
 }
 
-/// What MUMPS says of an error.
+/// Error of MUMPS in words.
 fn mumps_error(call: &str, factor: &Factor) -> Result<EngineError, EngineError> {
-    let [code, detail] = [factor.says_of_all(1)?, factor.says_of_all(2)?];
+    let [code, detail] = [factor.info_of_all(1)?, factor.info_of_all(2)?];
     let (words, short) = match code {
         -90 => {
             let words =

@@ -9,7 +9,7 @@ use vademecum_build::basis::{BasisError, SnapshotError};
 use vademecum_build::certificate::CertificateError;
 use vademecum_build::dynamics::large::LargeError;
 use vademecum_build::dynamics::{
-    FullOrderError, HarmonicError, MarchError, ModesError, SchemeError, TooMuchWork, TruthError,
+    FullOrderError, HarmonicError, MarchError, ModesError, ReferenceError, SchemeError, TooMuchWork,
 };
 use vademecum_build::fem::{ElementError, FactorError, GreenError};
 use vademecum_build::field::FieldError;
@@ -39,7 +39,7 @@ pub enum StudyError {
     LargeMarch(#[from] LargeError),
     /// There is no reference that is exact in time.
     #[error(transparent)]
-    Truth(#[from] TruthError),
+    Reference(#[from] ReferenceError),
     /// The scheme refuses a parameter.
     #[error("`time.scheme`")]
     Table(#[from] TableError),

@@ -111,9 +111,9 @@ pub struct ExportedModel {
     /// Data of the time integration.
     pub model: Model,
     /// The basis, shape (n, r).
-    pub basis: field::Matrix,
+    pub basis: field::DenseMatrix,
     /// Forces \[N\], shape (n, loads).
-    pub loads: field::Matrix,
+    pub loads: field::DenseMatrix,
 }
 
 impl ExportedModel {
@@ -154,7 +154,7 @@ impl ExportedModel {
             loads: loads.iter().map(|load| (&load.when).into()).collect(),
         };
         let data = loads.iter().flat_map(|load| load.force.iter().copied()).collect();
-        let loads = field::Matrix { rows: model.dofs, columns: loads.len(), data };
+        let loads = field::DenseMatrix { rows: model.dofs, columns: loads.len(), data };
         Ok(Self { model, basis: columns_of(&basis.vectors), loads, study })
     }
 
@@ -196,7 +196,7 @@ impl ExportedModel {
     }
 }
 
-fn columns_of(matrix: &Matrix) -> field::Matrix {
+fn columns_of(matrix: &Matrix) -> field::DenseMatrix {
     let data = (0..matrix.ncols()).flat_map(|j| matrix.col_as_slice(j).iter().copied()).collect();
-    field::Matrix { rows: matrix.nrows(), columns: matrix.ncols(), data }
+    field::DenseMatrix { rows: matrix.nrows(), columns: matrix.ncols(), data }
 }

@@ -1,6 +1,6 @@
 //! The stress that a file shows beside that of the motion that is exact in time.
 
-use vademecum_build::dynamics::Trajectory;
+use vademecum_build::dynamics::ReferenceTrajectory;
 use vademecum_build::fem::{COMPONENTS, StressPoint, StressRows};
 use vademecum_build::prepared::{Body, Setting};
 use vademecum_eval::Tensor;
@@ -65,7 +65,7 @@ impl StressCheck {
 
     /// The largest equivalent stress of the difference, over points and instants, as a share of the largest
     /// of the exact motion; nothing where that has none.
-    pub fn error(&self, truth: &Trajectory<'_>, shown: &[Tensor]) -> Option<f64> {
+    pub fn error(&self, truth: &ReferenceTrajectory<'_>, shown: &[Tensor]) -> Option<f64> {
         let exact = truth.along(&self.rows);
         let (mut apart, mut largest) = (0.0_f64, 0.0_f64);
         for (instant, shown) in shown.chunks_exact(self.points.len()).enumerate() {

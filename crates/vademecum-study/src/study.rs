@@ -2,7 +2,9 @@
 
 use std::time::Instant;
 
-use vademecum_build::basis::{Basis, BasisError, KeptRuns, Pod, Runs, basis_of_pod, modes_basis};
+use vademecum_build::basis::{
+    Basis, BasisError, CachedRuns, Pod, SnapshotSchedule, basis_of_pod, modes_basis,
+};
 use vademecum_build::dynamics::{FullOrder, SchemeKind, announce, lowest_modes, mode_table, table_matrix};
 use vademecum_build::export::{Draft, NodeOrder, Parts, encode, program};
 use vademecum_build::fem::SymmetricMatrix;
@@ -12,7 +14,7 @@ use vademecum_build::pipeline::BuildError;
 use vademecum_build::prepared::{ParameterSpace, Prepared, prepare};
 use vademecum_build::progress::{Listener, Stopwatch};
 use vademecum_build::response::{BlockTerms, StageResponse, stage_responses};
-use vademecum_build::store::Kept;
+use vademecum_build::store::StageCache;
 use vademecum_format::Certificate;
 use vademecum_format::scheme::SchemeTable;
 
@@ -59,7 +61,7 @@ impl<T> Timed<T> {
 pub struct Study {
     problem: Problem,
     prepared: Prepared,
-    runs: Runs,
+    runs: SnapshotSchedule,
     pod: Pod,
     first_period: f64,
     prepare_seconds: f64,
@@ -128,7 +130,7 @@ impl Study {
     }
 
     /// The plan of the snapshots.
-    pub fn runs(&self) -> &Runs {
+    pub fn runs(&self) -> &SnapshotSchedule {
         &self.runs
     }
 
@@ -334,17 +336,17 @@ fn decompose(
     prepared: &Prepared,
     long: bool,
     listener: &dyn Listener,
-) -> Result<(Runs, Pod, f64), StudyError> {
+) -> Result<(SnapshotSchedule, Pod, f64), StudyError> {
     let (body, dt) = (&prepared.body, prepared.step.time_step);
     let pencil = body.model.pencil();
     let first_period = 1.0 / lowest_modes(pencil, &prepared.symbolic, 1)?.frequencies_hz()[0];
     prepared.check_time_step(first_period, listener)?;
     let full = FullOrder::new(pencil, &prepared.symbolic, &prepared.scheme, dt, prepared.rayleigh())?;
-    let runs = Runs::plan(&problem.snapshots, body, dt, first_period);
+    let runs = SnapshotSchedule::plan(&problem.snapshots, body, dt, first_period);
     let at_once = runs.side_by_side(body.n_dof()).min(runs.count());
     let steps = runs.steps as f64 * runs.count().div_ceil(at_once) as f64;
     announce("snapshots to compare on", &full, at_once, steps, long, listener)?;
-    let kept = KeptRuns { kept: &Kept::new(None, prepared, listener), inputs: &|inputs| inputs };
+    let kept = CachedRuns { kept: &StageCache::new(None, prepared, listener), inputs: &|inputs| inputs };
     let pod = vademecum_build::basis::decompose(problem, body, Some(&full), &runs, &kept)?;
     Ok((runs, pod.expect("a Ritz basis is made of snapshots"), first_period))
 }

@@ -2,13 +2,13 @@
 //!
 //! A march at full order has the error of its time scheme, and the file was made with the same scheme. So the
 //! two may agree to six digits where both are wrong in the second. The reference here marches nothing
-//! ([`Truth`]).
+//! ([`ReferenceSolution`]).
 
 use faer::MatRef;
 use serde::Serialize;
 use vademecum_build::dynamics::{
-    Decay, DisplacedBy, TimedLoad, Trajectory, TrajectoryError, Truth, TruthDistance, TruthError,
-    TruthOptions,
+    Decay, MotionPart, ReferenceDistance, ReferenceError, ReferenceOptions, ReferenceSolution,
+    ReferenceTrajectory, TimedLoad, TrajectoryError,
 };
 use vademecum_build::fem::{Pencil, Symbolic};
 use vademecum_build::limits::memory_in_words;
@@ -48,7 +48,7 @@ const MAX_VECTORS: usize = 4_000;
 /// The reference for the loads of a scenario.
 ///
 /// # Errors
-/// [`TruthError`].
+/// [`ReferenceError`].
 pub fn find_truth<'a>(
     pencil: &'a Pencil,
     symbolic: &Symbolic,
@@ -56,17 +56,17 @@ pub fn find_truth<'a>(
     loads: &[TimedLoad],
     steps: (f64, usize),
     listener: &dyn Listener,
-) -> Result<Truth<'a>, TruthError> {
+) -> Result<ReferenceSolution<'a>, ReferenceError> {
     listener.stage("find the motion that is exact in time");
     // Places of a path share the vectors: their forces are nearly the same and rise gently.
     let vectors_per_force = MAX_VECTORS_PER_FORCE.min(MAX_VECTORS / loads.len().max(1)).max(3);
-    let options = TruthOptions { vectors_per_force, ..TruthOptions::default() };
+    let options = ReferenceOptions { vectors_per_force, ..ReferenceOptions::default() };
     let n = pencil.n_dof();
     let most = options.most_vectors(loads.len(), n);
     let bytes = memory_in_words(8 * (most * n) as u64);
     listener
         .note(&format!("the reference that is exact in time: at most {most} vectors of {n} dofs, {bytes}"));
-    Truth::find(pencil, symbolic, decay, loads, steps, &options, listener)
+    ReferenceSolution::find(pencil, symbolic, decay, loads, steps, &options, listener)
 }
 
 /// Errors of a file against the reference. `file` is its basis with its coordinates, then what fields show
@@ -75,14 +75,14 @@ pub fn find_truth<'a>(
 /// instants); `same_scheme` is the file beside the march at full order by its own scheme, and
 /// that march beside the truth; if it has a scheme.
 pub(crate) fn truth_errors(
-    truth: &Truth<'_>,
-    file: &[DisplacedBy<'_>],
+    truth: &ReferenceSolution<'_>,
+    file: &[MotionPart<'_>],
     contacts: (Entries<'_>, MatRef<'_, f64>),
     time_step: f64,
     same_scheme: Option<(TrajectoryError, f64)>,
 ) -> TruthErrors {
     let distance = truth.trajectory(0).distance(file);
-    let TruthDistance { error, floor } = distance;
+    let ReferenceDistance { error, floor } = distance;
     let TrajectoryError { error, floor } =
         same_scheme.map_or(TrajectoryError { error, floor }, |same| same.0);
     TruthErrors {
@@ -104,7 +104,7 @@ pub type Entries<'a> = (&'a [TimedLoad], &'a [usize]);
 /// instants at which the force acts. Components of a force and places on a path are summed. `shown` has shape
 /// (loads, instants), times the size of each force. None if no contact moves its point.
 pub fn contact_error(
-    truth: Trajectory<'_>,
+    truth: ReferenceTrajectory<'_>,
     ((contacts, entries), shown): (Entries<'_>, MatRef<'_, f64>),
     time_step: f64,
 ) -> Option<f64> {

@@ -1,7 +1,7 @@
 //! Pushes through files of a body beside the truth.
 
 use vademecum_build::Matrix;
-use vademecum_build::dynamics::{TimedLoad, Truth, TruthOptions, lowest_modes};
+use vademecum_build::dynamics::{ReferenceOptions, ReferenceSolution, TimedLoad, lowest_modes};
 use vademecum_build::export::NodeOrder;
 use vademecum_build::prepared::{Prepared, prepare};
 use vademecum_build::progress::{Silent, Stopwatch};
@@ -113,9 +113,10 @@ fn compare(damped: &[Damped], order: &NodeOrder, push: &Push, (step, vectors): (
     let force = push.over_dofs(&prepared.body);
     let loads: Vec<TimedLoad> =
         HISTORIES.iter().zip(0..).map(|(history, column)| history.timed(column, &force, step)).collect();
-    let options = TruthOptions { vectors_per_force: vectors, ..TruthOptions::default() };
+    let options = ReferenceOptions { vectors_per_force: vectors, ..ReferenceOptions::default() };
     let decay = |lambda: f64, _| damped[0].decay(lambda);
-    let truth = Truth::find(pencil, &prepared.symbolic, &decay, &loads, (step, STEPS), &options, &Silent);
+    let truth =
+        ReferenceSolution::find(pencil, &prepared.symbolic, &decay, &loads, (step, STEPS), &options, &Silent);
     let mut truth = truth.expect("a truth");
 
     // All that the files show lies in the span of these columns, whatever the damping: of each file its
@@ -131,7 +132,7 @@ fn compare(damped: &[Damped], order: &NodeOrder, push: &Push, (step, vectors): (
         }
         at += file.modes + SHOWN;
     }
-    let beside = truth.beside(columns);
+    let complement = truth.complement(columns);
 
     let mut samples = vec![];
     for (place, damped) in damped.iter().enumerate() {
@@ -153,7 +154,7 @@ fn compare(damped: &[Damped], order: &NodeOrder, push: &Push, (step, vectors): (
                                 load.when.just_before(n as f64 * step);
                         }
                     }
-                    beside.squares_apart(exact[history].clone(), amplitudes.as_ref())
+                    complement.squares_apart(exact[history].clone(), amplitudes.as_ref())
                 };
                 let under = |under: &Matrix| {
                     let entry = (std::slice::from_ref(load), &[0][..]);

@@ -7,17 +7,18 @@ use faer::{Mat, MatMut, MatRef};
 use super::error::BasisError;
 use super::pod::{StreamingPod, apply};
 use super::ritz::{Basis, pod_basis, ritz_basis, ritz_coordinates};
-use super::snapshots::{KeptRuns, Runs, compute};
+use super::snapshots::{CachedRuns, SnapshotSchedule, compute};
 use crate::dynamics::FullOrder;
 use crate::fem::{Pencil, Solve};
 use crate::input::Problem;
 use crate::prepared::{ParameterSpace, Prepared, Setting};
-use crate::store::{Inputs, Kept};
+use crate::store::{Inputs, StageCache};
 
 /// Parameter samples at most: nominal and the corners of the region scales.
-const MOST_SAMPLES: usize = 9;
+const MAX_SAMPLES: usize = 9;
 
 /// The basis and how many snapshots stand behind it.
+#[doc(alias = "Krylov enrichment")]
 pub struct Carrier {
     /// The basis, M-orthonormal in the nominal mass.
     pub basis: Basis,
@@ -29,12 +30,12 @@ pub struct Carrier {
 ///
 /// # Errors
 /// If a march or a factorisation fails, or the samples span fewer dimensions than modes are asked for.
-pub fn carrier_basis(
+pub(crate) fn carrier_basis(
     problem: &Problem,
     prepared: &Prepared,
-    runs: &Runs,
+    runs: &SnapshotSchedule,
     count: usize,
-    kept: &Kept<'_>,
+    kept: &StageCache<'_>,
 ) -> Result<Carrier, BasisError> {
     let body = &prepared.body;
     let nominal = body.model.pencil();
@@ -45,7 +46,7 @@ pub fn carrier_basis(
         kept.listener.stage(&format!("snapshots, parameter sample {} of {}", i + 1, settings.len()));
         let wanted = (count, problem.basis.oversampling);
         let inputs = |inputs: Inputs| inputs.value(&(&prepared.scheme, setting, runs, wanted));
-        let kept_runs = KeptRuns { kept, inputs: &|inputs| inputs.value(&(&prepared.scheme, setting)) };
+        let kept_runs = CachedRuns { kept, inputs: &|inputs| inputs.value(&(&prepared.scheme, setting)) };
         let (ritz, seen) = kept.stage(&format!("sample-{}", i + 1), inputs, || {
             let pencil = setting.pencil(nominal);
             ritz_at(problem, prepared, setting, &pencil, runs, count, &kept_runs)
@@ -78,7 +79,7 @@ pub fn carrier_basis(
 /// Geometric mean of the Ritz values: where the inner product `K + λM` of the union turns from mass to
 /// stiffness.
 ///
-/// What a mode loses in the energy norm shifts its frequency, so the mass norm alone lets the low modes
+/// The error of a mode in the energy norm shifts its frequency, so the mass norm alone lets the low modes
 /// drift; the energy norm alone spends vectors on stiff local shapes. Measured on a two-material beam at r =
 /// 8 over 500 steps: mass 7e-3, energy 6e-4, this 2.4e-4 (floor 2.2e-4).
 fn middle_eigenvalue(ritz: &Basis) -> f64 {
@@ -94,7 +95,7 @@ pub(crate) fn sample_settings(space: &ParameterSpace) -> Vec<Setting> {
     for values in space.corners() {
         let corner = space.setting(&values);
         let setting = Setting { step: nominal.step, ..corner };
-        if settings.len() < MOST_SAMPLES && !settings.contains(&setting) {
+        if settings.len() < MAX_SAMPLES && !settings.contains(&setting) {
             settings.push(setting);
         }
     }
@@ -107,9 +108,9 @@ fn ritz_at(
     prepared: &Prepared,
     setting: &Setting,
     pencil: &Pencil,
-    runs: &Runs,
+    runs: &SnapshotSchedule,
     count: usize,
-    kept: &KeptRuns<'_>,
+    kept: &CachedRuns<'_>,
 ) -> Result<(Basis, usize), BasisError> {
     let Prepared { body, symbolic, scheme, .. } = prepared;
     let full = FullOrder::new(pencil, symbolic, scheme, setting.step.time_step, setting.rayleigh())?;

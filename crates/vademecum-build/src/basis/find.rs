@@ -6,14 +6,14 @@ use super::carrier::carrier_basis;
 use super::error::BasisError;
 use super::pod::{Apply, Pod, apply};
 use super::ritz::{Basis, modes_basis, pod_basis, ritz_basis};
-use super::snapshots::{KeptRuns, Runs, SnapshotError, compute, import};
+use super::snapshots::{CachedRuns, SnapshotError, SnapshotSchedule, compute, import};
 use crate::dynamics::{FirstMode, FullOrder, Modes, lowest_modes_kept};
 use crate::fem::Solve;
 use crate::input::{BasisKind, InnerProduct, Problem};
 use crate::prepared::{Body, Prepared};
 use crate::progress::Listener;
-use crate::residual::{Enough, modes_within};
-use crate::store::{Inputs, Kept, KeptSolves};
+use crate::residual::{ModeSearch, modes_within};
+use crate::store::{CachedSolves, Inputs, StageCache};
 
 /// The snapshots of the plan, or those of another program, decomposed; none for natural modes, which need
 /// none.
@@ -24,8 +24,8 @@ pub fn decompose(
     problem: &Problem,
     body: &Body,
     full: Option<&FullOrder<'_>>,
-    runs: &Runs,
-    kept: &KeptRuns<'_>,
+    runs: &SnapshotSchedule,
+    kept: &CachedRuns<'_>,
 ) -> Result<Option<Pod>, SnapshotError> {
     if problem.basis_kind() == BasisKind::Modes {
         return Ok(None);
@@ -66,12 +66,12 @@ const DEFAULT_MODES: usize = 8;
 ///
 /// # Errors
 /// [`BasisError`].
-pub fn find_basis(
+pub(crate) fn find_basis(
     problem: &Problem,
     prepared: &Prepared,
     full: Option<&FullOrder<'_>>,
-    runs: &Runs,
-    kept: &Kept<'_>,
+    runs: &SnapshotSchedule,
+    kept: &StageCache<'_>,
 ) -> Result<(Basis, usize), BasisError> {
     if prepared.space.has_region_parameters() && problem.basis_kind() != BasisKind::Modes {
         let count = problem.basis.modes.unwrap_or(DEFAULT_MODES);
@@ -80,7 +80,7 @@ pub fn find_basis(
     }
     let inputs = |inputs: Inputs| basis_inputs(inputs, problem, prepared, runs);
     let Prepared { scheme, step, body, .. } = prepared;
-    let kept_runs = KeptRuns { kept, inputs: &|inputs| inputs.value(&(scheme, step)) };
+    let kept_runs = CachedRuns { kept, inputs: &|inputs| inputs.value(&(scheme, step)) };
     let solves = &kept.solves(&prepared.symbolic.solver());
     let find = || nominal_basis(problem, prepared, full, runs, (&kept_runs, solves));
     let found = kept.stage("basis", inputs, find)?;
@@ -94,8 +94,8 @@ fn nominal_basis(
     problem: &Problem,
     prepared: &Prepared,
     full: Option<&FullOrder<'_>>,
-    runs: &Runs,
-    (kept, solves): (&KeptRuns<'_>, &KeptSolves<'_>),
+    runs: &SnapshotSchedule,
+    (kept, solves): (&CachedRuns<'_>, &CachedSolves<'_>),
 ) -> Result<(Basis, usize), BasisError> {
     let (body, pencil) = (&prepared.body, prepared.body.model.pencil());
     let Some(pod) = decompose(problem, body, full, runs, kept)? else {
@@ -127,15 +127,15 @@ fn enough_modes(
     prepared: &Prepared,
     error: f64,
     listener: &dyn Listener,
-    begun: (&KeptSolves<'_>, Option<&FirstMode>),
+    begun: (&CachedSolves<'_>, Option<&FirstMode>),
 ) -> Result<Modes, BasisError> {
     match modes_within(&prepared.body, &prepared.symbolic, error, listener, begun)? {
-        Enough::Modes(modes, reached) => {
+        ModeSearch::Modes(modes, reached) => {
             listener
                 .note(&format!("{} natural modes have a bound of {reached:.2e}", modes.eigenvalues.len()));
             Ok(modes)
         }
-        Enough::Missed { modes, reached } => {
+        ModeSearch::Missed { modes, reached } => {
             let path = problem.place("basis.error");
             Err(BasisError::BoundMissed { path, asked: error, modes, reached })
         }
@@ -167,8 +167,8 @@ pub fn basis_of_pod(
     Ok(basis)
 }
 
-/// What the basis at the values of the problem file depends on, beside the model.
-fn basis_inputs(inputs: Inputs, problem: &Problem, prepared: &Prepared, runs: &Runs) -> Inputs {
+/// Inputs of the basis at the values of the problem file, besides the model.
+fn basis_inputs(inputs: Inputs, problem: &Problem, prepared: &Prepared, runs: &SnapshotSchedule) -> Inputs {
     let Prepared { scheme, step, body, .. } = prepared;
     let plan = &problem.snapshots;
     let imported = plan.npy.iter().chain(plan.vtu.iter().flatten());

@@ -7,14 +7,15 @@ mod pod;
 mod ritz;
 mod snapshots;
 
+pub use carrier::Carrier;
 pub(crate) use carrier::sample_settings;
-pub use carrier::{Carrier, carrier_basis};
 pub use error::BasisError;
+pub(crate) use find::find_basis;
 pub(crate) use find::most_vectors;
-pub use find::{basis_of_pod, decompose, find_basis};
+pub use find::{basis_of_pod, decompose};
 pub use pod::{Apply, Pod, StreamingPod};
-pub use ritz::{Basis, modes_basis, pod_basis, ritz_basis, ritz_coordinates};
-pub use snapshots::{KeptRuns, Runs, SnapshotError, compute, import};
+pub use ritz::{Basis, modes_basis, pod_basis, ritz_basis};
+pub use snapshots::{CachedRuns, SnapshotError, SnapshotSchedule, compute, import};
 pub use snapshots::{run_loads, spread_nodes};
 
 #[cfg(test)]

@@ -30,6 +30,7 @@ const RANK_TOLERANCE: f64 = 1e-12;
 
 /// A proper orthogonal decomposition: the best subspace for the snapshots in one inner product.
 #[derive(Clone, Debug)]
+#[doc(alias("proper orthogonal decomposition", "SVD"))]
 pub struct Pod {
     /// `V`, shape (n, k), `VᵀWV = I`, most energetic first.
     pub vectors: Mat<f64>,
@@ -43,7 +44,7 @@ pub struct Pod {
 
 impl Pod {
     /// Vectors that hold this fraction of the snapshots' squared norm, at least one.
-    pub fn count_for_energy(&self, fraction: f64) -> usize {
+    pub(crate) fn count_for_energy(&self, fraction: f64) -> usize {
         let mut kept = 0.0;
         let enough = self.singular_values.iter().position(|s| {
             kept += s * s;

@@ -3,9 +3,9 @@
 use faer::{Mat, MatRef};
 
 use super::pod::{Apply, Pod, gram, lower_gram_factor, weighted_svd};
-use crate::dynamics::krylov::symmetric_eigen;
+use crate::linalg::symmetric_eigen;
 use crate::linalg::{NoConvergence, symmetric_part};
-use crate::store::{Hashed, Inputs};
+use crate::store::{Inputs, StageInput};
 
 /// The basis of a vademecum.
 #[derive(Clone, Debug, serde::Serialize, serde::Deserialize)]
@@ -37,8 +37,8 @@ impl Basis {
     }
 }
 
-/// What it was made from is left aside.
-impl Hashed for Basis {
+/// Its provenance is not part of the address.
+impl StageInput for Basis {
     fn add_to(&self, inputs: Inputs) -> Inputs {
         inputs.matrix(self.vectors.as_ref()).matrix(self.stiffness.as_ref()).value(&self.eigenvalues)
     }
@@ -67,8 +67,9 @@ pub fn pod_basis(
 ///
 /// `BᵀKB` is diagonalised inside a space larger than the basis, so what is kept is nearly invariant under the
 /// dynamics and little leaks out of it step by step. `V` alone is not enough: under a point load the POD
-/// holds local, stiff shapes beside every mode, and what they leave in a Ritz vector shifts its frequency;
-/// `static_response` (`K⁻¹M x`) damps them by their eigenvalue (`docs/explanation/why-these-defaults.md`).
+/// holds local, stiff shapes in addition to every mode, and what they leave in a Ritz vector shifts its
+/// frequency; `static_response` (`K⁻¹M x`) damps them by their eigenvalue
+/// (`docs/explanation/why-these-defaults.md`).
 ///
 /// # Errors
 /// [`NoConvergence`]: matrices or snapshots outside the range of double precision.
@@ -129,7 +130,7 @@ fn carrier(
 ///
 /// # Errors
 /// [`NoConvergence`]: a stiffness that is not finite.
-pub fn ritz_coordinates(basis: Basis) -> Result<Basis, NoConvergence> {
+pub(crate) fn ritz_coordinates(basis: Basis) -> Result<Basis, NoConvergence> {
     let (values, rotation) = symmetric_eigen(basis.stiffness.as_ref())?;
     let r = values.len();
     let energy = (0..r).map(|k| (0..r).map(|j| rotation[(j, k)].powi(2) * basis.energy[j]).sum()).collect();

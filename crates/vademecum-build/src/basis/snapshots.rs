@@ -18,7 +18,7 @@ use crate::input::{Problem, SnapshotPlan};
 use crate::linalg::NoConvergence;
 use crate::prepared::Body;
 use crate::progress::{Cancelled, Listener, Quiet};
-use crate::store::{Inputs, Kept};
+use crate::store::{Inputs, StageCache};
 
 /// Runs marched at once by one thread; past 16 right-hand sides a solve gains nothing more.
 const RUNS_AT_ONCE: usize = 16;
@@ -59,12 +59,12 @@ pub enum SnapshotError {
 
 /// The plan with all its defaults filled in.
 #[derive(Clone, Debug, PartialEq, serde::Serialize)]
-pub struct Runs {
+pub struct SnapshotSchedule {
     /// Mesh nodes that are loaded, one after the other.
     pub nodes: Vec<u32>,
     /// Directions of the unit force at each.
     pub directions: Vec<[f64; 3]>,
-    /// How long each force is held \[s\].
+    /// Duration of each force \[s\].
     pub hold: f64,
     /// Steps of each run.
     pub steps: usize,
@@ -72,7 +72,7 @@ pub struct Runs {
     pub stride: usize,
 }
 
-impl Runs {
+impl SnapshotSchedule {
     /// Fills in the defaults from the first natural period \[s\].
     pub fn plan(plan: &SnapshotPlan, body: &Body, time_step: f64, first_period: f64) -> Self {
         let duration = plan.duration.unwrap_or(3.0 * first_period);
@@ -97,7 +97,7 @@ impl Runs {
     }
 
     /// Snapshots kept of one run.
-    pub fn snapshots_per_run(&self) -> usize {
+    pub(crate) fn snapshots_per_run(&self) -> usize {
         self.steps / self.stride
     }
 
@@ -156,18 +156,18 @@ fn spread(points: &[[f64; 3]], count: usize) -> Vec<usize> {
 }
 
 /// Runs of one setting, as a build keeps them.
-pub struct KeptRuns<'a> {
+pub struct CachedRuns<'a> {
     /// The finished stages of the build.
-    pub kept: &'a Kept<'a>,
-    /// What the march of these runs depends on, beside the model and the runs themselves.
+    pub kept: &'a StageCache<'a>,
+    /// Inputs of the march besides the model and the runs themselves.
     pub inputs: &'a (dyn Fn(Inputs) -> Inputs + Sync),
 }
 
-impl KeptRuns<'_> {
+impl CachedRuns<'_> {
     /// Snapshots of the runs from `first` on, marched if they are not kept.
     fn group(
         &self,
-        runs: &Runs,
+        runs: &SnapshotSchedule,
         first: usize,
         group: &[(u32, [f64; 3])],
         march: impl FnOnce() -> Result<Vec<f64>, MarchError>,
@@ -177,7 +177,7 @@ impl KeptRuns<'_> {
     }
 
     /// Removes what is kept of the runs, once the basis that they led to is kept itself.
-    pub fn forget(&self, body: &Body, runs: &Runs) {
+    pub fn forget(&self, body: &Body, runs: &SnapshotSchedule) {
         let loads = runs.loads();
         let at_once = runs.side_by_side(body.n_dof());
         for (i, group) in loads.chunks(at_once).enumerate() {
@@ -199,10 +199,10 @@ fn name(first: usize, count: usize) -> String {
 pub fn compute(
     body: &Body,
     full: &FullOrder<'_>,
-    runs: &Runs,
+    runs: &SnapshotSchedule,
     inner_product: Apply<'_>,
     max_rank: usize,
-    kept: &KeptRuns<'_>,
+    kept: &CachedRuns<'_>,
 ) -> Result<Pod, SnapshotError> {
     let (n, listener) = (body.n_dof(), kept.kept.listener);
     let loads = runs.loads();
@@ -240,7 +240,7 @@ pub fn compute(
 }
 
 /// The forces of runs marched together, one trajectory each.
-pub fn run_loads(body: &Body, runs: &Runs, group: &[(u32, [f64; 3])]) -> Vec<TimedLoad> {
+pub fn run_loads(body: &Body, runs: &SnapshotSchedule, group: &[(u32, [f64; 3])]) -> Vec<TimedLoad> {
     let when = Interval { start: 0.0, end: runs.hold, ramp: 0.0 };
     let load = |(column, &(node, direction)): (usize, &(u32, [f64; 3]))| {
         let mut force = vec![0.0; body.n_dof()];
@@ -255,7 +255,7 @@ pub fn run_loads(body: &Body, runs: &Runs, group: &[(u32, [f64; 3])]) -> Vec<Tim
 fn run_group(
     body: &Body,
     full: &FullOrder<'_>,
-    runs: &Runs,
+    runs: &SnapshotSchedule,
     group: &[(u32, [f64; 3])],
     listener: &dyn Listener,
     stepped: &(dyn Fn(usize) + Sync),

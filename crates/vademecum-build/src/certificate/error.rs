@@ -3,7 +3,7 @@
 use vademecum_eval::{BindError, LoadError, OutputError, ParameterError, StepError};
 use vademecum_format::FormatError;
 
-use crate::dynamics::{FullOrderError, MarchError, ModesError, TruthError};
+use crate::dynamics::{FullOrderError, MarchError, ModesError, ReferenceError};
 use crate::parametric::ParametricError;
 use crate::progress::Cancelled;
 
@@ -18,7 +18,7 @@ pub enum CertificateError {
     FullOrder(#[from] FullOrderError),
     /// There is no motion exact in time to compare with.
     #[error("the certificate's reference")]
-    Truth(#[from] TruthError),
+    Reference(#[from] ReferenceError),
     /// No first natural mode at a corner of the box.
     #[error("natural modes at a corner of the box")]
     Modes(#[from] ModesError),

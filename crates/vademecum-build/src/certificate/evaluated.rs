@@ -14,8 +14,8 @@ use super::unseen::{UnseenLoad, UnseenLoads};
 use super::verdict::StructureMeasured;
 use crate::basis::Basis;
 use crate::dynamics::{
-    Decay, DisplacedBy, ErrorMeter, FullOrder, TrajectoryError, Truth, TruthDistance, TruthOptions,
-    march_full_order,
+    Decay, ErrorMeter, FullOrder, MotionPart, ReferenceDistance, ReferenceOptions, ReferenceSolution,
+    TrajectoryError, march_full_order,
 };
 use crate::export::NodeOrder;
 use crate::fem::{DofMap, Pencil, Symbolic, SymmetricMatrix};
@@ -179,7 +179,7 @@ pub fn measure(
 /// Steps the unseen loads through a file that moves its modes exactly, beside the motion that is exact in
 /// time in a space that has converged for them: there is no march at full order. The loads end on whole
 /// steps. Where the file has the factor of the stiffness, its fields are compared with the whole static
-/// answer. The model comes with natural modes that are known of it, for [`Truth::find_until`].
+/// answer. The model comes with natural modes that are known of it, for [`ReferenceSolution::find_until`].
 ///
 /// # Errors
 /// [`CertificateError`]: a stiffness that does not factorise, a file the evaluator refuses, a stop.
@@ -213,20 +213,20 @@ pub fn certify_exact(
     let statics = march.static_fields(order, dofs)?;
     let (span, loads) = ((time_step, unseen.steps), unseen.timed());
     let columns = candidate.basis.vectors.as_ref();
-    let errors = |truth: &Truth<'_>| -> Vec<TrajectoryError> {
+    let errors = |truth: &ReferenceSolution<'_>| -> Vec<TrajectoryError> {
         let error = |(j, (coordinates, acting)): (usize, (&Mat<f64>, &Mat<f64>))| {
-            let mut shown = vec![DisplacedBy { columns, amplitudes: coordinates.as_ref() }];
+            let mut shown = vec![MotionPart { columns, amplitudes: coordinates.as_ref() }];
             if let Some(field) = statics.get(j) {
-                shown.push(DisplacedBy { columns: field.as_ref(), amplitudes: acting.as_ref() });
+                shown.push(MotionPart { columns: field.as_ref(), amplitudes: acting.as_ref() });
             }
-            let TruthDistance { error, floor } = truth.trajectory(j).distance(&shown);
+            let ReferenceDistance { error, floor } = truth.trajectory(j).distance(&shown);
             TrajectoryError { error, floor }
         };
         coordinates.iter().zip(&acting).enumerate().map(error).collect()
     };
     // What was last measured tells whether it is worth measuring again.
     let mut known = vec![ANY; unseen.loads.len()];
-    let enough = |truth: &Truth<'_>| {
+    let enough = |truth: &ReferenceSolution<'_>| {
         let small =
             |known: &[f64]| (0..known.len()).all(|j| truth.trajectory(j).estimate() <= SHARE * known[j]);
         if !small(&known) {
@@ -236,7 +236,8 @@ pub fn certify_exact(
         known = errors.iter().map(|found| found.error).collect();
         small(&known).then_some(errors)
     };
-    let (truth, found) = Truth::find_until(model, decay, &loads, span, &REFERENCE, listener, enough)?;
+    let (truth, found) =
+        ReferenceSolution::find_until(model, decay, &loads, span, &REFERENCE, listener, enough)?;
     let errors = found.unwrap_or_else(|| errors(&truth));
     let measured = march.measured(errors, listener)?;
     Ok(measured.structure(unseen.steps))
@@ -250,7 +251,8 @@ const ANY: f64 = 0.5;
 
 /// What the reference of a certificate has to reach where it measures less: a hundredth of an error that
 /// would be worth a note, and no more vectors than a build has room for.
-const REFERENCE: TruthOptions = TruthOptions { tolerance: 1e-5, vectors_per_force: 80, bytes: 500_000_000 };
+const REFERENCE: ReferenceOptions =
+    ReferenceOptions { tolerance: 1e-5, vectors_per_force: 80, bytes: 500_000_000 };
 
 impl<'m> March<'m> {
     fn bind(

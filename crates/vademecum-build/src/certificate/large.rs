@@ -10,7 +10,7 @@ use super::evaluated::{body_memory, body_options};
 use super::verdict::StructureMeasured;
 use crate::dynamics::TrajectoryError;
 use crate::export::NodeOrder;
-use crate::large::{Push, Reference, Seen};
+use crate::large::{ProjectedRun, Push, ReferenceRun};
 use crate::prepared::Body;
 
 /// What was measured of one push.
@@ -120,7 +120,7 @@ fn follow_push(
 pub(crate) fn push_motion(
     bytes: &[u8],
     order: &NodeOrder,
-    reference: &Reference,
+    reference: &ReferenceRun,
     substeps: Option<usize>,
 ) -> Result<Mat<f64>, CertificateError> {
     let options = SceneOptions { substeps, ..SceneOptions::default() };
@@ -136,9 +136,9 @@ pub(crate) fn certify_push(
     bytes: &[u8],
     order: &NodeOrder,
     body: &Body,
-    (reference, seen): (&Reference, &Seen),
+    (reference, seen): (&ReferenceRun, &ProjectedRun),
 ) -> Result<LargeRun, CertificateError> {
-    let Reference { push, displacements, least_stretch, own_error, .. } = reference;
+    let ReferenceRun { push, displacements, least_stretch, own_error, .. } = reference;
     let steps = displacements.len();
     let (found, energy_identity) = follow_push(bytes, &SceneOptions::default(), order, push, (steps, true))?;
     let linear =

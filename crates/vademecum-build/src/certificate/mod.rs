@@ -26,11 +26,11 @@ pub(crate) use unseen::TRAJECTORIES;
 pub use unseen::{UnseenLoad, UnseenLoads};
 pub use verdict::{BOUNDED, StructureMeasured, StructureReport};
 
-use crate::store::{Inputs, Kept};
+use crate::store::{Inputs, StageCache};
 
 /// A march of the certificate, kept as one row of numbers per structure.
 pub(crate) fn kept_certificate<E>(
-    kept: &Kept<'_>,
+    kept: &StageCache<'_>,
     name: &str,
     inputs: impl FnOnce(Inputs) -> Inputs,
     march: impl FnOnce() -> Result<Vec<StructureMeasured>, E>,

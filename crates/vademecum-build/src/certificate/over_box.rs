@@ -20,7 +20,7 @@ use crate::fem::Pencil;
 use crate::parametric::{Parametric, RadiusSample};
 use crate::prepared::{ParameterSpace, Prepared, Setting};
 use crate::progress::Quiet;
-use crate::store::{Inputs, Kept};
+use crate::store::{Inputs, StageCache};
 
 /// Random points at which stability is checked beside the corners.
 const STABILITY_POINTS: usize = 100;
@@ -55,7 +55,7 @@ pub fn certify_box(
     parametric: &Parametric,
     basis: &Basis,
     unseen: &UnseenLoads,
-    kept: &Kept<'_>,
+    kept: &StageCache<'_>,
 ) -> Result<BoxCertificate, CertificateError> {
     let space = &prepared.space;
     let file = File::parse(bytes)?;
@@ -123,7 +123,7 @@ fn certify_corner(
     basis: &Basis,
     (setting, pencil, options): (&Setting, &Pencil, &SceneOptions),
     unseen: &UnseenLoads,
-    kept: &Kept<'_>,
+    kept: &StageCache<'_>,
 ) -> Result<Vec<StructureMeasured>, CertificateError> {
     let Prepared { body, symbolic, scheme, .. } = prepared;
     let full = FullOrder::new(pencil, symbolic, scheme, setting.step.time_step, setting.rayleigh())?;

@@ -1,10 +1,10 @@
 //! Loads that no snapshot has seen.
 
-use crate::basis::Runs;
+use crate::basis::SnapshotSchedule;
 use crate::dynamics::{Interval, TimedLoad};
 use crate::linalg::{LoadDraw, unit};
 use crate::prepared::Body;
-use crate::store::{Hashed, Inputs};
+use crate::store::{Inputs, StageInput};
 
 /// Unseen trajectories marched side by side.
 pub(crate) const TRAJECTORIES: usize = 3;
@@ -37,7 +37,7 @@ pub struct UnseenLoads {
 impl UnseenLoads {
     /// Draws positions and directions; the same for the same body. A load is held for 0.7 of the snapshots'
     /// hold, so that its spectrum is another one.
-    pub fn draw(body: &Body, runs: &Runs, steps: usize) -> Self {
+    pub fn draw(body: &Body, runs: &SnapshotSchedule, steps: usize) -> Self {
         let mut random = LoadDraw::new(SEED);
         let when = Interval { start: 0.0, end: 0.7 * runs.hold, ramp: 0.0 };
         let load = |column| {
@@ -80,7 +80,7 @@ impl UnseenLoads {
 }
 
 /// The loads of a certificate and how long they are marched.
-impl Hashed for UnseenLoads {
+impl StageInput for UnseenLoads {
     fn add_to(&self, inputs: Inputs) -> Inputs {
         let steps = inputs.value(&self.steps);
         self.loads.iter().fold(steps, |inputs, load| {

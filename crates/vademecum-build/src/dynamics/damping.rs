@@ -1,9 +1,9 @@
 //! Damping: what the material gives to each mode, and what the time scheme adds of its own.
 //!
 //! Rayleigh damping `C = α M + β K` gives a mode of circular frequency `ω` the ratio `ζ = α/(2ω) + βω/2`.
-//! What a scheme adds is read off the eigenvalues of its step on one oscillator, the 3 × 3 matrix that maps
-//! `(u, Δt u̇, Δt² ü)` from one step to the next: a pair `ρ e^{±iφ}` moves like an oscillator of frequency
-//! `φ/Δt` and ratio `−ln ρ / |ln ρ + iφ|`.
+//! Numerical damping is computed from the eigenvalues of its step on one oscillator, the 3 × 3 matrix that
+//! maps `(u, Δt u̇, Δt² ü)` from one step to the next: a pair `ρ e^{±iφ}` moves like an oscillator of
+//! frequency `φ/Δt` and ratio `−ln ρ / |ln ρ + iφ|`.
 
 use faer::Mat;
 use serde::{Deserialize, Serialize};
@@ -82,7 +82,7 @@ fn rayleigh_of_ratios(pairs: [(f64, f64); 2]) -> Result<Rayleigh, DampingError> 
 }
 
 impl Rayleigh {
-    /// Whether no mode gains energy: both coefficients finite and not negative.
+    /// True if no mode gains energy: both coefficients finite and not negative.
     pub fn is_sound(&self) -> bool {
         [self.alpha, self.beta].iter().all(|x| *x >= 0.0 && x.is_finite())
     }
@@ -94,13 +94,13 @@ impl Rayleigh {
     }
 }
 
-/// Damping ratios of the natural modes beside Rayleigh's, in ascending order of the modes; the last one holds
-/// for all further modes. None of them: no such damping.
+/// Damping ratios of the natural modes in addition to Rayleigh's, in ascending order of the modes; the last
+/// one holds for all further modes. None of them: none.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct ModalRatios(pub Vec<f64>);
 
 impl ModalRatios {
-    /// Whether there is no such damping.
+    /// True if there is no modal damping.
     pub fn is_empty(&self) -> bool {
         self.0.is_empty()
     }
@@ -128,7 +128,7 @@ impl ModalRatios {
     }
 }
 
-/// What a scheme does to one oscillator.
+/// Numerical damping and period elongation of one oscillator.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct NumericalDamping {
     /// Largest modulus of the step's three eigenvalues.
@@ -182,7 +182,7 @@ fn exact(omega_dt: f64, ratio: f64) -> NumericalDamping {
 
 /// The step of a scheme on one unloaded oscillator, `y ← T y` with `y = (u, Δt u̇, Δt² ü)`; `omega_dt = ωΔt`,
 /// `ratio = ζ`.
-pub fn step_matrix(table: &SchemeTable, omega_dt: f64, ratio: f64) -> [[f64; 3]; 3] {
+pub(crate) fn step_matrix(table: &SchemeTable, omega_dt: f64, ratio: f64) -> [[f64; 3]; 3] {
     let (damping, stiffness) = (2.0 * ratio * omega_dt, omega_dt * omega_dt);
     // Row p of the history: what entry p of (u, Δt u̇, Δt² ü, u_1, …) is of the old state.
     let mut history = [[0.0; 3]; HISTORY];

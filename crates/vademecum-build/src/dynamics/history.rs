@@ -1,9 +1,9 @@
-//! How a load follows time: the one description that the march at full order, the reference that is exact in
+//! Time functions of loads: the one description that the march at full order, the reference that is exact in
 //! time, the certificate and the player of scenarios share.
 //!
 //! A history is a product of three functions of time: when the load acts ([`Interval`]), the share that falls
 //! to this place of a moving contact, and its course. Between its breaks a history is smooth. Where only one
-//! of the three changes, and changes linearly, it is linear; elsewhere it is taken as linear over so many
+//! of the three changes, and changes linearly, it is linear; elsewhere it is taken as linear over a number of
 //! equal parts that the chord is nowhere farther from it than [`CHORD`] of the course's amplitude.
 
 use std::f64::consts::TAU;
@@ -15,9 +15,9 @@ use super::interval::{Interval, TIE};
 pub const CHORD: f64 = 1e-6;
 
 /// Most parts of a piece of time, whatever the load: 29 periods of a sinusoid.
-const MOST_PARTS: f64 = 65_536.0;
+const MAX_PARTS: f64 = 65_536.0;
 
-/// How a load follows time.
+/// Time function of a load.
 #[derive(Clone, Debug, PartialEq)]
 pub struct History {
     /// When it acts.
@@ -62,7 +62,7 @@ pub struct Wave {
     pub sweep: f64,
     /// Phase at the start \[rad\].
     pub phase: f64,
-    /// What is added.
+    /// The constant term.
     pub mean: f64,
 }
 
@@ -177,7 +177,7 @@ impl History {
         }
         // A chord of length h is at most h²/8 of the curvature away.
         let parts = (length * (curvature / (8.0 * CHORD * amplitude)).sqrt()).ceil();
-        parts.clamp(1.0, MOST_PARTS) as usize
+        parts.clamp(1.0, MAX_PARTS) as usize
     }
 }
 
@@ -221,7 +221,7 @@ impl LoadTable {
         Some(Self { times, values, columns, largest })
     }
 
-    /// Number of columns beside the time.
+    /// Number of columns without the time.
     pub fn columns(&self) -> usize {
         self.columns
     }

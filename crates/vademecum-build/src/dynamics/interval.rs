@@ -38,7 +38,7 @@ impl Interval {
         [self.start, self.start + self.ramp, self.end]
     }
 
-    /// Whether `t` is inside of a piece of time and not at one of its ends.
+    /// True if `t` is inside of a piece of time and not at one of its ends.
     pub(super) fn is_inside(t: f64, [start, end]: [f64; 2]) -> bool {
         start * (1.0 + TIE) < t && t < end * (1.0 - TIE)
     }

@@ -2,16 +2,14 @@
 
 use std::time::Instant;
 
-use faer::dyn_stack::{MemBuffer, MemStack};
-use faer::linalg::evd::{ComputeEigenvectors, self_adjoint_evd, self_adjoint_evd_scratch};
 use faer::prelude::{Reborrow, ReborrowMut};
-use faer::{Mat, MatMut, MatRef, Par, Spec};
+use faer::{Mat, MatMut, MatRef};
 
 use super::modes::{Modes, ModesError};
 use super::orthonormal::orthonormalise;
-use crate::fem::{AT_ONCE, EngineError, Rows, Search, agree_matrix, contiguous};
-use crate::linalg::{Columns, NoConvergence, Random, product};
-use crate::store::KeptSolves;
+use crate::fem::{AT_ONCE, EngineError, PencilRows, Search, agree_matrix, contiguous};
+use crate::linalg::{Columns, Random, product, symmetric_eigen};
+use crate::store::CachedSolves;
 
 /// Width of the start block and of each probe: above the multiplicity of any mode of a solid (at most 3 by
 /// symmetry). A wider block reads the factor less often, but needs more vectors: 32 modes of a body of
@@ -30,7 +28,7 @@ pub(crate) fn search_vectors(count: usize) -> usize {
 
 /// A growing basis, orthonormal in the mass, with the projection of `K⁻¹ M` on it.
 pub(super) struct Krylov<'a> {
-    rows: &'a mut dyn Rows,
+    rows: &'a mut dyn PencilRows,
     /// Basis `V`, this rank's rows of it.
     basis: Columns,
     /// Most columns of it.
@@ -42,11 +40,11 @@ pub(super) struct Krylov<'a> {
     random: Random,
     /// A Rayleigh quotient near the largest.
     stiffest: f64,
-    kept: Option<&'a KeptSolves<'a>>,
+    kept: Option<&'a CachedSolves<'a>>,
 }
 
 /// A space without the rows it grows on, which a search for more modes goes on from.
-pub(crate) struct Grown {
+pub(crate) struct SearchSpace {
     basis: Columns,
     expanded: usize,
     projected: Mat<f64>,
@@ -54,7 +52,7 @@ pub(crate) struct Grown {
 }
 
 /// Rayleigh–Ritz pairs, `θ` descending.
-pub(super) struct Ritz {
+pub(super) struct RitzPairs {
     pub values: Vec<f64>,
     /// Coordinates in the expanded basis.
     vectors: Mat<f64>,
@@ -65,9 +63,9 @@ pub(super) struct Ritz {
 impl<'a> Krylov<'a> {
     /// A space for a search, of random vectors.
     pub fn new(
-        rows: &'a mut dyn Rows,
+        rows: &'a mut dyn PencilRows,
         search: &Search,
-        kept: Option<&'a KeptSolves<'a>>,
+        kept: Option<&'a CachedSolves<'a>>,
     ) -> Result<Krylov<'a>, EngineError> {
         let mut space = Self::empty(rows, search, kept);
         space.add_random_block()?;
@@ -75,9 +73,9 @@ impl<'a> Krylov<'a> {
     }
 
     fn empty(
-        rows: &'a mut dyn Rows,
+        rows: &'a mut dyn PencilRows,
         &Search { count, available, stiffest, .. }: &Search,
-        kept: Option<&'a KeptSolves<'a>>,
+        kept: Option<&'a CachedSolves<'a>>,
     ) -> Krylov<'a> {
         let own = rows.own();
         let capacity = search_vectors(count).min(available);
@@ -95,10 +93,10 @@ impl<'a> Krylov<'a> {
 
     /// A space for a search, from what an earlier one for fewer modes has grown.
     pub fn resume(
-        rows: &'a mut dyn Rows,
+        rows: &'a mut dyn PencilRows,
         search: &Search,
-        kept: Option<&'a KeptSolves<'a>>,
-        grown: Grown,
+        kept: Option<&'a CachedSolves<'a>>,
+        grown: SearchSpace,
     ) -> Self {
         let mut space = Self::empty(rows, search, kept);
         space.basis.append(grown.basis.as_ref());
@@ -108,11 +106,11 @@ impl<'a> Krylov<'a> {
         space
     }
 
-    /// What a search for more modes can go on from: nothing where columns were left out for want of room.
-    pub fn grown(self) -> Option<Grown> {
+    /// Starting space for a search for more modes; none where columns were left out for want of room.
+    pub fn grown(self) -> Option<SearchSpace> {
         let whole = self.used() < self.capacity;
         let Self { basis, expanded, projected, random, .. } = self;
-        whole.then_some(Grown { basis, expanded, projected, random })
+        whole.then_some(SearchSpace { basis, expanded, projected, random })
     }
 
     fn used(&self) -> usize {
@@ -123,13 +121,13 @@ impl<'a> Krylov<'a> {
         self.used() - self.expanded
     }
 
-    pub fn is_full(&self) -> bool {
+    pub(crate) fn is_full(&self) -> bool {
         self.used() == self.capacity && self.frontier() == 0
     }
 
     /// Adds random vectors to the frontier, as far as there is room. They are smoothed by one `K⁻¹ M`, so
     /// that their weight lies on low modes.
-    pub fn add_random_block(&mut self) -> Result<(), EngineError> {
+    pub(crate) fn add_random_block(&mut self) -> Result<(), EngineError> {
         let own = self.basis.as_ref().nrows();
         let width = BLOCK.min(self.capacity - self.used());
         if width == 0 {
@@ -178,9 +176,9 @@ impl<'a> Krylov<'a> {
         Ok(())
     }
 
-    /// Whether the user wants the search to stop.
-    pub fn is_stopped(&mut self) -> Result<bool, EngineError> {
-        self.rows.agree_whether(self.kept.is_some_and(KeptSolves::cancelled))
+    /// True if the user wants the search to stop.
+    pub(crate) fn is_stopped(&mut self) -> Result<bool, EngineError> {
+        self.rows.agree_whether(self.kept.is_some_and(CachedSolves::cancelled))
     }
 
     /// Orthonormalises a block against the basis and appends what is left of it, as far as there is room.
@@ -205,7 +203,7 @@ impl<'a> Krylov<'a> {
     ///
     /// # Errors
     /// [`ModesError`]: matrices with entries that are not numbers, a rank that was lost.
-    pub fn ritz(&mut self) -> Result<Ritz, ModesError> {
+    pub fn ritz(&mut self) -> Result<RitzPairs, ModesError> {
         let m = self.expanded;
         let symmetric = Mat::from_fn(m, m, |i, j| 0.5 * (self.projected[(i, j)] + self.projected[(j, i)]));
         let (ascending, vectors) = symmetric_eigen(symmetric.as_ref())?;
@@ -216,11 +214,11 @@ impl<'a> Krylov<'a> {
         self.rows.agree(&mut values)?;
         self.rows.agree(&mut residuals)?;
         agree_matrix(self.rows, &mut vectors)?;
-        Ok(Ritz { values, vectors, residuals })
+        Ok(RitzPairs { values, vectors, residuals })
     }
 
     /// Ritz vectors over the dofs, with their true residuals; without rows on other ranks than the first.
-    pub fn modes(&mut self, ritz: &Ritz, count: usize) -> Result<Modes, ModesError> {
+    pub fn modes(&mut self, ritz: &RitzPairs, count: usize) -> Result<Modes, ModesError> {
         let n = self.basis.as_ref().nrows();
         // A singular mass shows as θ = 0, to rounding.
         let found = ritz.values.iter().take(count).filter(|&&t| t > 1e-15 * ritz.values[0]).count();
@@ -293,45 +291,6 @@ fn turn_positive(vector: &mut [f64]) {
     if largest < 0.0 {
         vector.iter_mut().for_each(|x| *x = -*x);
     }
-}
-
-/// What did not converge.
-const EIGENVALUES: &str = "the eigenvalues of a symmetric matrix";
-
-/// Eigenvalues, ascending, and orthonormal eigenvectors of a symmetric matrix; one thread.
-///
-/// The matrix is scaled to unit size first: faer's routine returns wrong results for small norms from n ≈ 130
-/// on.
-///
-/// # Errors
-/// [`NoConvergence`]: an entry that is not a finite number.
-pub(crate) fn symmetric_eigen(matrix: MatRef<'_, f64>) -> Result<(Vec<f64>, Mat<f64>), NoConvergence> {
-    let n = matrix.nrows();
-    if n == 0 {
-        return Ok((Vec::new(), Mat::new()));
-    }
-    let size = matrix.norm_max();
-    // The largest of numbers and NaNs may be a number.
-    let finite = (0..n).all(|j| (0..n).all(|i| matrix[(i, j)].is_finite()));
-    if !finite {
-        return Err(NoConvergence { what: EIGENVALUES });
-    }
-    let scale = if size > 0.0 { size } else { 1.0 };
-    let scaled = Mat::from_fn(n, n, |i, j| matrix[(i, j)] / scale);
-    let mut values = faer::Col::<f64>::zeros(n);
-    let mut vectors = Mat::zeros(n, n);
-    let request = self_adjoint_evd_scratch::<f64>(n, ComputeEigenvectors::Yes, Par::Seq, Spec::default());
-    let mut memory = MemBuffer::new(request);
-    self_adjoint_evd(
-        scaled.as_ref(),
-        values.as_mut().as_diagonal_mut(),
-        Some(vectors.as_mut()),
-        Par::Seq,
-        MemStack::new(&mut memory),
-        Spec::default(),
-    )
-    .map_err(|_| NoConvergence { what: EIGENVALUES })?;
-    Ok(((0..n).map(|i| scale * values[i]).collect(), vectors))
 }
 
 /// `aᵀb` of each pair of columns.

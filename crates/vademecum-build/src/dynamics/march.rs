@@ -20,7 +20,7 @@ pub struct TimedLoad {
     pub column: usize,
     /// Force over the free dofs \[N\], length n.
     pub force: Vec<f64>,
-    /// How it follows time.
+    /// Its time function.
     pub when: History,
 }
 
@@ -153,7 +153,7 @@ pub fn march_stages(
 }
 
 /// The loads; of a body without supports less what accelerates it as a whole, so that the march has no drift
-/// beside the elastic motion.
+/// in addition to the elastic motion.
 fn of_elastic_motion<'l>(full: &FullOrder<'_>, loads: &'l [TimedLoad]) -> Cow<'l, [TimedLoad]> {
     let Some(rigid) = full.pencil.rigid() else { return Cow::Borrowed(loads) };
     let mut loads = loads.to_vec();
@@ -163,7 +163,7 @@ fn of_elastic_motion<'l>(full: &FullOrder<'_>, loads: &'l [TimedLoad]) -> Cow<'l
     Cow::Owned(loads)
 }
 
-/// How far a reduced trajectory is from the full-order one, per trajectory, in the mass norm over all dofs
+/// Error of a reduced trajectory against the full-order one, per trajectory, in the mass norm over all dofs
 /// and steps.
 pub struct ErrorMeter<'a> {
     mass: &'a crate::fem::SymmetricMatrix,
@@ -185,7 +185,7 @@ struct ErrorSums {
 pub struct TrajectoryError {
     /// ‖u − Bζ‖ ÷ ‖u‖.
     pub error: f64,
-    /// ‖u − BBᵀMu‖ ÷ ‖u‖: what no coordinates could mend.
+    /// ‖u − BBᵀMu‖ ÷ ‖u‖: the projection error.
     pub floor: f64,
 }
 

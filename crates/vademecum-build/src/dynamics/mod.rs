@@ -12,19 +12,17 @@ mod march;
 mod mode_table;
 mod modes;
 mod orthonormal;
+mod reference;
 pub mod schemes;
-mod truth;
 mod window;
 mod work;
 
-pub use damping::{
-    Damping, DampingError, ModalRatios, NumericalDamping, Rayleigh, numerical_damping, step_matrix,
-};
+pub use damping::{Damping, DampingError, ModalRatios, NumericalDamping, Rayleigh, numerical_damping};
 pub use full_order::{FullOrder, FullOrderError, StageLoads, State, Workspace};
 pub use harmonic::{HarmonicError, harmonic};
 pub use history::{CHORD, Course, History, LoadTable, Wave};
 pub use interval::Interval;
-pub(crate) use krylov::{search_vectors, symmetric_eigen};
+pub(crate) use krylov::search_vectors;
 pub use march::march_stages;
 pub use march::{
     ErrorMeter, INSTANTS, MarchError, TimedLoad, TrajectoryError, factors, march_full_order, stage_amplitudes,
@@ -32,10 +30,11 @@ pub use march::{
 pub use mode_table::{ModeRow, mode_table, table_matrix};
 pub(crate) use modes::lowest_modes_kept;
 pub use modes::{FirstMode, Modes, ModesError, lowest_modes, search_on};
-pub use schemes::{SchemeError, SchemeKind};
-pub use truth::{
-    Beside, Decay, DisplacedBy, MarchedApart, Trajectory, Truth, TruthDistance, TruthError, TruthOptions,
+pub use reference::{
+    Complement, Decay, MarchMeter, MotionPart, ReferenceDistance, ReferenceError, ReferenceOptions,
+    ReferenceSolution, ReferenceTrajectory,
 };
+pub use schemes::{SchemeError, SchemeKind};
 pub use window::{Acting, Span, Window};
 pub use work::{TooMuchWork, Work, announce, seconds_per_step, time_in_words};
 

@@ -1,4 +1,4 @@
-//! What a scheme and the damping do to each mode, in one table.
+//! Table of modes: effect of scheme and damping on each.
 
 use faer::Mat;
 use vademecum_format::scheme::SchemeTable;
@@ -23,8 +23,8 @@ pub struct ModeRow {
 }
 
 /// One row per mode from its Rayleigh quotient φᵀKφ ÷ φᵀMφ \[rad²/s²\] and its share of the snapshot energy
-/// (NaN where `energy` is shorter: natural modes without snapshots), at the step `dt` \[s\]; `ratios` are
-/// beside Rayleigh's damping.
+/// (NaN where `energy` is shorter: natural modes without snapshots), at the step `dt` \[s\]; `ratios` are in
+/// addition to Rayleigh's damping.
 pub fn mode_table(
     quotients: &[f64],
     energy: &[f64],

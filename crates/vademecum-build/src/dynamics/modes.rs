@@ -11,11 +11,11 @@ use std::sync::{Mutex, PoisonError};
 
 use faer::Mat;
 
-use super::krylov::{Grown, Krylov};
-use crate::fem::{EngineError, FactorError, Pencil, Rows, Search, Symbolic};
+use super::krylov::{Krylov, SearchSpace};
+use crate::fem::{EngineError, FactorError, Pencil, PencilRows, Search, Symbolic};
 use crate::linalg::NoConvergence;
 use crate::progress::Cancelled;
-use crate::store::KeptSolves;
+use crate::store::CachedSolves;
 
 /// Ritz residual `‖K⁻¹M x − θ x‖ / θ`, in the mass norm, at which a mode counts as converged. It bounds the
 /// relative error of its eigenvalue (whose true error is of the order of its square over the gap).
@@ -28,7 +28,7 @@ const ROUGH: f64 = 3e-5;
 /// frequency are left, and phase errors of a percent come within a few periods.
 const LOST: f64 = 1e-3;
 
-/// Expansions of a probe block before the answer stands.
+/// Expansions of a probe block before the result is accepted.
 const PROBES: usize = 2;
 
 /// Ritz residual of all modes at which a probe joins, as a multiple of that at which they count as converged:
@@ -37,6 +37,7 @@ const NEAR: f64 = 1e3;
 
 /// Natural modes in ascending order.
 #[derive(Clone, Debug)]
+#[doc(alias("normal modes", "eigenvectors"))]
 pub struct Modes {
     /// `λ = ω²`, 1/s².
     pub eigenvalues: Vec<f64>,
@@ -118,7 +119,7 @@ pub(crate) fn lowest_modes_kept(
     pencil: &Pencil,
     symbolic: &Symbolic,
     count: usize,
-    (kept, first): (&KeptSolves<'_>, Option<&FirstMode>),
+    (kept, first): (&CachedSolves<'_>, Option<&FirstMode>),
 ) -> Result<Modes, ModesError> {
     let grown = first.and_then(FirstMode::take);
     Ok(search(pencil, symbolic, count, (TOLERANCE, PROBES), (Some(kept), grown))?.0)
@@ -129,7 +130,7 @@ pub struct FirstMode {
     /// Hz, to eight digits, as far as the matrices have them.
     pub frequency_hz: f64,
     /// Until a search goes on from it. Nothing on several ranks, each of which has its own rows.
-    grown: Mutex<Option<Grown>>,
+    grown: Mutex<Option<SearchSpace>>,
 }
 
 impl FirstMode {
@@ -153,22 +154,22 @@ impl FirstMode {
         self.take();
     }
 
-    fn take(&self) -> Option<Grown> {
+    fn take(&self) -> Option<SearchSpace> {
         self.grown.lock().unwrap_or_else(PoisonError::into_inner).take()
     }
 }
 
 /// Solves that are kept, and what an earlier search has grown.
-type Begun<'a> = (Option<&'a KeptSolves<'a>>, Option<Grown>);
+type SearchStart<'a> = (Option<&'a CachedSolves<'a>>, Option<SearchSpace>);
 
-/// The lowest modes to a residual, after so many expansions more, and what a search for more can go on from.
+/// The lowest modes to a residual, after more expansions, and what a search for more can go on from.
 fn search(
     pencil: &Pencil,
     symbolic: &Symbolic,
     count: usize,
     (tolerance, probes): (f64, usize),
-    begun: Begun<'_>,
-) -> Result<(Modes, Option<Grown>), ModesError> {
+    begun: SearchStart<'_>,
+) -> Result<(Modes, Option<SearchSpace>), ModesError> {
     let n = pencil.n_elastic();
     if count == 0 || count > n {
         return Err(ModesError::Count { count, n });
@@ -192,19 +193,19 @@ fn search(
 /// # Errors
 /// As [`lowest_modes`]; [`Cancelled`].
 pub fn search_on(
-    rows: &mut dyn Rows,
+    rows: &mut dyn PencilRows,
     search: &Search,
-    kept: Option<&KeptSolves<'_>>,
+    kept: Option<&CachedSolves<'_>>,
 ) -> Result<Modes, ModesError> {
     Ok(search_from(rows, search, (kept, None))?.0)
 }
 
 /// The same, from what an earlier search for fewer modes with a looser tolerance has grown.
 fn search_from(
-    rows: &mut dyn Rows,
+    rows: &mut dyn PencilRows,
     search: &Search,
-    (kept, grown): Begun<'_>,
-) -> Result<(Modes, Option<Grown>), ModesError> {
+    (kept, grown): SearchStart<'_>,
+) -> Result<(Modes, Option<SearchSpace>), ModesError> {
     let Search { count, tolerance, probes, .. } = *search;
     // What has grown is looked at before it grows on, as it would have been.
     let mut is_new = grown.is_some();
@@ -256,10 +257,10 @@ mod tests {
     use std::sync::atomic::{AtomicUsize, Ordering};
 
     use super::*;
-    use crate::dynamics::krylov::symmetric_eigen;
     use crate::fem::Model;
     use crate::fem::test_mesh::{block, hold};
     use crate::fem::{Material, ModelError};
+    use crate::linalg::symmetric_eigen;
     use crate::progress::{Listener, Silent};
     use crate::store::Store;
 
@@ -394,7 +395,7 @@ mod tests {
             let off = (first.frequency_hz / whole.frequencies_hz()[0] - 1.0).abs();
             assert!(off < 1e-8, "{off:e}");
             assert!(first.grown.lock().unwrap().is_some(), "nothing is handed on");
-            let begun = (&KeptSolves::new(None, &Silent), Some(&first));
+            let begun = (&CachedSolves::new(None, &Silent), Some(&first));
             let found = lowest_modes_kept(model.pencil(), &symbolic, count, begun).unwrap();
             assert_eq!((found.eigenvalues, found.vectors), (whole.eigenvalues, whole.vectors));
             assert!(first.take().is_none());
@@ -421,7 +422,7 @@ mod tests {
         let whole = lowest_modes(pencil, &symbolic, 40).unwrap();
         let store = Store::new(&folder.path().join("work"), false);
         let listener = Impatient(AtomicUsize::new(0));
-        let first = KeptSolves::of_all(&store, &listener);
+        let first = CachedSolves::of_all(&store, &listener);
         let stopped = lowest_modes_kept(pencil, &symbolic, 40, (&first, None));
         assert!(matches!(stopped, Err(ModesError::Cancelled(_))));
         // The start, and four expansions.
@@ -429,7 +430,7 @@ mod tests {
         assert_eq!((files().count(), first.found()), (5, 0));
         // One of them is damaged, and solved for again.
         std::fs::write(files().next().unwrap(), b"half").unwrap();
-        let again = KeptSolves::of_all(&store, &Silent);
+        let again = CachedSolves::of_all(&store, &Silent);
         let modes = lowest_modes_kept(pencil, &symbolic, 40, (&again, None)).unwrap();
         assert_eq!(again.found(), 4);
         assert_eq!(modes.eigenvalues, whole.eigenvalues);

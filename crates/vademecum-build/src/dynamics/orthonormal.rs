@@ -19,8 +19,8 @@ const SETTLED: f64 = 0.5;
 /// memory.
 const PANEL: usize = 6;
 
-/// A block `X = V A + W R` beside orthonormal columns `V`.
-pub(super) struct Joined {
+/// A block `X = V A + W R`, split by orthonormal columns `V`.
+pub(super) struct BlockSplit {
     /// `W`, orthonormal to `V` and in itself; shape (n, k') with `k'` at most the columns of the block.
     pub new: Mat<f64>,
     /// `A`, shape (columns of `V`, k).
@@ -39,10 +39,10 @@ pub(super) fn orthonormalise(
     rows: &mut dyn MassProduct,
     old: MatRef<'_, f64>,
     block: Mat<f64>,
-) -> Result<Joined, EngineError> {
+) -> Result<BlockSplit, EngineError> {
     let first = pass(rows, old, block, None)?;
     let second = pass(rows, old, first.new, Some(SETTLED))?;
-    Ok(Joined {
+    Ok(BlockSplit {
         new: second.new,
         onto_old: first.onto_old + second.onto_old * &first.onto_new,
         onto_new: second.onto_new * first.onto_new,
@@ -50,7 +50,11 @@ pub(super) fn orthonormalise(
 }
 
 /// The same where all rows are in this process.
-pub(super) fn orthonormalise_here(mass: &SymmetricMatrix, old: MatRef<'_, f64>, block: Mat<f64>) -> Joined {
+pub(super) fn orthonormalise_here(
+    mass: &SymmetricMatrix,
+    old: MatRef<'_, f64>,
+    block: Mat<f64>,
+) -> BlockSplit {
     orthonormalise(&mut LocalMass(mass), old, block).expect("one process waits for no other")
 }
 
@@ -62,7 +66,7 @@ fn pass(
     old: MatRef<'_, f64>,
     mut block: Mat<f64>,
     least: Option<f64>,
-) -> Result<Joined, EngineError> {
+) -> Result<BlockSplit, EngineError> {
     let (n, k) = (block.nrows(), block.ncols());
     let mut weighted = Mat::zeros(n, k);
     rows.mul_mass(block.as_ref(), weighted.as_mut())?;
@@ -107,7 +111,7 @@ fn pass(
         take_off(rows, [&mut block, &mut weighted], before..used, end..k, &mut onto_new)?;
     }
     let new = if used == k { block } else { block.subcols(0, used).to_owned() };
-    Ok(Joined { new, onto_old, onto_new: onto_new.subrows(0, used).to_owned() })
+    Ok(BlockSplit { new, onto_old, onto_new: onto_new.subrows(0, used).to_owned() })
 }
 
 /// Takes the finished columns `own` of a block off its columns `later`, and writes down how much of each that

@@ -142,7 +142,7 @@ pub fn bathe() -> SchemeTable {
 ///
 /// # Errors
 /// [`SchemeError::RhoInfinity`].
-pub fn rho_bathe(rho_infinity: f64) -> Result<SchemeTable, SchemeError> {
+pub(crate) fn rho_bathe(rho_infinity: f64) -> Result<SchemeTable, SchemeError> {
     let rho = checked_rho(rho_infinity)?;
     // γ₀ = (2 − √(2(1+ρ)))/(1 − ρ) with numerator and denominator multiplied by 2 + √(2(1+ρ)): no 0/0 at
     // ρ = 1.
@@ -174,7 +174,7 @@ pub fn newmark(beta: f64, gamma: f64) -> Result<SchemeTable, SchemeError> {
 ///
 /// # Errors
 /// [`SchemeError::Alpha`].
-pub fn hht_alpha(alpha: f64) -> Result<SchemeTable, SchemeError> {
+pub(crate) fn hht_alpha(alpha: f64) -> Result<SchemeTable, SchemeError> {
     if !(-1.0 / 3.0..=0.0).contains(&alpha) {
         return Err(SchemeError::Alpha(alpha));
     }
@@ -272,7 +272,7 @@ fn sum(parts: &[(f64, Form)]) -> Form {
 /// histories of mass and damping that sum (over `u` and the stages) to the weight of the unknown, a load of
 /// total weight 1 that the stiffness balances, and a finish that keeps `u` and invents neither velocity nor
 /// acceleration.
-pub fn inconsistency(table: &SchemeTable) -> f64 {
+pub(crate) fn inconsistency(table: &SchemeTable) -> f64 {
     let still = |form: &Form| form[U] + form[STAGE..].iter().sum::<f64>();
     let size = |form: &Form| form.iter().map(|x| x.abs()).fold(1.0, f64::max);
     let mut worst = 0.0_f64;

@@ -16,7 +16,7 @@ pub type Acting = Vec<(usize, [f64; INSTANTS])>;
 
 /// The loads that are looked at, as a march goes on.
 pub struct Window {
-    /// How each load follows time.
+    /// Time function of each load.
     loads: Vec<History>,
     instants: [f64; INSTANTS],
     time_step: f64,
@@ -35,7 +35,7 @@ pub struct Span {
     pub parts: usize,
     /// Length of a part \[s\]: of a whole step that is one part, the step to its last digit.
     pub length: f64,
-    /// Whether it is a whole step and one part.
+    /// True if it is a whole step and one part.
     pub whole: bool,
 }
 

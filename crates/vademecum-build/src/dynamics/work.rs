@@ -1,4 +1,4 @@
-//! How much full-order marching a command is about to do, said before it starts and refused where it would
+//! Estimate of full-order work, reported before it starts and refused where it would
 //! never end.
 
 use std::time::Instant;
@@ -27,13 +27,13 @@ pub struct Work {
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[error("{what}: {} full-order steps, about {}{advice}", count_in_words(*.steps), time_in_words(*.seconds))]
 pub struct TooMuchWork {
-    /// What would march.
+    /// The march that exceeds the limit.
     pub what: String,
     /// Steps.
     pub steps: f64,
     /// Estimated time \[s\].
     pub seconds: f64,
-    /// What to do.
+    /// The remedy.
     pub advice: &'static str,
 }
 
@@ -43,7 +43,7 @@ impl Work {
         Self { steps: self.steps + other.steps, seconds: self.seconds + other.seconds }
     }
 
-    /// The same work so many times.
+    /// The same work `times` times.
     pub fn times(self, count: f64) -> Self {
         Self { steps: count * self.steps, seconds: count * self.seconds }
     }

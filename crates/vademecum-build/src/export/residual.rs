@@ -4,10 +4,10 @@ use vademecum_format::SectionKind as S;
 
 use super::Draft;
 use crate::input::Precision;
-use crate::residual::StaticResidual;
+use crate::residual::ResidualFlexibility;
 
 /// Sections 34 to 41, as far as there is something to keep.
-pub fn residual_sections(residual: &StaticResidual, precision: Precision) -> Vec<Draft> {
+pub fn residual_sections(residual: &ResidualFlexibility, precision: Precision) -> Vec<Draft> {
     let (nodes, pairs) = (residual.contact.len(), residual.pairs.len());
     let (probes, patterns) = (residual.probes.len(), residual.patterns.len());
     let bound = &residual.bound;

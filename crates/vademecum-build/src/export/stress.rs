@@ -6,7 +6,7 @@ use vademecum_format::SectionKind as S;
 use super::{Draft, NodeOrder};
 use crate::fem::{COMPONENTS, DofMap, Material, StressPoint, StressRows};
 use crate::input::Precision;
-use crate::residual::StressResidual;
+use crate::residual::StressFlexibility;
 
 /// The points of a body in the order of the file: by node, then by region.
 pub fn stress_order(points: &[StressPoint], order: &NodeOrder) -> Vec<StressPoint> {
@@ -18,7 +18,7 @@ pub fn stress_order(points: &[StressPoint], order: &NodeOrder) -> Vec<StressPoin
 /// Sections 47 to 51.
 pub fn stress_sections(
     rows: &StressRows,
-    residual: Option<&StressResidual>,
+    residual: Option<&StressFlexibility>,
     vectors: MatRef<'_, f64>,
     (order, dofs, materials): (&NodeOrder, &DofMap, &[Material]),
     precision: Precision,
@@ -42,7 +42,7 @@ pub fn stress_sections(
         Draft::fitting(S::StressBasis, precision, [n, COMPONENTS, r], &basis),
         Draft::f64s(S::ElasticConstants, [materials.len(), 2, 1], constants),
     ];
-    let Some(StressResidual { contacts, patterns }) = residual else { return drafts };
+    let Some(StressFlexibility { contacts, patterns }) = residual else { return drafts };
     if let Some(first) = contacts.first() {
         let shape = [n, first.len(), 3 * COMPONENTS];
         let values = contacts.concat();

@@ -1,4 +1,4 @@
-//! A coarse space beside a preconditioner: the lowest modes of a stiffness, nearly.
+//! A coarse space for a preconditioner: the lowest modes of a stiffness, nearly.
 //!
 //! Rounding in single precision moves a stiffness by a share of its largest eigenvalue, and so spoils most
 //! what belongs to its lowest ones. The columns of `W` span these nearly, and are orthonormal in the energy,
@@ -24,17 +24,20 @@ const PASSES: usize = 2;
 
 /// Columns near the lowest modes of a matrix, orthonormal in its energy.
 #[derive(Clone, Debug)]
-pub(super) struct Coarse {
+pub(super) struct CoarseSpace {
     /// `W`, shape (n, columns).
     columns: Mat<f64>,
     /// `A W`.
     images: Mat<f64>,
 }
 
-impl Coarse {
+impl CoarseSpace {
     /// The space that inverse iterations with a preconditioner find from columns drawn at random; `None`
     /// where they lose their independence.
-    pub fn find(matrix: &SymmetricMatrix, mut precondition: impl FnMut(MatMut<'_, f64>)) -> Option<Coarse> {
+    pub fn find(
+        matrix: &SymmetricMatrix,
+        mut precondition: impl FnMut(MatMut<'_, f64>),
+    ) -> Option<CoarseSpace> {
         let n = matrix.n();
         let mut random = Random::new(1);
         let mut columns = Mat::from_fn(n, COLUMNS.min(n), |_, _| random.uniform() - 0.5);
@@ -51,7 +54,7 @@ impl Coarse {
                 });
             }
         }
-        Some(Coarse { columns, images })
+        Some(CoarseSpace { columns, images })
     }
 
     /// `c = Wᵀ r`, and takes `A W c` off `r`.
@@ -92,7 +95,7 @@ mod tests {
         let matrix = chain(300);
         // A poor one: half the inverse of the diagonal.
         let precondition = |mut x: MatMut<'_, f64>| x *= faer::Scale(0.25);
-        let coarse = Coarse::find(&matrix, precondition).expect("a space");
+        let coarse = CoarseSpace::find(&matrix, precondition).expect("a space");
         let k = coarse.columns.ncols();
         let energies = transposed_product(coarse.columns.as_ref(), coarse.images.as_ref());
         assert!((energies - Mat::<f64>::identity(k, k)).norm_max() < 1e-12);

@@ -15,6 +15,7 @@
 
 use serde::{Deserialize, Serialize};
 
+use crate::linalg::vec3::cross;
 use crate::mesh::Order;
 
 /// Most nodes of an element.
@@ -37,12 +38,12 @@ pub struct Material {
 
 impl Material {
     /// Lamé constants `(λ, μ)`, Pa.
-    pub fn lame(&self) -> (f64, f64) {
+    pub(crate) fn lame(&self) -> (f64, f64) {
         let mu = self.young / (2.0 * (1.0 + self.poisson));
         (2.0 * mu * self.poisson / (1.0 - 2.0 * self.poisson), mu)
     }
 
-    /// Whether the three constants describe a solid: `E > 0`, `−1 < ν < ½`, `ρ > 0`, all finite.
+    /// True if the three constants describe a solid: `E > 0`, `−1 < ν < ½`, `ρ > 0`, all finite.
     pub fn is_sound(&self) -> bool {
         let positive = |x: f64| x > 0.0 && x.is_finite();
         positive(self.young) && positive(self.density) && self.poisson > -1.0 && self.poisson < 0.5
@@ -67,7 +68,7 @@ pub(super) struct Point {
     pub gradients: [[f64; 3]; MAX_NODES],
 }
 
-/// What all elements of one order have in common.
+/// Data common to all elements of one order.
 pub(crate) struct ElementKernel {
     order: Order,
     /// Exact for the stiffness of a straight element.
@@ -107,7 +108,12 @@ impl ElementKernel {
     }
 
     /// Mass `(N, N)` (one entry per pair of nodes, the same for each component), kg, row by row.
-    pub fn mass_into(&self, nodes: &[[f64; 3]], density: f64, mass: &mut [f64]) -> Result<(), ElementError> {
+    pub(crate) fn mass_into(
+        &self,
+        nodes: &[[f64; 3]],
+        density: f64,
+        mass: &mut [f64],
+    ) -> Result<(), ElementError> {
         let n = self.n_nodes();
         if self.is_straight(nodes) {
             let (_, determinant) = jacobian(n, &self.straight[0], nodes)?;
@@ -131,7 +137,7 @@ impl ElementKernel {
     }
 
     /// Stiffness: `N × N` blocks of 3 × 3, N/m, block row by block row, each block row by row.
-    pub fn stiffness_into(
+    pub(crate) fn stiffness_into(
         &self,
         nodes: &[[f64; 3]],
         material: &Material,
@@ -162,7 +168,7 @@ impl ElementKernel {
         Ok(())
     }
 
-    /// Whether the map is affine: every mid-side node within 1e-10 of its edge's length from the middle, so
+    /// True if the map is affine: every mid-side node within 1e-10 of its edge's length from the middle, so
     /// that calling it affine moves nothing by more than that fraction.
     pub(super) fn is_straight(&self, nodes: &[[f64; 3]]) -> bool {
         if self.order == Order::Linear {
@@ -225,11 +231,6 @@ pub(super) fn jacobian(
         return Err(ElementError { determinant });
     }
     Ok((cofactors.map(|c| c.map(|x| x / determinant)), determinant))
-}
-
-/// `a × b`.
-pub(crate) fn cross(a: [f64; 3], b: [f64; 3]) -> [f64; 3] {
-    [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
 }
 
 /// Shape functions and their reference derivatives at barycentric coordinates `l`.

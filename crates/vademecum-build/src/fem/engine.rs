@@ -1,9 +1,9 @@
-//! Where the rows of a body's matrices are: in this process, or spread over the ranks of a cluster.
+//! Placement of the rows of a body's matrices: in this process, or distributed over the ranks of a cluster.
 //!
-//! The search for modes is written once, on [`Rows`]: what one rank does with its rows, and what all ranks do
-//! together. A rank is one of the processes that work on one body. Every rank runs the same search; what they
-//! decide by are sums over all rows, which have the same bits on each of them, so that they always agree.
-//! With one process the rows are all rows, and nothing is sent.
+//! The search for modes is written once, on [`PencilRows`]: what one rank does with its rows, and what all
+//! ranks do together. A rank is one of the processes that work on one body. Every rank runs the same search;
+//! what they decide by are sums over all rows, which have the same bits on each of them, so that they always
+//! agree. With one process the rows are all rows, and nothing is sent.
 
 use std::fmt::Debug;
 use std::sync::Arc;
@@ -14,10 +14,10 @@ use faer::{Mat, MatMut, MatRef};
 use super::factor::{Factor, FactorError, Solve};
 use super::model_error::ModelError;
 use super::pencil::Pencil;
-use super::rigid::Rigid;
+use super::rigid::RigidBody;
 use super::sparse::{AT_ONCE, SymmetricMatrix};
 use super::spread::{EngineError, SpreadMatrix};
-use super::whole::Whole;
+use super::whole::AssemblyPlan;
 
 /// The inner product of the mass over the rows of all ranks.
 pub trait MassProduct {
@@ -38,7 +38,7 @@ pub trait MassProduct {
 ///
 /// Blocks have the shape (own rows, columns) and contiguous columns. All ranks call every function that
 /// returns a `Result`, in one order.
-pub trait Rows: MassProduct {
+pub trait PencilRows: MassProduct {
     /// Rows of this rank.
     fn own(&self) -> usize;
 
@@ -73,7 +73,7 @@ pub trait Rows: MassProduct {
     /// As [`MassProduct::mul_mass`].
     fn agree(&mut self, numbers: &mut [f64]) -> Result<(), EngineError>;
 
-    /// What the first rank says, on all of them.
+    /// Broadcasts the numbers of the first rank.
     ///
     /// # Errors
     /// As [`MassProduct::mul_mass`].
@@ -96,7 +96,7 @@ pub trait Rows: MassProduct {
     fn scatter(&mut self, whole: Option<&Mat<f64>>, own: MatMut<'_, f64>) -> Result<(), EngineError>;
 }
 
-/// What all ranks search for.
+/// Parameters of a search on all ranks.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Search {
     /// Modes wanted.
@@ -105,7 +105,7 @@ pub struct Search {
     pub available: usize,
     /// Ritz residual at which a mode counts as converged.
     pub tolerance: f64,
-    /// Expansions of a probe block before the answer stands.
+    /// Expansions of a probe block before the result is accepted.
     pub probes: usize,
     /// A Rayleigh quotient near the largest \[1/s²\], by which rounding of the stiffness is judged.
     pub stiffest: f64,
@@ -113,7 +113,7 @@ pub struct Search {
 
 /// Has other ranks do their share of the work on matrices.
 pub trait Engine: Debug + Send + Sync {
-    /// How it solves, with the tolerance, where it does so by iteration and not by a factor.
+    /// Name of the iterative solver, with the tolerance; none where it solves by a factor.
     fn solver(&self) -> Option<String> {
         None
     }
@@ -125,10 +125,10 @@ pub trait Engine: Debug + Send + Sync {
     ///
     /// # Errors
     /// [`ModelError::FoldedElement`], [`ModelError::TooLarge`], [`ModelError::Engine`].
-    fn assemble(&self, body: &Whole) -> Result<[Arc<dyn SpreadMatrix>; 2], ModelError>;
+    fn assemble(&self, body: &AssemblyPlan) -> Result<[Arc<dyn SpreadMatrix>; 2], ModelError>;
 
-    /// Deals the rows of a matrix out. `order` gives the row of the matrix that stands at each place of an
-    /// elimination order: rows at near places are coupled.
+    /// Distributes the rows of a matrix. `order` gives the row of the matrix at each place of an elimination
+    /// order: rows at near places are coupled.
     ///
     /// # Errors
     /// [`EngineError`].
@@ -145,17 +145,17 @@ pub trait Engine: Debug + Send + Sync {
         matrix: &dyn SpreadMatrix,
         order: &[u32],
         motions: Option<MatRef<'_, f64>>,
-        rigid: Option<&Arc<Rigid>>,
-    ) -> Result<Arc<dyn Spread>, FactorError>;
+        rigid: Option<&Arc<RigidBody>>,
+    ) -> Result<Arc<dyn SpreadFactor>, FactorError>;
 }
 
-/// A matrix that lies factorised on several ranks.
-pub trait Spread: Debug + Send + Sync {
+/// A factor distributed over several ranks.
+pub trait SpreadFactor: Debug + Send + Sync {
     /// Overwrites `rhs`, shape (n, columns) with all rows, by `A⁻¹ rhs`. A failure of the ranks ends the
     /// program with its cause.
     fn solve_in_place(&self, rhs: MatMut<'_, f64>);
 
-    /// Has all other ranks begin this search with a mass that lies beside the matrix; the caller is the first
+    /// Has all other ranks begin this search with a mass distributed like the matrix; the caller is the first
     /// rank.
     ///
     /// # Errors
@@ -164,7 +164,7 @@ pub trait Spread: Debug + Send + Sync {
         &'a self,
         mass: Arc<dyn SpreadMatrix>,
         search: &Search,
-    ) -> Result<Box<dyn Rows + 'a>, EngineError>;
+    ) -> Result<Box<dyn PencilRows + 'a>, EngineError>;
 }
 
 /// All rows, in this process.
@@ -192,7 +192,7 @@ impl MassProduct for LocalRows<'_> {
     }
 }
 
-impl Rows for LocalRows<'_> {
+impl PencilRows for LocalRows<'_> {
     fn own(&self) -> usize {
         self.pencil.n_dof()
     }
@@ -254,7 +254,7 @@ pub(crate) fn sum_matrix(rows: &mut dyn MassProduct, matrix: &mut Mat<f64>) -> R
 }
 
 /// Overwrites a matrix by that of the first rank.
-pub(crate) fn agree_matrix(rows: &mut dyn Rows, matrix: &mut Mat<f64>) -> Result<(), EngineError> {
+pub(crate) fn agree_matrix(rows: &mut dyn PencilRows, matrix: &mut Mat<f64>) -> Result<(), EngineError> {
     each_number(matrix, |numbers| rows.agree(numbers))
 }
 

@@ -11,12 +11,12 @@ use faer::prelude::{Reborrow, ReborrowMut};
 use faer::{Mat, MatMut};
 use rayon::prelude::*;
 
-use super::engine::{Engine, LocalRows, Rows, Search, Spread};
+use super::engine::{Engine, LocalRows, PencilRows, Search, SpreadFactor};
 use super::multifrontal::factorise;
 use super::ordering::structure;
-use super::pencil::{Away, Pencil};
-use super::rigid::Rigid;
-use super::single::{Iteration, Single, TOLERANCE};
+use super::pencil::{Pencil, RemoteMatrices};
+use super::rigid::RigidBody;
+use super::single::{Iteration, SingleFactor, TOLERANCE};
 use super::sparse::{AT_ONCE, Pattern, SymmetricMatrix, contiguous, contiguous_mut};
 use super::spread::{EngineError, SpreadMatrix};
 use super::substitution::{LARGE, gather, scatter, substitute, substitute_by_groups};
@@ -28,7 +28,7 @@ use crate::linalg::{Random, column_groups};
 /// ones, and groups of 8 leave work for two threads.
 const SOLVE_GROUP: usize = 8;
 
-/// What reading the entries of a factor takes for granted.
+/// Precondition of reading the entries of a factor.
 const READABLE: &str = "a factor in this process and in double precision";
 
 /// Why a factorisation failed.
@@ -66,17 +66,17 @@ pub enum FactorError {
 pub struct Symbolic {
     n: usize,
     found: Arc<OnceLock<(Arc<Pattern>, Arc<Supernodes>)>>,
-    /// What they are found of once a factor in this process needs them, where rows lie on ranks.
-    away: Option<Arc<Away>>,
+    /// Their source once a factor in this process needs them, where rows are on other ranks.
+    away: Option<Arc<RemoteMatrices>>,
     /// The factor that was last kept.
     kept: Arc<Mutex<Option<Arc<Factor>>>>,
     /// The rigid motions of a body without supports.
-    rigid: Option<Arc<Rigid>>,
-    /// What factorises the stiffness where it is not this process alone.
+    rigid: Option<Arc<RigidBody>>,
+    /// The engine that factorises the stiffness; none where this process does.
     engine: Option<Arc<dyn Engine>>,
     /// The rigid motions of the body, held or not, where the engine iterates.
     motions: Option<Arc<Mat<f64>>>,
-    /// Whether the factors of the stiffness are in single precision.
+    /// True if the factors of the stiffness are in single precision.
     single: bool,
     /// The largest error that an iteration left, relative in the energy norm.
     worst: Arc<Mutex<f64>>,
@@ -130,20 +130,20 @@ impl Symbolic {
     }
 
     /// The same, with every factor of a stiffness in single precision.
-    pub fn in_single_precision(self) -> Symbolic {
+    pub(crate) fn in_single_precision(self) -> Symbolic {
         Symbolic { single: true, kept: Arc::default(), ..self }
     }
 
-    /// Whether every system so far was solved to the tolerance.
+    /// True if every system so far was solved to the tolerance.
     ///
     /// # Errors
     /// [`FactorError::NotConverged`].
-    pub fn check_solves(&self) -> Result<(), FactorError> {
+    pub(crate) fn check_solves(&self) -> Result<(), FactorError> {
         let error = *self.worst.lock().unwrap_or_else(PoisonError::into_inner);
         if error <= TOLERANCE { Ok(()) } else { Err(FactorError::NotConverged { error }) }
     }
 
-    /// How systems are solved, where not by a factor in double precision alone.
+    /// Description of the solver, unless it is a factor in double precision alone.
     pub fn solver(&self) -> Option<String> {
         if self.single {
             let preconditioner = "a factor in single precision";
@@ -164,24 +164,24 @@ impl Symbolic {
         }
     }
 
-    /// Whether the entries of a factor of the stiffness can be read.
-    pub fn has_entries(&self) -> bool {
+    /// True if the entries of a factor of the stiffness can be read.
+    pub(crate) fn has_entries(&self) -> bool {
         !self.is_spread() && !self.single
     }
 
     /// Memory of the factor of the stiffness in this process \[bytes\].
-    pub fn stiffness_bytes(&self) -> usize {
+    pub(crate) fn stiffness_bytes(&self) -> usize {
         match (self.is_spread(), self.single) {
             (true, _) => 0,
             (false, true) => {
-                Single::bytes(self.supernodes()).saturating_add(Iteration::bytes(self.n(), AT_ONCE))
+                SingleFactor::bytes(self.supernodes()).saturating_add(Iteration::bytes(self.n(), AT_ONCE))
             }
             (false, false) => self.factor_bytes(),
         }
     }
 
-    /// Whether factors of the stiffness are made by an engine and lie outside this process.
-    pub fn is_spread(&self) -> bool {
+    /// True if factors of the stiffness are made by an engine and lie outside this process.
+    pub(crate) fn is_spread(&self) -> bool {
         self.engine.is_some()
     }
 
@@ -201,7 +201,7 @@ impl Symbolic {
     }
 
     /// Memory of one factor in this process \[bytes\]; a close estimate where rows lie on ranks.
-    pub fn factor_bytes(&self) -> usize {
+    pub(crate) fn factor_bytes(&self) -> usize {
         let entries = match (&self.away, self.found.get()) {
             (Some(away), None) => away.factor_entries,
             _ => self.supernodes().len(),
@@ -259,11 +259,11 @@ impl Symbolic {
             let motions = self.motions.as_ref().map(|motions| motions.as_ref().as_ref());
             let rows = on_ranks(matrix, engine, self.order())?;
             let spread = engine.factorize(&*rows, self.order(), motions, self.rigid.as_ref())?;
-            return Ok(Numbers::Spread(spread));
+            return Ok(Numbers::Distributed(spread));
         }
         let held = self.rigid.as_ref().map_or_else(|| matrix.clone(), |rigid| rigid.held(matrix));
         if self.single {
-            let single = Single::new(self.supernodes(), &held);
+            let single = SingleFactor::new(self.supernodes(), &held);
             return Ok(Numbers::Single(single.ok_or(FactorError::NotConverged { error: 1.0 })?));
         }
         Ok(self.factorize(held)?.numbers)
@@ -282,7 +282,7 @@ impl Symbolic {
     ///
     /// # Panics
     /// If the matrix is on another pattern.
-    pub fn take_factor_of(&self, matrix: &SymmetricMatrix) -> Result<Factor, FactorError> {
+    pub(crate) fn take_factor_of(&self, matrix: &SymmetricMatrix) -> Result<Factor, FactorError> {
         let factor = self.factor_of(matrix)?;
         self.forget();
         Ok(Arc::unwrap_or_clone(factor))
@@ -303,7 +303,7 @@ impl Symbolic {
     ///
     /// # Errors
     /// The error of the first matrix, in the given order, that has one.
-    pub fn factorize_all(&self, matrices: Vec<SymmetricMatrix>) -> Result<Vec<Factor>, FactorError> {
+    pub(crate) fn factorize_all(&self, matrices: Vec<SymmetricMatrix>) -> Result<Vec<Factor>, FactorError> {
         let factors: Vec<_> = matrices.into_par_iter().map(|matrix| self.factorize(matrix)).collect();
         factors.into_iter().collect()
     }
@@ -324,14 +324,14 @@ fn on_ranks(
     matrix.spread().map_or_else(|| engine.deal(matrix, order), |rows| Ok(rows.clone()))
 }
 
-/// Where the numbers of a factor are.
+/// Storage of the numbers of a factor.
 #[derive(Clone, Debug)]
 enum Numbers {
     /// Here, group by group.
     Double(Vec<f64>),
-    Single(Single),
+    Single(SingleFactor),
     /// On other ranks too.
-    Spread(Arc<dyn Spread>),
+    Distributed(Arc<dyn SpreadFactor>),
 }
 
 /// A factorised matrix.
@@ -342,7 +342,7 @@ pub struct Factor {
     numbers: Numbers,
     /// Present for the stiffness of a body without supports: the values are those of `Kₛ`, and what is solved
     /// with is `K⁺` of it.
-    rigid: Option<Arc<Rigid>>,
+    rigid: Option<Arc<RigidBody>>,
 }
 
 impl Factor {
@@ -352,7 +352,7 @@ impl Factor {
     }
 
     /// The rigid motions, where the matrix is the stiffness of a body without supports.
-    pub(super) fn rigid(&self) -> Option<&Arc<Rigid>> {
+    pub(super) fn rigid(&self) -> Option<&Arc<RigidBody>> {
         self.rigid.as_ref()
     }
 
@@ -374,9 +374,9 @@ impl Factor {
         &'a self,
         pencil: &'a Pencil,
         search: &Search,
-    ) -> Result<Box<dyn Rows + 'a>, EngineError> {
+    ) -> Result<Box<dyn PencilRows + 'a>, EngineError> {
         match &self.numbers {
-            Numbers::Spread(spread) => {
+            Numbers::Distributed(spread) => {
                 let symbolic = &self.symbolic;
                 let engine = symbolic.engine.as_ref().expect("what is spread has an engine");
                 spread.begin(on_ranks(pencil.mass(), engine, symbolic.order())?, search)
@@ -428,7 +428,7 @@ impl Factor {
 /// A factor `L` as a file keeps it.
 #[derive(Clone, Debug)]
 pub struct FactorColumns {
-    /// The row of the matrix that each column stands for, in the order of elimination.
+    /// The row of the matrix of each column, in the order of elimination.
     pub order: Vec<u32>,
     /// Columns of each group, and rows below it.
     pub groups: Vec<[u32; 2]>,
@@ -442,13 +442,13 @@ pub struct FactorColumns {
 pub struct Solve {
     columns: usize,
     /// Made by the first solve, for the kind of its factor.
-    memory: Option<Memory>,
+    memory: Option<SolveMemory>,
     /// Right-hand side and residual, present when refinement is asked for.
     refine: Option<[Mat<f64>; 2]>,
 }
 
-/// What a solve works in.
-enum Memory {
+/// Memory of a solve.
+enum SolveMemory {
     /// For each group of columns: these in the order of elimination, and what the tallest group of the factor
     /// takes.
     Small(Vec<[Vec<f64>; 2]>),
@@ -457,19 +457,19 @@ enum Memory {
     Iteration(Iteration),
 }
 
-impl Memory {
-    fn new(factor: &Factor, columns: usize) -> Option<Memory> {
+impl SolveMemory {
+    fn new(factor: &Factor, columns: usize) -> Option<SolveMemory> {
         let n = factor.symbolic.n();
         match &factor.numbers {
-            Numbers::Spread(_) => None,
-            Numbers::Single(_) => Some(Memory::Iteration(Iteration::new(n, columns.min(AT_ONCE)))),
+            Numbers::Distributed(_) => None,
+            Numbers::Single(_) => Some(SolveMemory::Iteration(Iteration::new(n, columns.min(AT_ONCE)))),
             Numbers::Double(values) if values.len() > LARGE => {
-                Some(Memory::Large(vec![0.0; n * padded(columns.min(AT_ONCE))]))
+                Some(SolveMemory::Large(vec![0.0; n * padded(columns.min(AT_ONCE))]))
             }
             Numbers::Double(_) => {
                 let (width, tallest) = (SOLVE_GROUP.min(columns), factor.symbolic.supernodes().tallest());
                 let group = |_| [n, tallest].map(|rows| vec![0.0; rows * width]);
-                Some(Memory::Small((0..columns.div_ceil(SOLVE_GROUP)).map(group).collect()))
+                Some(SolveMemory::Small((0..columns.div_ceil(SOLVE_GROUP)).map(group).collect()))
             }
         }
     }
@@ -487,7 +487,7 @@ impl Solve {
     }
 
     /// Overwrites `rhs`, shape `(n, c)`, by `A⁻¹ rhs`; all threads. For the stiffness of a body without
-    /// supports it is `K⁺ rhs` (see [`Rigid`]).
+    /// supports it is `K⁺ rhs` (see [`RigidBody`]).
     ///
     /// # Panics
     /// If `rhs` has more columns than this memory was made for.
@@ -533,14 +533,14 @@ impl Solve {
         assert!(rhs.ncols() <= self.columns, "more columns than the memory was made for");
         let supernodes = || factor.symbolic.supernodes();
         if self.memory.is_none() {
-            self.memory = Memory::new(factor, self.columns);
+            self.memory = SolveMemory::new(factor, self.columns);
         }
         match (&factor.numbers, &mut self.memory) {
-            (Numbers::Spread(spread), _) => spread.solve_in_place(rhs.rb_mut()),
-            (Numbers::Double(values), Some(Memory::Small(groups))) => {
+            (Numbers::Distributed(spread), _) => spread.solve_in_place(rhs.rb_mut()),
+            (Numbers::Double(values), Some(SolveMemory::Small(groups))) => {
                 solve_groups(supernodes(), values, rhs.rb_mut(), groups);
             }
-            (Numbers::Double(values), Some(Memory::Large(x))) => {
+            (Numbers::Double(values), Some(SolveMemory::Large(x))) => {
                 let supernodes = supernodes();
                 for mut rhs in column_groups(rhs.rb_mut(), AT_ONCE) {
                     let (columns, k) = (rhs.ncols(), padded(rhs.ncols()));
@@ -550,7 +550,7 @@ impl Solve {
                     scatter(supernodes, x, k, rhs.rb_mut(), |x, _, _| x);
                 }
             }
-            (Numbers::Single(single), Some(Memory::Iteration(memory))) => {
+            (Numbers::Single(single), Some(SolveMemory::Iteration(memory))) => {
                 for rhs in column_groups(rhs.rb_mut(), AT_ONCE) {
                     let error = single.solve(supernodes(), &factor.matrix, rhs, memory);
                     let mut worst = factor.symbolic.worst.lock().unwrap_or_else(PoisonError::into_inner);

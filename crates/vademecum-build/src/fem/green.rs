@@ -22,11 +22,11 @@ use rayon::prelude::*;
 
 use super::assembly::{NodeGraph, blocks_over_free_dofs, element_nodes, incident_elements};
 use super::element::{
-    ElementError, ElementKernel, MAX_NODES, Point, cross, jacobian, rule_degree_5, rule_degree_6,
-    tabulate_point,
+    ElementError, ElementKernel, MAX_NODES, Point, jacobian, rule_degree_5, rule_degree_6, tabulate_point,
 };
 use super::model::Model;
 use super::sparse::SymmetricMatrix;
+use crate::linalg::vec3::{cross, dot};
 use crate::mesh::Order;
 
 /// Rows of `z` at each point of integration.
@@ -38,10 +38,10 @@ const CHUNK: usize = 32;
 /// Elements whose tangents are held at a time: 30 MB of quadratic ones.
 const WAVE: usize = 4096;
 
-/// A 3 × 3 matrix, row by row.
-/// The stretch `1/√3` at which a bar of St. Venant and Kirchhoff's law bears most under compression.
+/// The stretch `1/√3`: a bar of St. Venant and Kirchhoff's law has its largest compressive force there.
 pub const SOFTENING: f64 = 0.577_350_269_189_625_8;
 
+/// A 3 × 3 matrix, row by row.
 type Tensor = [[f64; 3]; 3];
 
 /// Displacements of an element's nodes.
@@ -61,13 +61,13 @@ pub enum GreenError {
     Folded {
         /// Index of the element.
         element: usize,
-        /// What was found.
+        /// The value found.
         source: ElementError,
     },
 }
 
 /// The inverse Jacobian of an element at a point, and the root of its volume form.
-struct Map {
+struct JacobianMap {
     inverse: Tensor,
     root: f64,
 }
@@ -79,17 +79,18 @@ struct StrainPoint {
 }
 
 /// The strain of a model's displacements.
+#[doc(alias("Green-Lagrange strain", "St. Venant-Kirchhoff"))]
 pub struct GreenStrain<'m> {
     model: &'m Model,
     straight: Vec<StrainPoint>,
     curved: Vec<StrainPoint>,
     /// One for a straight element, one for each point of a curved one.
-    maps: Vec<Map>,
+    maps: Vec<JacobianMap>,
     /// First map of each element, and first point; with the ends.
     first: Vec<[usize; 2]>,
     /// `√(λ + 2μ/3)` and `√(2μ)` of each region.
     roots: Vec<[f64; 2]>,
-    /// For each node the places `element · nodes + local` at which it stands, as offsets and list.
+    /// For each node the places `element · nodes + local` of its occurrences, as offsets and list.
     places: (Vec<usize>, Vec<usize>),
     graph: NodeGraph,
 }
@@ -124,7 +125,7 @@ impl<'m> GreenStrain<'m> {
             for point in mapped {
                 let (inverse, determinant) = jacobian(n, point, &nodes[..n])
                     .map_err(|source| GreenError::Folded { element, source })?;
-                maps.push(Map { inverse, root: determinant.sqrt() });
+                maps.push(JacobianMap { inverse, root: determinant.sqrt() });
             }
             points += own;
         }
@@ -233,7 +234,7 @@ impl<'m> GreenStrain<'m> {
     }
 
     /// `f ← Bᵀ z`.
-    pub fn linear_transpose(&self, z: &[f64], f: &mut [f64]) {
+    pub(crate) fn linear_transpose(&self, z: &[f64], f: &mut [f64]) {
         assert_eq!(z.len(), self.n_rows());
         self.gather(f, |element, forces| {
             for (point, row) in self.points(element).zip(self.rows_of(z, element)) {
@@ -279,7 +280,7 @@ impl<'m> GreenStrain<'m> {
     /// `m G(u)ᵀ G(u) + 2 E₂(·,·)ᵀ z`: the material part with the weight `m`, and the part that the stress of
     /// rows `z` adds. With `pulled`, compression is left out of that stress, so that the matrix is positive
     /// definite wherever `B` sees all motions.
-    pub fn weighted_tangent(&self, u: &[f64], m: f64, z: &[f64], pulled: bool) -> SymmetricMatrix {
+    pub(crate) fn weighted_tangent(&self, u: &[f64], m: f64, z: &[f64], pulled: bool) -> SymmetricMatrix {
         assert_eq!(z.len(), self.n_rows());
         let u = self.expand(u);
         let mesh = self.model.mesh();
@@ -314,7 +315,7 @@ impl<'m> GreenStrain<'m> {
 
     /// The least principal stretch over the points of integration, with the sign of `det ∂x/∂X`: 1 at rest,
     /// and negative where an element is turned inside out, which the energy of St. Venant–Kirchhoff does not
-    /// prevent. Below [`SOFTENING`] a bar that is compressed bears less, the more it is compressed.
+    /// prevent. Below [`SOFTENING`] a bar that is compressed has less force, the more it is compressed.
     pub fn least_stretch(&self, u: &[f64]) -> f64 {
         let u = self.expand(u);
         let of_chunk = |chunk: usize| {
@@ -326,7 +327,7 @@ impl<'m> GreenStrain<'m> {
                     let [a, b, c] = deformation(&gradient);
                     let (strains, _) = principal(&green(&gradient));
                     let square = 1.0 + 2.0 * strains.into_iter().fold(f64::INFINITY, f64::min);
-                    least = least.min(square.max(0.0).sqrt().copysign(dot(&a, &cross(b, c))));
+                    least = least.min(square.max(0.0).sqrt().copysign(dot(a, cross(b, c))));
                 }
             }
             least
@@ -356,7 +357,7 @@ impl<'m> GreenStrain<'m> {
     }
 
     /// The points of an element.
-    fn points(&self, element: usize) -> impl Iterator<Item = At<'_>> {
+    fn points(&self, element: usize) -> impl Iterator<Item = ElementPoint<'_>> {
         let [[map, point], [next_map, next_point]] = [self.first[element], self.first[element + 1]];
         let mesh = self.model.mesh();
         let roots = self.roots[mesh.element_region[element] as usize];
@@ -367,7 +368,11 @@ impl<'m> GreenStrain<'m> {
         table.iter().enumerate().map(move |(k, point)| {
             let map = &maps[k.min(maps.len() - 1)];
             let root = map.root * point.root_weight;
-            At { gradients: &point.gradients[..n], inverse: &map.inverse, roots: roots.map(|x| root * x) }
+            ElementPoint {
+                gradients: &point.gradients[..n],
+                inverse: &map.inverse,
+                roots: roots.map(|x| root * x),
+            }
         })
     }
 
@@ -418,14 +423,14 @@ impl<'m> GreenStrain<'m> {
 }
 
 /// An element at one of its points.
-struct At<'a> {
+struct ElementPoint<'a> {
     gradients: &'a [[f64; 3]],
     inverse: &'a Tensor,
     /// `√(w det J)` times the roots of the moduli.
     roots: [f64; 2],
 }
 
-impl At<'_> {
+impl ElementPoint<'_> {
     /// `H`, `H_ij = ∂u_i/∂x_j`.
     fn gradient(&self, nodal: &Nodal) -> Tensor {
         let mut reference = [[0.0; 3]; 3];
@@ -467,10 +472,10 @@ impl At<'_> {
     /// Adds `P ∇N_a` to each node, with `P` the weighted first Piola–Kirchhoff stress.
     fn add_forces(&self, p: &Tensor, forces: &mut [[f64; 3]]) {
         // P J⁻ᵀ, so that no gradient in space is needed.
-        let reference: Tensor = p.map(|row| self.inverse.map(|j| dot(&row, &j)));
+        let reference: Tensor = p.map(|row| self.inverse.map(|j| dot(row, j)));
         for (f, g) in forces.iter_mut().zip(self.gradients) {
             for i in 0..3 {
-                f[i] += dot(&reference[i], g);
+                f[i] += dot(reference[i], *g);
             }
         }
     }
@@ -484,13 +489,13 @@ impl At<'_> {
         for (g, r) in g.iter_mut().zip(self.gradients) {
             *g = std::array::from_fn(|i| (0..3).map(|k| r[k] * self.inverse[k][i]).sum());
         }
-        let turned: Nodal = g.map(|g| f.map(|row| dot(&row, &g)));
-        let pulled: Nodal = g.map(|g| stress.map(|row| dot(&row, &g)));
-        let left: Tensor = f.map(|row| f.map(|other| dot(&row, &other)));
+        let turned: Nodal = g.map(|g| f.map(|row| dot(row, g)));
+        let pulled: Nodal = g.map(|g| stress.map(|row| dot(row, g)));
+        let left: Tensor = f.map(|row| f.map(|other| dot(row, other)));
         for a in 0..n {
             for b in a..n {
                 let block = &mut blocks[a * n + b];
-                let (shear, own) = (mu * dot(&g[a], &g[b]), dot(&g[a], &pulled[b]));
+                let (shear, own) = (mu * dot(g[a], g[b]), dot(g[a], pulled[b]));
                 for i in 0..3 {
                     for j in 0..3 {
                         block[3 * i + j] += lambda * turned[a][i] * turned[b][j]
@@ -577,10 +582,6 @@ fn principal(t: &Tensor) -> ([f64; 3], Tensor) {
         }
     }
     ([a[0][0], a[1][1], a[2][2]], axes)
-}
-
-fn dot(a: &[f64; 3], b: &[f64; 3]) -> f64 {
-    a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
 }
 
 /// `A B`.

@@ -3,16 +3,16 @@
 use std::fmt;
 use std::sync::OnceLock;
 
-/// What makes a value.
-type Make<T> = Box<dyn Fn() -> T + Send + Sync>;
+/// Initializer of a value.
+type Initializer<T> = Box<dyn Fn() -> T + Send + Sync>;
 
 /// A value, or how to make it.
-pub(super) struct Late<T> {
+pub(super) struct Lazy<T> {
     found: OnceLock<T>,
-    make: Make<T>,
+    make: Initializer<T>,
 }
 
-impl<T> Late<T> {
+impl<T> Lazy<T> {
     /// A value that is not there yet.
     pub fn new(make: impl Fn() -> T + Send + Sync + 'static) -> Self {
         Self { found: OnceLock::new(), make: Box::new(make) }
@@ -23,13 +23,13 @@ impl<T> Late<T> {
         self.found.get_or_init(|| (self.make)())
     }
 
-    /// Whether anyone has asked.
-    pub fn is_made(&self) -> bool {
+    /// True if anyone has asked.
+    pub(crate) fn is_made(&self) -> bool {
         self.found.get().is_some()
     }
 }
 
-impl<T> fmt::Debug for Late<T> {
+impl<T> fmt::Debug for Lazy<T> {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.debug_struct("Late").field("is_made", &self.is_made()).finish_non_exhaustive()
     }

@@ -8,8 +8,9 @@ use std::collections::HashMap;
 use faer::{MatMut, MatRef};
 
 use super::assembly::element_nodes;
-use super::element::{EDGES, ElementKernel, cross};
+use super::element::{EDGES, ElementKernel};
 use super::model::Model;
+use crate::linalg::vec3::cross;
 use crate::mesh::{Mesh, Order};
 
 /// Corners of the four faces of a tetrahedron, seen counter-clockwise from outside.
@@ -54,7 +55,7 @@ pub enum LoadError {
 ///
 /// # Errors
 /// [`LoadError`] for a triangle that is no face of an element, or of two.
-pub fn surface_facets(mesh: &Mesh, corners: &[[u32; 3]]) -> Result<Vec<Facet>, LoadError> {
+pub(crate) fn surface_facets(mesh: &Mesh, corners: &[[u32; 3]]) -> Result<Vec<Facet>, LoadError> {
     let mut wanted: HashMap<[u32; 3], (Option<Facet>, usize)> =
         corners.iter().map(|&c| (sorted(c), (None, 0))).collect();
     for element in mesh.elements.chunks_exact(mesh.order.nodes_per_element()) {
@@ -160,7 +161,7 @@ impl Model {
     }
 
     /// `∫ N_a t dA` for a uniform traction `t`, Pa, on a set of facets.
-    pub fn traction_load(&self, facets: &[Facet], traction: [f64; 3]) -> Vec<f64> {
+    pub(crate) fn traction_load(&self, facets: &[Facet], traction: [f64; 3]) -> Vec<f64> {
         self.facet_load(facets, |normal| {
             let area = normal.iter().map(|x| x * x).sum::<f64>().sqrt();
             traction.map(|t| t * area)
@@ -168,7 +169,7 @@ impl Model {
     }
 
     /// `−∫ N_a p n dA` for a uniform pressure `p`, Pa, pushing against the outward normal `n`.
-    pub fn pressure_load(&self, facets: &[Facet], pressure: f64) -> Vec<f64> {
+    pub(crate) fn pressure_load(&self, facets: &[Facet], pressure: f64) -> Vec<f64> {
         self.facet_load(facets, |normal| normal.map(|n| -pressure * n))
     }
 

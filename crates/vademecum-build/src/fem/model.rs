@@ -10,10 +10,10 @@ use super::element::Material;
 use super::engine::Engine;
 use super::model_error::ModelError;
 use super::pencil::Pencil;
-use super::rigid::Rigid;
-use super::whole::Whole;
+use super::rigid::RigidBody;
+use super::whole::AssemblyPlan;
 use crate::mesh::Mesh;
-use crate::store::{Hashed, Inputs};
+use crate::store::{Inputs, StageInput};
 
 /// A supported body at full order.
 #[derive(Clone, Debug)]
@@ -44,7 +44,7 @@ impl Model {
     ///
     /// # Errors
     /// As [`Model::assemble`]; [`ModelError::Engine`].
-    pub fn assemble_on(
+    pub(crate) fn assemble_on(
         engine: Option<&Arc<dyn Engine>>,
         mesh: Mesh,
         materials: &[Material],
@@ -64,13 +64,13 @@ impl Model {
         let mut pencil = match engine {
             None => assemble(&mesh, materials, &dofs)?,
             Some(engine) => {
-                let whole = Arc::new(Whole::new(mesh.clone(), materials, dofs.clone())?);
+                let whole = Arc::new(AssemblyPlan::new(mesh.clone(), materials, dofs.clone())?);
                 let rows = engine.assemble(&whole)?;
                 Pencil::spread(rows, whole.away())
             }
         };
         if free {
-            let rigid = Rigid::new(&mesh.nodes, pencil.mass());
+            let rigid = RigidBody::new(&mesh.nodes, pencil.mass());
             pencil = pencil.with_rigid(rigid);
         }
         Ok(Model { mesh, materials: materials.to_vec(), dofs, pencil })
@@ -274,7 +274,7 @@ fn rank(mut gram: [[f64; 6]; 6]) -> usize {
 
 /// The matrices of all regions on their pattern, and the dofs they stand for. Mesh, materials and supports
 /// act on the dynamics through these alone.
-impl Hashed for Model {
+impl StageInput for Model {
     fn add_to(&self, inputs: Inputs) -> Inputs {
         let shape = inputs.indices(self.dofs().dof_of_free()).value(&self.dofs().n_dof());
         if let Some(away) = self.pencil().away() {

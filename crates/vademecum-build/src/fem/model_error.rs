@@ -35,7 +35,7 @@ pub enum ModelError {
     FoldedElement {
         /// Index of the element.
         element: u32,
-        /// What was found.
+        /// The value found.
         source: ElementError,
     },
     /// The mesh has no element, or every dof is held.

@@ -19,7 +19,7 @@ use faer::prelude::{Reborrow, ReborrowMut};
 use faer::{Accum, MatMut, MatRef, Par, Spec};
 use rayon::prelude::*;
 
-use super::number::Number;
+use super::number::FactorScalar;
 use super::sparse::SymmetricMatrix;
 use super::supernodes::{Group, Scaling, Supernodes};
 use crate::linalg::{SHARED, by_rows};
@@ -27,12 +27,12 @@ use crate::linalg::{SHARED, by_rows};
 /// Columns of a group that are factorised at a time.
 const PANEL: usize = 128;
 
-/// The values of `L` in the places of the groups, of the matrix or of what stands in for it; whatever is
-/// above a diagonal means nothing.
+/// The values of `L` in the places of the groups, of the matrix or of its substitute; whatever is above a
+/// diagonal means nothing.
 ///
 /// # Errors
 /// A pivot that is not positive, by its place in the order of elimination.
-pub(super) fn factorise<T: Number>(
+pub(super) fn factorise<T: FactorScalar>(
     supernodes: &Supernodes,
     matrix: &SymmetricMatrix,
     scaling: Option<&Scaling>,
@@ -58,7 +58,7 @@ pub(super) fn factorise<T: Number>(
 }
 
 /// Adds what a child left to the places of its parent, and to what that will leave.
-fn add<T: Number>(
+fn add<T: FactorScalar>(
     supernodes: &Supernodes,
     child: &Group,
     from: &[T],
@@ -90,7 +90,7 @@ fn add<T: Number>(
 ///
 /// # Errors
 /// The first pivot that is not positive.
-fn front<T: Number>(mut values: MatMut<'_, T>, update: &mut [T]) -> Result<(), usize> {
+fn front<T: FactorScalar>(mut values: MatMut<'_, T>, update: &mut [T]) -> Result<(), usize> {
     let columns = values.ncols();
     let below = values.nrows() - columns;
     let mut rest = values.rb_mut();
@@ -117,7 +117,7 @@ fn front<T: Number>(mut values: MatMut<'_, T>, update: &mut [T]) -> Result<(), u
 }
 
 /// Takes `G Gᵀ` off the first columns of a symmetric matrix, on and below the diagonal.
-fn subtract_square<T: Number>(matrix: MatMut<'_, T>, g: MatRef<'_, T>) {
+fn subtract_square<T: FactorScalar>(matrix: MatMut<'_, T>, g: MatRef<'_, T>) {
     let minus = T::nearest(-1.0);
     let columns = matrix.ncols();
     by_rows(matrix, g.ncols(), |first, rows| {

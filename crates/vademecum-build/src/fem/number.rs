@@ -2,8 +2,8 @@
 
 use faer::traits::RealField;
 
-/// A number of a factor: double precision, or single precision where memory asks for it.
-pub(super) trait Number: RealField + Copy + Send + Sync {
+/// A scalar of a factor: double precision, or single precision to save memory.
+pub(super) trait FactorScalar: RealField + Copy + Send + Sync {
     /// The nearest one.
     fn nearest(value: f64) -> Self;
 
@@ -11,7 +11,7 @@ pub(super) trait Number: RealField + Copy + Send + Sync {
     fn fused(self, factor: Self, term: Self) -> Self;
 }
 
-impl Number for f64 {
+impl FactorScalar for f64 {
     #[inline(always)]
     fn fused(self, factor: f64, term: f64) -> f64 {
         self.mul_add(factor, term)
@@ -22,7 +22,7 @@ impl Number for f64 {
     }
 }
 
-impl Number for f32 {
+impl FactorScalar for f32 {
     #[inline(always)]
     fn fused(self, factor: f32, term: f32) -> f32 {
         self.mul_add(factor, term)

@@ -5,9 +5,9 @@ use faer::{Mat, MatRef};
 
 use super::assembly::{assemble, element_nodes};
 use super::dofs::DofMap;
-use super::element::cross;
 use super::test_mesh::{block, hold, moved, quadratic};
 use super::*;
+use crate::linalg::vec3::cross;
 use crate::mesh::{Mesh, Region};
 
 const STEEL: Material = Material { young: 210e9, poisson: 0.3, density: 7800.0 };

@@ -8,8 +8,8 @@ use std::sync::Arc;
 
 use faer::MatRef;
 
-use super::late::Late;
-use super::rigid::Rigid;
+use super::late::Lazy;
+use super::rigid::RigidBody;
 use super::sparse::{Pattern, SymmetricMatrix};
 use super::spread::SpreadMatrix;
 
@@ -30,14 +30,14 @@ pub struct Pencil {
     /// The node of each free dof, ascending; `None` when the matrices came without a mesh.
     dof_nodes: Option<Vec<u32>>,
     /// The rigid motions of a body without supports.
-    rigid: Option<Arc<Rigid>>,
-    /// What is behind matrices whose rows lie on ranks.
-    away: Option<Arc<Away>>,
+    rigid: Option<Arc<RigidBody>>,
+    /// Source of matrices whose rows are on other ranks.
+    away: Option<Arc<RemoteMatrices>>,
 }
 
-/// What is behind matrices whose rows lie on ranks.
+/// Source of matrices whose rows are on other ranks.
 #[derive(Debug)]
-pub(super) struct Away {
+pub(super) struct RemoteMatrices {
     /// The free dof at each place of the order in which rows are dealt.
     pub order: Arc<Vec<u32>>,
     /// Number of material regions.
@@ -45,16 +45,16 @@ pub(super) struct Away {
     /// About how many numbers a factor has.
     pub factor_entries: usize,
     /// Both matrices in this process, once something needs their entries.
-    pub here: Arc<Late<Pencil>>,
+    pub here: Arc<Lazy<Pencil>>,
 }
 
-impl Away {
+impl RemoteMatrices {
     /// The same behind matrices whose regions are scaled.
-    fn scaled(&self, m: &[f64], k: &[f64]) -> Away {
+    fn scaled(&self, m: &[f64], k: &[f64]) -> RemoteMatrices {
         let (nominal, m, k) = (self.here.clone(), m.to_vec(), k.to_vec());
-        Away {
+        RemoteMatrices {
             order: self.order.clone(),
-            here: Arc::new(Late::new(move || nominal.get().scaled(&m, &k))),
+            here: Arc::new(Lazy::new(move || nominal.get().scaled(&m, &k))),
             ..*self
         }
     }
@@ -71,7 +71,7 @@ pub enum PencilError {
         /// Rows and columns of the stiffness matrix.
         stiffness: (usize, usize),
     },
-    /// An entry lies outside the matrix.
+    /// An entry outside the matrix.
     #[error("entry ({row}, {column}) lies outside a matrix of size {n}")]
     OutOfBounds {
         /// Row of the entry.
@@ -120,7 +120,7 @@ impl Pencil {
     }
 
     /// Mass and stiffness of a body whose rows lie on ranks.
-    pub(super) fn spread([mass, stiffness]: [Arc<dyn SpreadMatrix>; 2], away: Away) -> Pencil {
+    pub(super) fn spread([mass, stiffness]: [Arc<dyn SpreadMatrix>; 2], away: RemoteMatrices) -> Pencil {
         let away = Arc::new(away);
         let [of_mass, of_stiffness] = [(); 2].map(|()| away.clone());
         Pencil {
@@ -135,8 +135,8 @@ impl Pencil {
         }
     }
 
-    /// What is behind matrices whose rows lie on ranks.
-    pub(super) fn away(&self) -> Option<&Arc<Away>> {
+    /// Source of matrices whose rows are on other ranks.
+    pub(super) fn away(&self) -> Option<&Arc<RemoteMatrices>> {
         self.away.as_ref()
     }
 
@@ -145,8 +145,8 @@ impl Pencil {
         [self.mass.spread(), self.stiffness.spread()]
     }
 
-    /// Whether something needed entries of matrices whose rows lie on ranks, and had them assembled here.
-    pub fn was_assembled_here(&self) -> bool {
+    /// True if something needed entries of matrices whose rows lie on ranks, and had them assembled here.
+    pub(crate) fn was_assembled_here(&self) -> bool {
         self.away.as_ref().is_some_and(|away| away.here.is_made())
     }
 
@@ -205,12 +205,12 @@ impl Pencil {
     }
 
     /// The same pencil as that of a body without supports.
-    pub(crate) fn with_rigid(self, rigid: Rigid) -> Pencil {
+    pub(crate) fn with_rigid(self, rigid: RigidBody) -> Pencil {
         Pencil { rigid: Some(Arc::new(rigid)), ..self }
     }
 
     /// The rigid motions of a body without supports; `None` of a body that is held.
-    pub fn rigid(&self) -> Option<&Arc<Rigid>> {
+    pub fn rigid(&self) -> Option<&Arc<RigidBody>> {
         self.rigid.as_ref()
     }
 
@@ -298,7 +298,7 @@ impl Pencil {
     }
 
     /// The node each free dof belongs to, ascending; `None` for matrices without a mesh.
-    pub fn dof_nodes(&self) -> Option<&[u32]> {
+    pub(crate) fn dof_nodes(&self) -> Option<&[u32]> {
         self.here().dof_nodes.as_deref()
     }
 }

@@ -15,11 +15,13 @@
 use faer::{Mat, MatMut, MatRef, Side};
 
 use super::sparse::SymmetricMatrix;
+use crate::linalg::vec3::cross;
 use crate::linalg::{subtract_product, transposed_product};
 
 /// Mass, place and moments of inertia of a body without supports, and its rigid motions.
 #[derive(Clone, Debug)]
-pub struct Rigid {
+#[doc(alias("inertia relief", "floating frame of reference"))]
+pub struct RigidBody {
     /// Mass \[kg\].
     pub mass: f64,
     /// Its centre \[m\].
@@ -34,13 +36,13 @@ pub struct Rigid {
     pins: [usize; 6],
 }
 
-impl Rigid {
+impl RigidBody {
     /// The rigid motions of a body all of whose dofs are free: `3 · node + component` is the row of a
     /// component of a node.
     ///
     /// # Panics
     /// If there are not three rows per node, or the nodes lie on a line.
-    pub(crate) fn new(nodes: &[[f64; 3]], mass: &SymmetricMatrix) -> Rigid {
+    pub(crate) fn new(nodes: &[[f64; 3]], mass: &SymmetricMatrix) -> RigidBody {
         let n = 3 * nodes.len();
         assert_eq!(mass.n(), n, "every dof of a free body is free");
         let push = field(nodes, |_| [1.0, 0.0, 0.0]);
@@ -66,13 +68,13 @@ impl Rigid {
         }
         let momenta = times(mass, motions.as_ref());
         let pins = pins(motions.as_ref());
-        Rigid { mass: total, centre, inertia, motions, momenta, pins }
+        RigidBody { mass: total, centre, inertia, motions, momenta, pins }
     }
 
     /// The same with springs at other dofs.
     #[cfg(test)]
-    pub(crate) fn with_pins(self, pins: [usize; 6]) -> Rigid {
-        Rigid { pins, ..self }
+    pub(crate) fn with_pins(self, pins: [usize; 6]) -> RigidBody {
+        RigidBody { pins, ..self }
     }
 
     /// `Φ`, shape (n, 6).
@@ -133,10 +135,6 @@ fn times(mass: &SymmetricMatrix, columns: MatRef<'_, f64>) -> Mat<f64> {
     let mut image = Mat::zeros(columns.nrows(), columns.ncols());
     mass.mul_into(columns, image.as_mut());
     image
-}
-
-fn cross(a: [f64; 3], b: [f64; 3]) -> [f64; 3] {
-    [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
 }
 
 /// The principal axes of moments of inertia; the axes of the coordinates if there is no finding them.

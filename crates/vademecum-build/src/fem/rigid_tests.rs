@@ -6,7 +6,7 @@ use faer::linalg::triangular_solve::solve_lower_triangular_in_place;
 use faer::{Mat, Par};
 
 use super::test_mesh::{block, hold};
-use super::{Material, Model, ModelError, Pencil, Rigid, Solve, Symbolic};
+use super::{Material, Model, ModelError, Pencil, RigidBody, Solve, Symbolic};
 use crate::dynamics::lowest_modes;
 use crate::mesh::{self, Order};
 use crate::progress::Silent;
@@ -19,7 +19,7 @@ fn brick(order: Order) -> Model {
     Model::assemble(mesh, &[RUBBER], &free).expect("a free body")
 }
 
-fn rigid(model: &Model) -> &Rigid {
+fn rigid(model: &Model) -> &RigidBody {
     model.pencil().rigid().expect("a free body")
 }
 

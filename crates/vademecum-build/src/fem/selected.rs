@@ -8,8 +8,8 @@
 //! Z_IJ = −Z_II G        Z_JJ = D⁻¹ − Gᵀ Z_IJ        Z = A⁻¹
 //! ```
 //!
-//! needs `Z_II` only, which stands in the places of the factor. The derivative along `A + εW` follows in the
-//! same way: first `Ḋ` and `Ġ`, from the first group to the last, then `Y = −Ż = A⁻¹WA⁻¹` downwards:
+//! needs `Z_II` only, which has the pattern of the factor. The derivative along `A + εW` follows in the same
+//! way: first `Ḋ` and `Ġ`, from the first group to the last, then `Y = −Ż = A⁻¹WA⁻¹` downwards:
 //!
 //! ```text
 //! Ȧ_II ← Ȧ_II − (V Gᵀ + G Vᵀ)                 V = Ȧ_IJ − ½ G Ḋ        Ḋ = Ȧ_JJ
@@ -30,7 +30,7 @@ use faer::{Accum, Mat, MatMut, MatRef, Par};
 use rayon::prelude::*;
 
 use super::factor::{Factor, Solve, Symbolic};
-use super::rigid::Rigid;
+use super::rigid::RigidBody;
 use super::sparse::SymmetricMatrix;
 use super::supernodes::{Group, Run, Supernodes};
 use crate::linalg::{SHARED, by_rows, symmetric_part};
@@ -38,19 +38,20 @@ use crate::progress::{Cancelled, Listener};
 
 /// Rows and columns of a tile that is mirrored at a time: two fit the first cache.
 const TILE: usize = 32;
-/// What moving a number between groups costs, in multiplications of a dense product.
+/// Cost of moving a number between groups, in multiplications of a dense product.
 const MOVE: f64 = 40.0;
 
 /// Entries of `A⁻¹` and of `A⁻¹WA⁻¹` on the pattern of the factor of `A`.
 #[derive(Clone, Debug)]
-pub struct Selected {
+#[doc(alias("Takahashi", "selected inversion"))]
+pub struct SelectedInverse {
     supernodes: Arc<Supernodes>,
     inverse: Vec<f64>,
     weighted: Vec<f64>,
-    relief: Option<Relief>,
+    relief: Option<ReliefProjection>,
 }
 
-impl Selected {
+impl SelectedInverse {
     /// Entry of `A⁻¹`; `None` off the pattern. For the stiffness of a body without supports it is that of
     /// `K⁺`.
     pub fn inverse(&self, row: usize, column: usize) -> Option<f64> {
@@ -66,7 +67,7 @@ impl Selected {
     }
 }
 
-/// What inertia relief takes off the entries for `Kₛ` (see [`Rigid`]). With `Z = Kₛ⁻¹`, `Y = ZMΦ`,
+/// Correction of the entries for `Kₛ` by inertia relief (see [`RigidBody`]). With `Z = Kₛ⁻¹`, `Y = ZMΦ`,
 /// `S = ΦᵀMY`, `V = ZMY` and `T = ΦᵀMV`:
 ///
 /// ```text
@@ -74,7 +75,7 @@ impl Selected {
 /// K⁺MK⁺ = ZMZ − ΦCᵀ − CΦᵀ − (Y − ΦS)(Y − ΦS)ᵀ   C = V − ½ΦT
 /// ```
 #[derive(Clone, Debug)]
-struct Relief {
+struct ReliefProjection {
     motions: Mat<f64>,
     /// `A`, `C` and `Y − ΦS`, shape (n, 6).
     half: Mat<f64>,
@@ -82,8 +83,8 @@ struct Relief {
     answers: Mat<f64>,
 }
 
-impl Relief {
-    fn new(factor: &Factor, rigid: &Rigid, mass: &SymmetricMatrix) -> Relief {
+impl ReliefProjection {
+    fn new(factor: &Factor, rigid: &RigidBody, mass: &SymmetricMatrix) -> ReliefProjection {
         let held = factor.without_rigid();
         let mut solve = Solve::new(held.symbolic(), 6, false);
         let (motions, momenta) = (rigid.motions(), rigid.momenta());
@@ -94,7 +95,7 @@ impl Relief {
         solve.solve_in_place(&held, second.as_mut());
         let shares = |columns: &Mat<f64>| motions * symmetric_part((momenta.transpose() * columns).as_ref());
         let (own, other) = (shares(&answers), shares(&second));
-        Relief {
+        ReliefProjection {
             motions: motions.to_owned(),
             half: &answers - faer::Scale(0.5) * &own,
             half_weighted: second - faer::Scale(0.5) * other,
@@ -115,12 +116,12 @@ impl Relief {
 
 impl Symbolic {
     /// Multiplications of [`Factor::select`], and what takes as long.
-    pub fn select_work(&self) -> f64 {
+    pub(crate) fn select_work(&self) -> f64 {
         self.supernodes().groups.iter().map(work).sum()
     }
 
-    /// Memory of [`Factor::select`] beside the factor \[bytes\].
-    pub fn select_bytes(&self) -> usize {
+    /// Memory of [`Factor::select`] in addition to the factor \[bytes\].
+    pub(crate) fn select_bytes(&self) -> usize {
         let supernodes = self.supernodes();
         let workspace = 2 * supernodes.tallest().pow(2) + 2 * supernodes.largest();
         self.factor_bytes().saturating_add(size_of::<f64>() * workspace)
@@ -146,8 +147,12 @@ impl Factor {
     /// If `weight` is on another pattern.
     ///
     /// For the stiffness of a body without supports `weight` is its mass.
-    pub fn select(self, weight: &SymmetricMatrix, listener: &dyn Listener) -> Result<Selected, Cancelled> {
-        let relief = self.rigid().map(|rigid| Relief::new(&self, rigid, weight));
+    pub fn select(
+        self,
+        weight: &SymmetricMatrix,
+        listener: &dyn Listener,
+    ) -> Result<SelectedInverse, Cancelled> {
+        let relief = self.rigid().map(|rigid| ReliefProjection::new(&self, rigid, weight));
         let (symbolic, mut inverse) = self.into_values();
         assert!(std::ptr::eq(symbolic.pattern(), &**weight.pattern()), "one pattern per symbolic analysis");
         let supernodes = symbolic.supernodes().clone();
@@ -170,7 +175,7 @@ impl Factor {
             downwards(&supernodes, group, [&mut inverse, &mut weighted], &mut fronts, &mut spare);
             advance(group, 2.0 / 3.0)?;
         }
-        Ok(Selected { supernodes, inverse, weighted, relief })
+        Ok(SelectedInverse { supernodes, inverse, weighted, relief })
     }
 }
 
@@ -282,7 +287,7 @@ fn downwards(
     mirror(slope);
 }
 
-/// The square on the columns of a group, and what stands below it.
+/// The square on the columns of a group, and the rows below it.
 fn parts<'a>(values: &'a mut [f64], group: &Group) -> (MatMut<'a, f64>, MatMut<'a, f64>) {
     let height = group.columns + group.below();
     MatMut::from_column_major_slice_mut(values, height, group.columns).split_at_row_mut(group.columns)

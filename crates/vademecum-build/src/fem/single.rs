@@ -1,20 +1,20 @@
 //! Solves with a factor in single precision, which takes half the memory of one in double precision.
 //!
-//! What is factorised is `D A D`, with a diagonal `D` of powers of two that brings the diagonal near one; and
-//! where its rounding makes it indefinite, `D A D + δ I` with the least δ of a few that mends it. The factor
-//! is only a preconditioner: conjugate gradients in double precision solve `A x = b` with it (Hestenes and
-//! Stiefel 1952). Few iterations do, because the factor differs from `A` by its rounding, and what that
+//! The factorised matrix is `D A D`, with a diagonal `D` of powers of two that brings the diagonal near one;
+//! and where its rounding makes it indefinite, `D A D + δ I` with the smallest sufficient δ of a few. The
+//! factor is only a preconditioner: conjugate gradients in double precision solve `A x = b` with it (Hestenes
+//! and Stiefel 1952). Few iterations do, because the factor differs from `A` by its rounding, and what that
 //! spoils most is solved for apart ([`super::coarse`]). Iterative refinement would need more, and fail where
 //! the condition of `D A D` times that rounding exceeds one.
 //!
-//! What an iteration takes off the square of the error in the energy norm is known, and is nearly all of it.
+//! The reduction of the squared error in the energy norm by an iteration is known, and is nearly all of it.
 //! It falls by much the same factor each time, so the last one is foretold and not waited for.
 
 use faer::prelude::{Reborrow, ReborrowMut};
 use faer::{Mat, MatMut};
 use rayon::prelude::*;
 
-use super::coarse::Coarse;
+use super::coarse::CoarseSpace;
 use super::multifrontal::factorise;
 use super::sparse::{AT_ONCE, SymmetricMatrix, contiguous, contiguous_mut};
 use super::substitution::{gather, scatter, substitute_by_groups};
@@ -24,22 +24,22 @@ use crate::linalg::column_groups;
 /// The error of a solution, relative to it in the energy norm, at which an iteration ends.
 pub(super) const TOLERANCE: f64 = 1e-12;
 
-/// δ, beside a diagonal near one: from nothing to some thousand times the rounding of single precision.
+/// δ, relative to a diagonal near one: from nothing to some thousand times the rounding of single precision.
 const SHIFTS: [f64; 4] = [0.0, 1e-6, 1e-5, 1e-4];
 
 /// By how much the next gain may exceed what is foretold of it.
 const CAUTION: f64 = 10.0;
 
 /// Iterations after which a solution is given up.
-const MOST: usize = 200;
+const MAX_ITERATIONS: usize = 200;
 
 /// A factor in single precision.
 #[derive(Clone, Debug)]
-pub(super) struct Single {
+pub(super) struct SingleFactor {
     values: Vec<f32>,
     scaling: Scaling,
     /// Absent where none was found, which only costs iterations.
-    coarse: Option<Coarse>,
+    coarse: Option<CoarseSpace>,
 }
 
 /// Memory of an iteration for some columns.
@@ -71,15 +71,15 @@ struct Column<'a> {
     residual: &'a mut [f64],
     direction: &'a mut [f64],
     turned: &'a mut [f64],
-    state: &'a mut State,
+    state: &'a mut Convergence,
 }
 
-/// How far the iteration for one column is.
+/// Progress of the iteration for one column.
 #[derive(Clone, Copy, Default)]
-struct State {
+struct Convergence {
     /// `rᵀ z` of the last iteration.
     product: f64,
-    /// What the last iteration took off the square of the error.
+    /// Reduction of the squared error by the last iteration.
     gain: f64,
     /// `xᵀ A x`, what the iterations have added up to.
     energy: f64,
@@ -88,7 +88,7 @@ struct State {
     done: bool,
 }
 
-impl State {
+impl Convergence {
     /// The error of the solution in the energy norm, relative to it.
     fn error(&self) -> f64 {
         let squared = if self.left == 0.0 { 0.0 } else { self.left / self.energy };
@@ -97,7 +97,7 @@ impl State {
     }
 }
 
-impl Single {
+impl SingleFactor {
     /// Factorises a matrix; `None` where no δ makes it definite.
     pub fn new(supernodes: &Supernodes, matrix: &SymmetricMatrix) -> Option<Self> {
         let root = |i| 0.5 * matrix.diagonal(i).max(f64::MIN_POSITIVE).log2();
@@ -108,7 +108,7 @@ impl Single {
             let values = factorise(supernodes, matrix, Some(&scaling)).ok()?;
             let mut single = Self { values, scaling: scaling.clone(), coarse: None };
             let mut image = vec![0.0; supernodes.n() * AT_ONCE];
-            single.coarse = Coarse::find(matrix, |x| single.precondition(supernodes, &mut image, x));
+            single.coarse = CoarseSpace::find(matrix, |x| single.precondition(supernodes, &mut image, x));
             Some(single)
         })
     }
@@ -116,7 +116,7 @@ impl Single {
     /// Memory of one \[bytes\].
     pub fn bytes(supernodes: &Supernodes) -> usize {
         let values = supernodes.len().saturating_mul(size_of::<f32>());
-        values.saturating_add(Coarse::bytes(supernodes.n()))
+        values.saturating_add(CoarseSpace::bytes(supernodes.n()))
     }
 
     /// Overwrites the columns of `x` by `A⁻¹ x`, and returns the largest error of them, relative in the
@@ -137,8 +137,8 @@ impl Single {
         turned.copy_from(x.rb());
         x.fill(0.0);
         direction.fill(0.0);
-        let mut states = vec![State::default(); k];
-        for _ in 0..MOST {
+        let mut states = vec![Convergence::default(); k];
+        for _ in 0..MAX_ITERATIONS {
             self.precondition(supernodes, image, turned.rb_mut());
             each(&mut x, [&mut residual, &mut direction, &mut turned], &mut states, |column| column.turn());
             if states.iter().all(|state| state.done) {
@@ -150,10 +150,10 @@ impl Single {
                 break;
             }
         }
-        states.iter().map(State::error).fold(0.0, f64::max)
+        states.iter().map(Convergence::error).fold(0.0, f64::max)
     }
 
-    /// Overwrites the columns of `z`, each taken at the size of one, by `D L⁻ᵀ L⁻¹ D z` beside the coarse
+    /// Overwrites the columns of `z`, each taken at the size of one, by `D L⁻ᵀ L⁻¹ D z` plus the coarse
     /// space.
     fn precondition(&self, supernodes: &Supernodes, image: &mut [f32], mut z: MatMut<'_, f64>) {
         let shares = self.coarse.as_ref().map(|coarse| coarse.take_off(z.rb_mut()));
@@ -181,7 +181,7 @@ impl Single {
 fn each(
     x: &mut MatMut<'_, f64>,
     blocks: [&mut MatMut<'_, f64>; 3],
-    states: &mut [State],
+    states: &mut [Convergence],
     task: impl Fn(&mut Column<'_>) + Sync,
 ) {
     let [residual, direction, turned] = blocks.map(|block| column_groups(block.rb_mut(), 1));
@@ -199,7 +199,7 @@ impl Column<'_> {
     /// Takes the residual under the preconditioner, and turns the direction, unless the column is solved for.
     fn turn(&mut self) {
         let product = dot(self.residual, self.turned);
-        let State { product: before, energy, .. } = *self.state;
+        let Convergence { product: before, energy, .. } = *self.state;
         self.state.product = product;
         // `z` is nearly the error. What is not a number does not go on.
         let goes_on = product > TOLERANCE * TOLERANCE * energy;

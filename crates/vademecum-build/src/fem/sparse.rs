@@ -5,7 +5,7 @@
 //! gather that runs in parallel over rows with no sums across threads, hence the same bits for any number of
 //! threads.
 //!
-//! Where ranks share the work on a body, the rows of a matrix lie on them. Products are then made there, and
+//! If ranks share the work on a body, each has some rows of a matrix. Products are then made there, and
 //! whatever asks for entries has the matrix assembled here.
 
 use std::cell::Cell;
@@ -17,7 +17,7 @@ use faer::{Mat, MatMut, MatRef};
 use pulp::Arch;
 use rayon::prelude::*;
 
-use super::late::Late;
+use super::late::Lazy;
 use super::spread::SpreadMatrix;
 use crate::linalg::row_groups;
 
@@ -50,11 +50,11 @@ impl Pattern {
     }
 
     /// Number of stored places, both triangles and the diagonal.
-    pub fn n_stored(&self) -> usize {
+    pub(crate) fn n_stored(&self) -> usize {
         self.rows.len()
     }
 
-    /// Where column `j` lies in the value array.
+    /// Range of column `j` in the value array.
     pub fn range(&self, j: usize) -> std::ops::Range<usize> {
         self.column_starts[j] as usize..self.column_starts[j + 1] as usize
     }
@@ -79,16 +79,16 @@ impl Pattern {
 #[derive(Clone, Debug)]
 pub struct SymmetricMatrix(Entries);
 
-/// Where the entries of a matrix are.
+/// Storage of the entries of a matrix.
 #[derive(Clone, Debug)]
 enum Entries {
     Here(Arc<Pattern>, Arc<Vec<f64>>, Arc<OnceLock<Option<NonZero>>>),
     /// On the ranks; here only once something needs them here.
-    Spread(Arc<dyn SpreadMatrix>, Arc<Late<SymmetricMatrix>>),
+    Distributed(Arc<dyn SpreadMatrix>, Arc<Lazy<SymmetricMatrix>>),
 }
 
-/// The entries of a matrix that are not zero, where they are few beside the places of its pattern: a mass
-/// couples no two components, so two thirds of its places hold zeros.
+/// The entries of a matrix that are not zero, where they are few compared with the places of its pattern: a
+/// mass couples no two components, so two thirds of its places hold zeros.
 #[derive(Clone, Debug)]
 struct NonZero {
     pattern: Pattern,
@@ -130,14 +130,14 @@ impl SymmetricMatrix {
         rows: Arc<dyn SpreadMatrix>,
         here: impl Fn() -> SymmetricMatrix + Send + Sync + 'static,
     ) -> Self {
-        SymmetricMatrix(Entries::Spread(rows, Arc::new(Late::new(here))))
+        SymmetricMatrix(Entries::Distributed(rows, Arc::new(Lazy::new(here))))
     }
 
     /// Number of rows and columns.
     pub fn n(&self) -> usize {
         match &self.0 {
             Entries::Here(pattern, ..) => pattern.n(),
-            Entries::Spread(rows, ..) => rows.diagonal().len(),
+            Entries::Distributed(rows, ..) => rows.diagonal().len(),
         }
     }
 
@@ -145,7 +145,7 @@ impl SymmetricMatrix {
     pub(super) fn spread(&self) -> Option<&Arc<dyn SpreadMatrix>> {
         match &self.0 {
             Entries::Here(..) => None,
-            Entries::Spread(rows, ..) => Some(rows),
+            Entries::Distributed(rows, ..) => Some(rows),
         }
     }
 
@@ -153,7 +153,7 @@ impl SymmetricMatrix {
     fn here(&self) -> (&Arc<Pattern>, &Arc<Vec<f64>>) {
         match &self.0 {
             Entries::Here(pattern, values, _) => (pattern, values),
-            Entries::Spread(_, here) => here.get().here(),
+            Entries::Distributed(_, here) => here.get().here(),
         }
     }
 
@@ -167,11 +167,11 @@ impl SymmetricMatrix {
         self.here().1
     }
 
-    /// Whether two matrices have the same values, on one pattern.
+    /// True if two matrices have the same values, on one pattern.
     pub(super) fn is_same(&self, other: &SymmetricMatrix) -> bool {
         match (&self.0, &other.0) {
             (Entries::Here(_, own, _), Entries::Here(_, other, _)) => Arc::ptr_eq(own, other) || own == other,
-            (Entries::Spread(own, ..), Entries::Spread(other, ..)) => Arc::ptr_eq(own, other),
+            (Entries::Distributed(own, ..), Entries::Distributed(other, ..)) => Arc::ptr_eq(own, other),
             _ => false,
         }
     }
@@ -187,7 +187,7 @@ impl SymmetricMatrix {
     pub fn diagonal(&self, j: usize) -> f64 {
         match &self.0 {
             Entries::Here(..) => self.get(j, j).unwrap_or(0.0),
-            Entries::Spread(rows, ..) => rows.diagonal()[j],
+            Entries::Distributed(rows, ..) => rows.diagonal()[j],
         }
     }
 
@@ -201,7 +201,7 @@ impl SymmetricMatrix {
         SymmetricMatrix::new(pattern.clone(), values)
     }
 
-    /// Whether every entry off the diagonal is zero.
+    /// True if every entry off the diagonal is zero.
     pub(crate) fn is_diagonal(&self) -> bool {
         let (pattern, values) = self.here();
         (0..self.n()).all(|j| {
@@ -248,7 +248,7 @@ impl SymmetricMatrix {
                 };
                 mul_rows(pattern, [(values.as_slice(), x)], y);
             }
-            Entries::Spread(rows, ..) => rows.mul_into(x, y),
+            Entries::Distributed(rows, ..) => rows.mul_into(x, y),
         }
     }
 

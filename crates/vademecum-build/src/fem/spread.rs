@@ -9,15 +9,15 @@ use faer::{MatMut, MatRef};
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("{call} failed: {reason}")]
 pub struct EngineError {
-    /// What was called, as the library names it.
+    /// Name of the call in the library.
     pub call: String,
-    /// What the library says of it.
+    /// Message of the library.
     pub reason: String,
-    /// What ran short, where that is the cause.
+    /// The exhausted resource, where that is the cause.
     pub short: Option<Resource>,
 }
 
-/// What a machine may run short of.
+/// A limited resource of a machine.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Resource {
     /// Memory.

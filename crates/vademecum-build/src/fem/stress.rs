@@ -24,7 +24,7 @@ pub struct StressPoint {
     pub region: u32,
 }
 
-/// What the displacement of one node adds to a stress, row by component of stress \[Pa/m\].
+/// Derivative of a stress by the displacement of one node, row by component of stress \[Pa/m\].
 pub type StressBlock = [[f64; 3]; COMPONENTS];
 
 /// Stress at points as rows over the displacements of nodes.

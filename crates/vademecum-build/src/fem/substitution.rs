@@ -1,8 +1,8 @@
 //! Forward and back substitution with a sparse Cholesky factor, `L y = b` and `Lᵀ x = y`.
 //!
-//! Blocks of right-hand sides lie row by row, so that dense products take the factor as it lies and copy none
-//! of it. Small factors are gone through group by group, and threads share columns. A large one is read once
-//! for all columns: threads share its elimination tree, and every group hands what it takes off the rows
+//! Blocks of right-hand sides are stored row by row, so that dense products use the factor in place and copy
+//! none of it. Small factors are processed group by group, and threads share columns. A large one is read
+//! once for all columns: threads share its elimination tree, and every group hands what it takes off the rows
 //! below it to its parent, as a factorisation does (see [`super::multifrontal`]):
 //!
 //! ```text
@@ -17,15 +17,15 @@ use faer::prelude::{Reborrow, ReborrowMut};
 use faer::{Accum, MatMut, MatRef, Par};
 use rayon::prelude::*;
 
-use super::number::Number;
+use super::number::FactorScalar;
 use super::supernodes::{Group, Supernodes};
-use super::thin::Thin;
+use super::thin::BlockKernel;
 use crate::linalg::{HEIGHT, SHARED, column_groups};
 
 /// Columns of a group that are solved for at a time.
 const PANEL: usize = 128;
 
-/// Reading an entry of the factor takes as long as multiplying it with so many columns.
+/// Reading an entry of the factor takes as long as multiplying it with this number of columns.
 const FEW_COLUMNS: usize = 16;
 
 /// Rows at least that one thread copies at a time.
@@ -40,7 +40,7 @@ pub(super) const LARGE: usize = 1 << 21;
 
 /// Overwrites `x` by `L⁻ᵀ L⁻¹ x`, on one thread. `x` holds the rows in the order of elimination, k numbers
 /// each, and `spare` k numbers for each row of the tallest group.
-pub(super) fn substitute<T: Number>(
+pub(super) fn substitute<T: FactorScalar>(
     supernodes: &Supernodes,
     values: &[T],
     x: &mut [T],
@@ -78,13 +78,18 @@ pub(super) fn substitute<T: Number>(
     }
 }
 
-/// Whether a part of the right-hand sides holds zeros alone.
-fn is_zero<T: Number>(part: &[T]) -> bool {
+/// True if a part of the right-hand sides holds zeros alone.
+fn is_zero<T: FactorScalar>(part: &[T]) -> bool {
     part.iter().all(|x| *x == T::nearest(0.0))
 }
 
 /// The same with all threads.
-pub(super) fn substitute_by_groups<T: Number>(supernodes: &Supernodes, values: &[T], x: &mut [T], k: usize) {
+pub(super) fn substitute_by_groups<T: FactorScalar>(
+    supernodes: &Supernodes,
+    values: &[T],
+    x: &mut [T],
+    k: usize,
+) {
     // Fresh pages are written at once, as those of the factor are.
     let zeros = |rows: usize| {
         let mut zeros = Vec::with_capacity(rows * k);
@@ -132,7 +137,7 @@ pub(super) fn substitute_by_groups<T: Number>(supernodes: &Supernodes, values: &
 
 /// The columns of a block over the rows of the matrix as solves take them; `number` gives the entry at a row
 /// and a column. All threads.
-pub(super) fn gather<T: Number>(
+pub(super) fn gather<T: FactorScalar>(
     supernodes: &Supernodes,
     k: usize,
     x: &mut [T],
@@ -144,7 +149,7 @@ pub(super) fn gather<T: Number>(
 
 /// Writes the columns back from rows of `k` numbers; `number` gives the entry at a row and a column. All
 /// threads.
-pub(super) fn scatter<T: Number>(
+pub(super) fn scatter<T: FactorScalar>(
     supernodes: &Supernodes,
     x: &[T],
     k: usize,
@@ -175,8 +180,8 @@ fn by_rows<T: Send>(x: &mut [T], k: usize, inner: usize, task: impl Fn(usize, &m
 }
 
 /// `x ← x − A y`, on one thread.
-fn take_off<T: Number>(x: &mut [T], a: MatRef<'_, T>, y: &[T], k: usize) {
-    if !Thin::Product.apply(x, a, y, k) {
+fn take_off<T: FactorScalar>(x: &mut [T], a: MatRef<'_, T>, y: &[T], k: usize) {
+    if !BlockKernel::Product.apply(x, a, y, k) {
         let x = MatMut::from_row_major_slice_mut(x, a.nrows(), k);
         let y = MatRef::from_row_major_slice(y, a.ncols(), k);
         matmul(x, Accum::Add, a, y, T::nearest(-1.0), Par::Seq);
@@ -184,8 +189,8 @@ fn take_off<T: Number>(x: &mut [T], a: MatRef<'_, T>, y: &[T], k: usize) {
 }
 
 /// `x ← x − Aᵀ y`, on one thread.
-fn take_off_transposed<T: Number>(x: &mut [T], a: MatRef<'_, T>, y: &[T], k: usize) {
-    if !Thin::Transposed.apply(x, a, y, k) {
+fn take_off_transposed<T: FactorScalar>(x: &mut [T], a: MatRef<'_, T>, y: &[T], k: usize) {
+    if !BlockKernel::Transposed.apply(x, a, y, k) {
         let x = MatMut::from_row_major_slice_mut(x, a.ncols(), k);
         let y = MatRef::from_row_major_slice(y, a.nrows(), k);
         matmul(x, Accum::Add, a.transpose(), y, T::nearest(-1.0), Par::Seq);
@@ -193,14 +198,14 @@ fn take_off_transposed<T: Number>(x: &mut [T], a: MatRef<'_, T>, y: &[T], k: usi
 }
 
 /// `x_J ← L_JJ⁻¹ x_J`, and `L_IJ x_J` taken off `update`.
-fn forward<T: Number>(group: &Group, values: &[T], own: &mut [T], update: &mut [T], k: usize) {
+fn forward<T: FactorScalar>(group: &Group, values: &[T], own: &mut [T], update: &mut [T], k: usize) {
     let (lower, ratio) = group.parts(values);
     for first in (0..group.columns).step_by(PANEL) {
         let width = PANEL.min(group.columns - first);
         let (panel, later) = own[first * k..].split_at_mut(width * k);
         let columns = lower.subcols(first, width).split_at_row(first).1;
         let (pivot, below) = columns.split_at_row(width);
-        if !Thin::Lower.apply(panel, pivot, &[], k) {
+        if !BlockKernel::Lower.apply(panel, pivot, &[], k) {
             let panel = MatMut::from_row_major_slice_mut(panel, width, k);
             solve_lower_triangular_in_place(pivot, panel, Par::Seq);
         }
@@ -212,7 +217,7 @@ fn forward<T: Number>(group: &Group, values: &[T], own: &mut [T], update: &mut [
 }
 
 /// `x_J ← L_JJ⁻ᵀ (x_J − L_IJᵀ x_I)`.
-fn back<T: Number>(group: &Group, values: &[T], own: &mut [T], below: &[T], k: usize) {
+fn back<T: FactorScalar>(group: &Group, values: &[T], own: &mut [T], below: &[T], k: usize) {
     let (lower, ratio) = group.parts(values);
     by_rows(own, k, group.below(), |at, rows| {
         take_off_transposed(rows, ratio.subcols(at, rows.len() / k), below, k);
@@ -221,7 +226,7 @@ fn back<T: Number>(group: &Group, values: &[T], own: &mut [T], below: &[T], k: u
         let width = PANEL.min(group.columns - first);
         let (earlier, panel) = own[..(first + width) * k].split_at_mut(first * k);
         let (left, pivot) = lower.subrows(first, width).subcols(0, first + width).split_at_col(first);
-        if !Thin::Upper.apply(panel, pivot, &[], k) {
+        if !BlockKernel::Upper.apply(panel, pivot, &[], k) {
             let panel = MatMut::from_row_major_slice_mut(panel, width, k);
             solve_upper_triangular_in_place(pivot.transpose(), panel, Par::Seq);
         }

@@ -1,4 +1,4 @@
-//! How the numbers of a factor lie: groups of columns with the same rows below them.
+//! Layout of a factor: groups of columns with the same rows below them (supernodes).
 //!
 //! A group of one column is a column of a simplicial factor. What is selected of an inverse lies in the same
 //! places.
@@ -9,20 +9,20 @@ use faer::sparse::linalg::cholesky::{SymbolicCholesky, SymbolicCholeskyRaw};
 use faer::{Index, MatRef};
 use rayon::prelude::*;
 
-use super::number::Number;
+use super::number::FactorScalar;
 use super::sparse::SymmetricMatrix;
-use super::tree::{Leaves, Tree};
+use super::tree::{Contribution, Tree};
 
 /// Columns with the same rows below them.
 #[derive(Clone, Debug)]
 pub(super) struct Group {
     /// The first of the columns, in the order of elimination.
     pub first: usize,
-    /// How many.
+    /// Their number.
     pub columns: usize,
-    /// Where the rows below stand among those of all groups.
+    /// Range of the rows below among those of all groups.
     rows: Range<usize>,
-    /// Where the values stand: shape (columns + rows, columns), column by column.
+    /// Range of the values: shape (columns + rows, columns), column by column.
     pub values: Range<usize>,
 }
 
@@ -52,7 +52,7 @@ impl Group {
         self.columns as f64 * self.height() as f64
     }
 
-    /// The square on the columns of the group, and what stands below it.
+    /// The square on the columns of the group, and the rows below it.
     pub fn parts<'v, T>(&self, values: &'v [T]) -> (MatRef<'v, T>, MatRef<'v, T>) {
         MatRef::from_column_major_slice(&values[self.values.clone()], self.height(), self.columns)
             .split_at_row(self.columns)
@@ -68,17 +68,17 @@ pub(super) struct Supernodes {
     /// For solves.
     pub solves: Tree,
     rows: Vec<u32>,
-    /// For each row, where it stands in the parent of its group.
+    /// For each row, its position in the parent of its group.
     in_parent: Vec<u32>,
     /// The group of each column.
     owner: Vec<u32>,
-    /// The column that stands for each row of the matrix.
+    /// The column of each row of the matrix.
     place: Vec<u32>,
-    /// The row of the matrix that each column stands for.
+    /// The row of the matrix of each column.
     order: Vec<u32>,
 }
 
-/// What stands in for a matrix `A`: `D A D + δ I`.
+/// Scaled and shifted substitute of a matrix `A`: `D A D + δ I`.
 #[derive(Clone, Debug)]
 pub(super) struct Scaling {
     /// `D`.
@@ -96,7 +96,7 @@ impl Scaling {
 
 /// Rows below a group that are columns of one other group.
 pub(super) struct Run {
-    /// That group.
+    /// Index of that group.
     pub owner: usize,
     /// Their places among the rows.
     pub places: Range<usize>,
@@ -141,7 +141,7 @@ impl Supernodes {
                 }
             }
         }
-        let [tree, solves] = [(); 2].map(|()| Tree::new(vec![], vec![], Leaves::Much));
+        let [tree, solves] = [(); 2].map(|()| Tree::new(vec![], vec![], Contribution::Much));
         let mut all = Self { groups, tree, solves, rows, in_parent: vec![], owner, place, order };
         let parent: Vec<_> = all.groups.iter().map(|group| all.parent(group)).collect();
         let local = |(group, parent): (&Group, &Option<usize>)| {
@@ -151,18 +151,18 @@ impl Supernodes {
         all.in_parent = places.concat();
         let work = |of: fn(&Group) -> f64| all.groups.iter().map(of).collect();
         let [factorise, solve] = [work(Group::work), work(Group::entries)];
-        all.tree = Tree::new(parent.clone(), factorise, Leaves::Much);
-        all.solves = Tree::new(parent, solve, Leaves::Little);
+        all.tree = Tree::new(parent.clone(), factorise, Contribution::Much);
+        all.solves = Tree::new(parent, solve, Contribution::Little);
         all
     }
 
-    /// The row of the matrix that each column stands for.
+    /// The row of the matrix of each column.
     pub fn order(&self) -> &[u32] {
         &self.order
     }
 
-    /// Where the rows below a group stand among the columns and rows of its parent.
-    pub fn in_parent(&self, group: &Group) -> &[u32] {
+    /// Positions of the rows below a group among the columns and rows of its parent.
+    pub(crate) fn in_parent(&self, group: &Group) -> &[u32] {
         &self.in_parent[group.rows.clone()]
     }
 
@@ -193,7 +193,7 @@ impl Supernodes {
     }
 
     /// Most rows below a group.
-    pub fn tallest(&self) -> usize {
+    pub(crate) fn tallest(&self) -> usize {
         self.groups.iter().map(Group::below).max().unwrap_or(0)
     }
 
@@ -223,7 +223,7 @@ impl Supernodes {
         self.rows(group).first().map(|&row| self.owner[row as usize] as usize)
     }
 
-    /// Where rows stand among the columns and rows of a group that has them all; both ascend.
+    /// Positions of rows among the columns and rows of a group that has them all; both ascend.
     pub fn local(&self, rows: &[u32], group: &Group) -> Vec<u32> {
         let below = self.rows(group);
         let mut at = 0;
@@ -237,7 +237,7 @@ impl Supernodes {
         rows.iter().map(place).collect()
     }
 
-    /// Where the value of two rows of the matrix stands, both ways round; `None` off the pattern of the
+    /// Position of the value of two rows of the matrix, in either order; `None` off the pattern of the
     /// factor.
     pub fn position(&self, row: usize, column: usize) -> Option<usize> {
         let [a, b] = [self.place[row] as usize, self.place[column] as usize];
@@ -253,7 +253,7 @@ impl Supernodes {
 
     /// The lower triangle of `A`, or of `D A D + δ I`, in the places of the groups, zeros elsewhere; all
     /// threads.
-    pub fn scatter<T: Number>(&self, matrix: &SymmetricMatrix, scaling: Option<&Scaling>) -> Vec<T> {
+    pub fn scatter<T: FactorScalar>(&self, matrix: &SymmetricMatrix, scaling: Option<&Scaling>) -> Vec<T> {
         let mut values = vec![T::nearest(0.0); self.len()];
         let places = self.split(&mut values, |group| group.values.len());
         self.groups.par_iter().zip(places).for_each(|(group, own)| self.fill(group, matrix, scaling, own));
@@ -261,7 +261,7 @@ impl Supernodes {
     }
 
     /// The same for one group.
-    fn fill<T: Number>(
+    fn fill<T: FactorScalar>(
         &self,
         group: &Group,
         matrix: &SymmetricMatrix,

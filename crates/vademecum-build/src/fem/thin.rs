@@ -7,7 +7,7 @@
 use faer::MatRef;
 use pulp::{Arch, NullaryFnOnce};
 
-use super::number::Number;
+use super::number::FactorScalar;
 
 /// Columns of the left factor that are gone down together.
 const STRIP: usize = 4;
@@ -15,14 +15,15 @@ const STRIP: usize = 4;
 /// Right-hand sides that the kernels take. Eight are as fast with products made for many columns.
 const K: usize = 4;
 
-/// Right-hand sides that a solve with a large factor takes for so many. One alone is a product of its own.
+/// Right-hand sides that a solve with a large factor takes for `k` of them. One alone is a product of its
+/// own.
 pub(super) fn padded(k: usize) -> usize {
     if (2..K).contains(&k) { K } else { k }
 }
 
-/// What is done with a block of a factor.
+/// An operation with a block of a factor.
 #[derive(Clone, Copy)]
-pub(super) enum Thin {
+pub(super) enum BlockKernel {
     /// `x ← x − A y`.
     Product,
     /// `x ← x − Aᵀ y`.
@@ -33,51 +34,51 @@ pub(super) enum Thin {
     Upper,
 }
 
-impl Thin {
+impl BlockKernel {
     /// Does it, where there is a kernel for `k` right-hand sides; whether there is. `x` and `y` hold `k`
     /// numbers for each row.
-    pub fn apply<T: Number>(self, x: &mut [T], a: MatRef<'_, T>, y: &[T], k: usize) -> bool {
+    pub fn apply<T: FactorScalar>(self, x: &mut [T], a: MatRef<'_, T>, y: &[T], k: usize) -> bool {
         let arch = Arch::new();
         if k != K || matches!(arch, Arch::Scalar) {
             return false;
         }
-        arch.dispatch(Task { what: self, x: x.as_chunks_mut().0, a, y: y.as_chunks().0 });
+        arch.dispatch(KernelCall { what: self, x: x.as_chunks_mut().0, a, y: y.as_chunks().0 });
         true
     }
 }
 
 /// One of them.
-struct Task<'a, T> {
-    what: Thin,
+struct KernelCall<'a, T> {
+    what: BlockKernel,
     x: &'a mut [[T; K]],
     a: MatRef<'a, T>,
     y: &'a [[T; K]],
 }
 
-impl<T: Number> NullaryFnOnce for Task<'_, T> {
+impl<T: FactorScalar> NullaryFnOnce for KernelCall<'_, T> {
     type Output = ();
 
     #[inline(always)]
     fn call(self) {
-        let Task { what, x, a, y } = self;
+        let KernelCall { what, x, a, y } = self;
         match what {
-            Thin::Product => product(x, a, 0, y),
-            Thin::Transposed => transposed(x, a, 0, y),
-            Thin::Lower => lower(x, a),
-            Thin::Upper => upper(x, a),
+            BlockKernel::Product => product(x, a, 0, y),
+            BlockKernel::Transposed => transposed(x, a, 0, y),
+            BlockKernel::Lower => lower(x, a),
+            BlockKernel::Upper => upper(x, a),
         }
     }
 }
 
 /// Column `j` of `a` from a row on.
 #[inline(always)]
-fn column<'a, T: Number>(a: MatRef<'a, T>, j: usize, row: usize) -> &'a [T] {
+fn column<'a, T: FactorScalar>(a: MatRef<'a, T>, j: usize, row: usize) -> &'a [T] {
     &a.col(j).try_as_col_major().expect("columns of a factor are contiguous").as_slice()[row..]
 }
 
 /// `x ← x − A y`, the rows of `A` from `row` on.
 #[inline(always)]
-fn product<T: Number>(x: &mut [[T; K]], a: MatRef<'_, T>, row: usize, y: &[[T; K]]) {
+fn product<T: FactorScalar>(x: &mut [[T; K]], a: MatRef<'_, T>, row: usize, y: &[[T; K]]) {
     let (strips, rest) = y.as_chunks::<STRIP>();
     for (strip, y) in strips.iter().enumerate() {
         let columns: [&[T]; STRIP] = std::array::from_fn(|s| column(a, STRIP * strip + s, row));
@@ -102,7 +103,7 @@ fn product<T: Number>(x: &mut [[T; K]], a: MatRef<'_, T>, row: usize, y: &[[T; K
 
 /// `x ← x − Aᵀ y`, the rows of `A` from `row` on.
 #[inline(always)]
-fn transposed<T: Number>(x: &mut [[T; K]], a: MatRef<'_, T>, row: usize, y: &[[T; K]]) {
+fn transposed<T: FactorScalar>(x: &mut [[T; K]], a: MatRef<'_, T>, row: usize, y: &[[T; K]]) {
     let (strips, rest) = x.as_chunks_mut::<STRIP>();
     let n_strips = strips.len();
     for (strip, x) in strips.iter_mut().enumerate() {
@@ -137,7 +138,7 @@ fn transposed<T: Number>(x: &mut [[T; K]], a: MatRef<'_, T>, row: usize, y: &[[T
 
 /// `x ← A⁻¹ x`, `A` lower triangular.
 #[inline(always)]
-fn lower<T: Number>(x: &mut [[T; K]], a: MatRef<'_, T>) {
+fn lower<T: FactorScalar>(x: &mut [[T; K]], a: MatRef<'_, T>) {
     for first in (0..x.len()).step_by(STRIP) {
         let end = x.len().min(first + STRIP);
         let (own, later) = x.split_at_mut(end);
@@ -157,7 +158,7 @@ fn lower<T: Number>(x: &mut [[T; K]], a: MatRef<'_, T>) {
 
 /// `x ← A⁻ᵀ x`, `A` lower triangular.
 #[inline(always)]
-fn upper<T: Number>(x: &mut [[T; K]], a: MatRef<'_, T>) {
+fn upper<T: FactorScalar>(x: &mut [[T; K]], a: MatRef<'_, T>) {
     for first in (0..x.len()).step_by(STRIP).rev() {
         let end = x.len().min(first + STRIP);
         let (own, later) = x.split_at_mut(end);
@@ -196,26 +197,26 @@ mod tests {
             });
             let l = Mat::from_fn(rows, rows, |i, j| if j <= i && j < columns { a[(i, j)] } else { 0.0 });
             let dense = |x: &[f64], n: usize| Mat::from_fn(n, k, |i, c| x[i * k + c]);
-            let check = |what: Thin, x: &[f64], y: &[f64], a: MatRef<'_, f64>, answer: Mat<f64>| {
+            let check = |what: BlockKernel, x: &[f64], y: &[f64], a: MatRef<'_, f64>, answer: Mat<f64>| {
                 let mut found = x.to_vec();
                 assert!(what.apply(&mut found, a, y, k));
                 let error = (dense(&found, answer.nrows()) - &answer).norm_max();
                 assert!(error < 1e-14 * (1.0 + answer.norm_max()), "{rows} {columns} {k}: {error:e}");
             };
             let product = dense(&tall, rows) - &a * dense(&wide, columns);
-            check(Thin::Product, &tall, &wide, a.as_ref(), product);
+            check(BlockKernel::Product, &tall, &wide, a.as_ref(), product);
             let product = dense(&wide, columns) - a.transpose() * dense(&tall, rows);
-            check(Thin::Transposed, &wide, &tall, a.as_ref(), product);
+            check(BlockKernel::Transposed, &wide, &tall, a.as_ref(), product);
             if rows <= columns {
                 let whole = a.get(..rows, ..rows);
                 let image = &l * dense(&tall, rows);
                 let image: Vec<f64> = (0..rows * k).map(|at| image[(at / k, at % k)]).collect();
-                check(Thin::Lower, &image, &[], whole, dense(&tall, rows));
+                check(BlockKernel::Lower, &image, &[], whole, dense(&tall, rows));
                 let image = l.transpose() * dense(&tall, rows);
                 let image: Vec<f64> = (0..rows * k).map(|at| image[(at / k, at % k)]).collect();
-                check(Thin::Upper, &image, &[], whole, dense(&tall, rows));
+                check(BlockKernel::Upper, &image, &[], whole, dense(&tall, rows));
             }
         }
-        assert!(!Thin::Product.apply(&mut [0.0; 3], Mat::<f64>::zeros(1, 1).as_ref(), &[0.0; 3], 3));
+        assert!(!BlockKernel::Product.apply(&mut [0.0; 3], Mat::<f64>::zeros(1, 1).as_ref(), &[0.0; 3], 3));
     }
 }

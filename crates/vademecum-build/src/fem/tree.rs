@@ -1,27 +1,27 @@
 //! The elimination tree of a factor, and how threads share it.
 //!
-//! Threads share the subtrees that are small beside the whole. What stands above them is gone through group
-//! by group, and there threads share the rows of the dense products. Children are taken in one order, so the
-//! bits never depend on the number of threads.
+//! Threads share the subtrees that are small compared with the whole. The groups above them are processed
+//! group by group, and there threads share the rows of the dense products. Children are taken in one order,
+//! so the bits never depend on the number of threads.
 //!
-//! What a group leaves to its parent lies in memory until then. In a factorisation that is a dense matrix, so
-//! a few subtrees are gone through at a time, and then their parents. In a solve it is a few numbers for each
-//! row, so all subtrees come first and threads wait for each other once.
+//! The contribution of a group to its parent is kept in memory until then. In a factorisation that is a dense
+//! matrix, so a few subtrees are processed at a time, and then their parents. In a solve it is a few numbers
+//! for each row, so all subtrees come first and threads wait for each other once.
 
 use std::collections::BTreeMap;
 
 use rayon::prelude::*;
 
-/// What a group leaves to its parent.
+/// Contribution of a group to its parent.
 #[derive(Clone, Copy, Debug)]
-pub(super) enum Leaves {
+pub(super) enum Contribution {
     /// A dense matrix.
     Much,
     /// Some numbers for each of its rows.
     Little,
 }
 
-impl Leaves {
+impl Contribution {
     /// Share of the whole work above which a subtree is no task of one thread.
     fn task(self) -> f64 {
         match self {
@@ -40,17 +40,17 @@ impl Leaves {
     }
 }
 
-/// What is gone through at a time.
+/// A unit of traversal.
 #[derive(Debug)]
-enum Stage {
+enum Pass {
     /// The groups of some subtrees, one thread each; ascending.
     Subtrees(Vec<Vec<usize>>),
     /// A group that all threads work on.
     Group(usize),
 }
 
-/// What some groups left for others.
-type Left<L> = BTreeMap<usize, L>;
+/// Contributions of some groups to others.
+type Contributions<L> = BTreeMap<usize, L>;
 
 /// The elimination tree of the groups.
 #[derive(Debug)]
@@ -60,12 +60,12 @@ pub(super) struct Tree {
     /// Ascending.
     children: Vec<Vec<usize>>,
     /// From the leaves to the roots.
-    stages: Vec<Stage>,
+    stages: Vec<Pass>,
 }
 
 impl Tree {
     /// The tree of groups by their parents; `work` is what each of them takes, and `leaves` what it leaves.
-    pub fn new(parent: Vec<Option<usize>>, mut work: Vec<f64>, leaves: Leaves) -> Tree {
+    pub fn new(parent: Vec<Option<usize>>, mut work: Vec<f64>, leaves: Contribution) -> Tree {
         let mut children = vec![vec![]; parent.len()];
         for (group, parent) in parent.iter().enumerate() {
             if let Some(parent) = *parent {
@@ -101,9 +101,9 @@ impl Tree {
                     share += work[root] / total;
                     some.push(groups);
                 }
-                stages.push(Stage::Subtrees(some));
+                stages.push(Pass::Subtrees(some));
             }
-            stages.extend(next.map(Stage::Group));
+            stages.extend(next.map(Pass::Group));
         }
         Tree { parent, children, stages }
     }
@@ -117,7 +117,7 @@ impl Tree {
         parts: Vec<P>,
         task: impl Fn(usize, P, Vec<(usize, L)>) -> Result<L, E> + Sync,
     ) -> Result<(), E> {
-        let climb = |groups: Vec<(usize, P)>, mut left: Left<L>| -> Result<Left<L>, E> {
+        let climb = |groups: Vec<(usize, P)>, mut left: Contributions<L>| -> Result<Contributions<L>, E> {
             for (group, part) in groups {
                 let of = |child: &usize| (*child, left.remove(child).expect("children come first"));
                 let children = self.children[group].iter().map(of).collect();
@@ -125,14 +125,14 @@ impl Tree {
             }
             Ok(left)
         };
-        let mut parts = Parts::new(parts);
-        let mut left = Left::new();
+        let mut parts = Slots::new(parts);
+        let mut left = Contributions::new();
         for stage in &self.stages {
             match stage {
-                Stage::Group(group) => left = climb(parts.take(&[*group]), left)?,
-                Stage::Subtrees(subtrees) => {
+                Pass::Group(group) => left = climb(parts.take(&[*group]), left)?,
+                Pass::Subtrees(subtrees) => {
                     let some: Vec<_> = subtrees.iter().map(|groups| parts.take(groups)).collect();
-                    let done = some.into_par_iter().map(|groups| climb(groups, Left::new()));
+                    let done = some.into_par_iter().map(|groups| climb(groups, Contributions::new()));
                     for done in done.collect::<Vec<_>>() {
                         left.append(&mut done?);
                     }
@@ -149,7 +149,7 @@ impl Tree {
         task: impl Fn(usize, P, Option<&L>) -> L + Sync,
     ) {
         // What a group left, and how many of its children have not taken it.
-        type Pending<L> = Left<(usize, L)>;
+        type Pending<L> = Contributions<(usize, L)>;
         let taken = |group: usize, left: &mut Pending<L>| {
             let parent = self.parent[group].and_then(|parent| left.get_mut(&parent).map(|of| (parent, of)));
             if let Some((parent, (children, _))) = parent {
@@ -173,14 +173,15 @@ impl Tree {
                 }
             }
         };
-        let mut parts = Parts::new(parts);
-        let mut left = Left::new();
+        let mut parts = Slots::new(parts);
+        let mut left = Contributions::new();
         for stage in self.stages.iter().rev() {
             match stage {
-                Stage::Group(group) => descend(parts.take(&[*group]), &mut left, None),
-                Stage::Subtrees(subtrees) => {
+                Pass::Group(group) => descend(parts.take(&[*group]), &mut left, None),
+                Pass::Subtrees(subtrees) => {
                     let some: Vec<_> = subtrees.iter().map(|groups| parts.take(groups)).collect();
-                    some.into_par_iter().for_each(|groups| descend(groups, &mut Left::new(), Some(&left)));
+                    some.into_par_iter()
+                        .for_each(|groups| descend(groups, &mut Contributions::new(), Some(&left)));
                     subtrees
                         .iter()
                         .filter_map(|groups| groups.last())
@@ -192,9 +193,9 @@ impl Tree {
 }
 
 /// The parts of the groups, each of them taken once.
-struct Parts<P>(Vec<Option<P>>);
+struct Slots<P>(Vec<Option<P>>);
 
-impl<P> Parts<P> {
+impl<P> Slots<P> {
     fn new(parts: Vec<P>) -> Self {
         Self(parts.into_iter().map(Some).collect())
     }
@@ -213,9 +214,12 @@ mod tests {
         // A binary tree of 255 groups, numbered so that subtrees are not in one piece: each level at a time.
         let parent: Vec<Option<usize>> =
             (0..255).map(|group| (group < 254).then_some(128 + group / 2)).collect();
-        for (work, leaves) in
-            [(1.0, Leaves::Much), (300.0, Leaves::Much), (1.0, Leaves::Little), (300.0, Leaves::Little)]
-        {
+        for (work, leaves) in [
+            (1.0, Contribution::Much),
+            (300.0, Contribution::Much),
+            (1.0, Contribution::Little),
+            (300.0, Contribution::Little),
+        ] {
             // The second one has all the work in a leaf.
             let shares = (0..255).map(|group| if group == 3 { work } else { 1.0 }).collect();
             let tree = Tree::new(parent.clone(), shares, leaves);

@@ -9,15 +9,16 @@ use std::sync::Arc;
 use super::assembly::{NodeGraph, assemble, pair_bytes, pairs};
 use super::dofs::DofMap;
 use super::element::Material;
-use super::late::Late;
+use super::late::Lazy;
 use super::model_error::ModelError;
 use super::ordering::order_of_nodes;
-use super::pencil::{Away, Pencil};
+use super::pencil::{Pencil, RemoteMatrices};
 use crate::mesh::{Mesh, Order};
 
-/// What the matrices of a body are assembled of, and the order in which their rows are dealt.
+/// Input of the assembly of a body's matrices, and the order in which rows are distributed.
 #[derive(Debug)]
-pub struct Whole {
+#[doc(alias = "domain decomposition")]
+pub struct AssemblyPlan {
     mesh: Arc<Mesh>,
     materials: Vec<Material>,
     dofs: Arc<DofMap>,
@@ -27,7 +28,7 @@ pub struct Whole {
     factor_entries: usize,
 }
 
-impl Whole {
+impl AssemblyPlan {
     /// Orders the dofs of a body.
     ///
     /// # Errors
@@ -57,23 +58,23 @@ impl Whole {
         &self.order
     }
 
-    /// What is behind the matrices that the ranks assemble of this.
-    pub(super) fn away(self: &Arc<Self>) -> Away {
+    /// Source of the matrices that the ranks assemble.
+    pub(super) fn away(self: &Arc<Self>) -> RemoteMatrices {
         let whole = self.clone();
         let assembled = move || {
             let pencil = assemble(&whole.mesh, &whole.materials, &whole.dofs);
             pencil.expect("what the ranks assembled can be assembled here")
         };
-        Away {
+        RemoteMatrices {
             order: self.order.clone(),
             regions: self.materials.len(),
             factor_entries: self.factor_entries,
-            here: Arc::new(Late::new(assembled)),
+            here: Arc::new(Lazy::new(assembled)),
         }
     }
 
     /// The elements that the rows at some places are made of.
-    pub fn part(&self, places: Range<usize>) -> Part {
+    pub fn part(&self, places: Range<usize>) -> AssemblyPart {
         let per = self.mesh.order.nodes_per_element();
         let node_of = |free: u32| self.dofs.dof_of_free()[free as usize] as usize / 3;
         let mut own = vec![false; self.mesh.nodes.len()];
@@ -89,7 +90,7 @@ impl Whole {
         let mut local = vec![u32::MAX; near.len()];
         kept.iter().enumerate().for_each(|(at, &node)| local[node] = at as u32);
         let place = |dof: usize| self.dofs.free(dof).map_or(-1, |free| i64::from(self.places[free as usize]));
-        Part {
+        AssemblyPart {
             order: self.mesh.order,
             nodes: kept.iter().map(|&node| self.mesh.nodes[node]).collect(),
             elements: numbers.iter().flat_map(nodes_of).map(|&node| local[node as usize]).collect(),
@@ -104,10 +105,10 @@ impl Whole {
 
 /// The elements that some rows of a body's matrices are made of.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Part {
+pub struct AssemblyPart {
     /// Order of the elements.
     pub order: Order,
-    /// Where their nodes are.
+    /// Coordinates of their nodes.
     pub nodes: Vec<[f64; 3]>,
     /// Nodes of each element, by these nodes.
     pub elements: Vec<u32>,
@@ -123,9 +124,9 @@ pub struct Part {
     pub rows: Range<usize>,
 }
 
-impl Part {
-    /// Mass and stiffness over the free dofs of the part, each of which is at [`Part::free_places`]; complete
-    /// in the rows that it is for.
+impl AssemblyPart {
+    /// Mass and stiffness over the free dofs of the part, each of which is at [`AssemblyPart::free_places`];
+    /// complete in the rows that it is for.
     ///
     /// # Errors
     /// [`ModelError::FoldedElement`], [`ModelError::TooLarge`].
@@ -184,7 +185,7 @@ mod tests {
             mesh.nodes.iter().flat_map(|x| [x[0] == 0.0, x[0] == 0.0, x[2] == 0.0]).collect();
         let materials = [RUBBER, STEEL];
         let dofs = Arc::new(DofMap::new(&held));
-        let whole = Whole::new(Arc::new(mesh.clone()), &materials, dofs).unwrap();
+        let whole = AssemblyPlan::new(Arc::new(mesh.clone()), &materials, dofs).unwrap();
         let model = Model::assemble(mesh, &materials, &held).unwrap();
         let n = model.pencil().n_dof();
         let mut sorted = whole.order().to_vec();
@@ -217,7 +218,7 @@ mod tests {
         let last = mesh.element_count() - 1;
         mesh.elements.swap(4 * last, 4 * last + 1);
         let held: Vec<bool> = mesh.nodes.iter().flat_map(|x| [x[0] == 0.0; 3]).collect();
-        let whole = Whole::new(Arc::new(mesh), &[RUBBER], Arc::new(DofMap::new(&held))).unwrap();
+        let whole = AssemblyPlan::new(Arc::new(mesh), &[RUBBER], Arc::new(DofMap::new(&held))).unwrap();
         let refused = |range| whole.part(range).assemble().err();
         let n = whole.order().len();
         let found: Vec<u32> = [0..n / 2, n / 2..n]

@@ -9,8 +9,8 @@ use std::path::Path;
 
 use super::{FieldError, io_error};
 use crate::fem::SymmetricMatrix;
-use crate::mesh::text::{Number, Text, tokens};
-use crate::mesh::{Place, shown};
+use crate::mesh::text::{ParsedNumber, Text, tokens};
+use crate::mesh::{Location, shown};
 use crate::store::read_regular;
 
 /// Mirrored entries of a general matrix may differ by this, relative to `√(a_ii a_jj)`, the largest that an
@@ -36,7 +36,7 @@ impl MarketMatrix {
     ///
     /// # Panics
     /// If `name` is shorter than `n`.
-    pub fn both_triangles(&self, name: &[u32]) -> Vec<(u32, u32, f64)> {
+    pub(crate) fn both_triangles(&self, name: &[u32]) -> Vec<(u32, u32, f64)> {
         let mut both = Vec::with_capacity(2 * self.lower.len());
         for &(row, column, value) in &self.lower {
             let (row, column) = (name[row as usize], name[column as usize]);
@@ -49,7 +49,7 @@ impl MarketMatrix {
     }
 }
 
-/// An entry with its line, for messages. `upper`: it stands above the diagonal of a general matrix; row and
+/// An entry with its line, for messages. `upper`: it is above the diagonal of a general matrix; row and
 /// column are swapped then, so that mirrored entries lie side by side when sorted.
 #[derive(Clone, Copy)]
 struct Entry {
@@ -60,9 +60,9 @@ struct Entry {
     value: f64,
 }
 
-/// What the first line says.
+/// Content of the first line.
 #[derive(Clone, Copy)]
-struct Header {
+struct MarketHeader {
     integer: bool,
     symmetric: bool,
 }
@@ -119,12 +119,12 @@ fn refused(text: &Text<'_>, found: impl Into<String>, expected: impl Into<String
 /// The same for an entry that was read before.
 fn refused_at(text: &Text<'_>, line: u32, found: String, expected: &str) -> FieldError {
     let mut at = text.at();
-    at.place = Place::Line(line as usize);
+    at.place = Location::Line(line as usize);
     let remedy = "add up repeated entries and write one symmetric matrix".into();
     FieldError::Faulty(Box::new(at.fault(found, expected.into(), remedy)))
 }
 
-fn header(text: &mut Text<'_>) -> Result<Header, FieldError> {
+fn header(text: &mut Text<'_>) -> Result<MarketHeader, FieldError> {
     const EXPECTED: &str =
         "`%%MatrixMarket matrix coordinate`, `real` or `integer`, `symmetric` or `general`";
     let line = text.raw_line().unwrap_or_default();
@@ -143,7 +143,7 @@ fn header(text: &mut Text<'_>) -> Result<Header, FieldError> {
         b"general" => false,
         _ => return Err(refused(text, shown(line), EXPECTED)),
     };
-    Ok(Header { integer, symmetric })
+    Ok(MarketHeader { integer, symmetric })
 }
 
 /// Size and number of entries, both believed only as far as the file can hold them.
@@ -172,7 +172,7 @@ fn sizes(text: &mut Text<'_>) -> Result<(usize, usize), FieldError> {
     Ok((n, count))
 }
 
-fn entry(text: &Text<'_>, line: &[u8], header: Header, n: usize) -> Result<Entry, FieldError> {
+fn entry(text: &Text<'_>, line: &[u8], header: MarketHeader, n: usize) -> Result<Entry, FieldError> {
     let expected =
         if header.integer { "a row, a column and an integer" } else { "a row, a column and a finite number" };
     let malformed = || refused(text, shown(line), expected);

@@ -28,7 +28,7 @@ use crate::store::{Kind, Outputs};
 
 /// A dense matrix, columns one after the other.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Matrix {
+pub struct DenseMatrix {
     /// Number of rows.
     pub rows: usize,
     /// Number of columns.
@@ -37,7 +37,7 @@ pub struct Matrix {
     pub data: Vec<f64>,
 }
 
-impl Matrix {
+impl DenseMatrix {
     /// One column.
     ///
     /// # Panics
@@ -55,7 +55,7 @@ pub enum FieldError {
     Io {
         /// The file.
         file: PathBuf,
-        /// What the machine said.
+        /// The error of the system.
         source: std::io::Error,
     },
     /// A VTK file is faulty.
@@ -66,9 +66,9 @@ pub enum FieldError {
     Malformed {
         /// The file.
         file: PathBuf,
-        /// What stands there.
+        /// The text found.
         found: String,
-        /// What the format asks for.
+        /// The expected content.
         expected: String,
     },
     /// A text file is faulty at a line.
@@ -110,7 +110,7 @@ fn io_error(file: &Path) -> impl Fn(std::io::Error) -> FieldError + '_ {
     |source| FieldError::Io { file: file.to_path_buf(), source }
 }
 
-/// Writes a file whole or not at all, whatever file stands there.
+/// Writes a file whole or not at all, over any existing file.
 fn write_whole(
     path: &Path,
     kind: Kind,

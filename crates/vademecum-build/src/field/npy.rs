@@ -3,7 +3,7 @@
 use std::io::Write;
 use std::path::Path;
 
-use super::{FieldError, Matrix, io_error, write_whole};
+use super::{DenseMatrix, FieldError, io_error, write_whole};
 use crate::store::{Kind, read_regular};
 
 const MAGIC: &[u8] = b"\x93NUMPY";
@@ -14,7 +14,7 @@ const MAGIC: &[u8] = b"\x93NUMPY";
 /// # Errors
 /// [`FieldError::Io`], or [`FieldError::Malformed`] if it is no such file, too short, or holds values that
 /// are not finite.
-pub fn read_npy(path: &Path) -> Result<Matrix, FieldError> {
+pub fn read_npy(path: &Path) -> Result<DenseMatrix, FieldError> {
     let bytes = read_regular(path).map_err(io_error(path))?;
     parse(&bytes).map_err(|(found, expected)| FieldError::Malformed {
         file: path.to_path_buf(),
@@ -23,13 +23,13 @@ pub fn read_npy(path: &Path) -> Result<Matrix, FieldError> {
     })
 }
 
-type Fault = (String, String);
+type HeaderFault = (String, String);
 
-fn fault<T>(found: impl Into<String>, expected: &str) -> Result<T, Fault> {
+fn fault<T>(found: impl Into<String>, expected: &str) -> Result<T, HeaderFault> {
     Err((found.into(), expected.into()))
 }
 
-fn parse(bytes: &[u8]) -> Result<Matrix, Fault> {
+fn parse(bytes: &[u8]) -> Result<DenseMatrix, HeaderFault> {
     let (header, data) = split(bytes)?;
     let descr = text_value(header, "descr")?;
     let (swap, width) = match descr {
@@ -55,11 +55,11 @@ fn parse(bytes: &[u8]) -> Result<Matrix, Fault> {
         return fault(format!("value {i} is {}", values[i]), "finite values");
     }
     let data = if fortran { values } else { column_major(&values, rows, columns) };
-    Ok(Matrix { rows, columns, data })
+    Ok(DenseMatrix { rows, columns, data })
 }
 
 /// Header text and data.
-fn split(bytes: &[u8]) -> Result<(&str, &[u8]), Fault> {
+fn split(bytes: &[u8]) -> Result<(&str, &[u8]), HeaderFault> {
     const EXPECTED: &str = "a .npy file of version 1, 2 or 3";
     let Some(rest) = bytes.strip_prefix(MAGIC) else {
         return fault("another kind of file", EXPECTED);
@@ -78,8 +78,8 @@ fn split(bytes: &[u8]) -> Result<(&str, &[u8]), Fault> {
     }
 }
 
-/// What follows `'key':` in the header.
-fn value<'a>(header: &'a str, key: &str) -> Result<&'a str, Fault> {
+/// Text after `'key':` in the header.
+fn value<'a>(header: &'a str, key: &str) -> Result<&'a str, HeaderFault> {
     let quoted = [format!("'{key}'"), format!("\"{key}\"")];
     let tail = quoted.iter().find_map(|q| header.split_once(q.as_str()).map(|(_, tail)| tail));
     match tail.and_then(|t| t.trim_start().strip_prefix(':')) {
@@ -88,7 +88,7 @@ fn value<'a>(header: &'a str, key: &str) -> Result<&'a str, Fault> {
     }
 }
 
-fn text_value<'a>(header: &'a str, key: &str) -> Result<&'a str, Fault> {
+fn text_value<'a>(header: &'a str, key: &str) -> Result<&'a str, HeaderFault> {
     let tail = value(header, key)?;
     let quote = tail.chars().next().filter(|c| matches!(c, '\'' | '"'));
     match quote.and_then(|q| tail[1..].split_once(q)) {
@@ -97,7 +97,7 @@ fn text_value<'a>(header: &'a str, key: &str) -> Result<&'a str, Fault> {
     }
 }
 
-fn shape(header: &str) -> Result<(usize, usize), Fault> {
+fn shape(header: &str) -> Result<(usize, usize), HeaderFault> {
     const EXPECTED: &str = "a shape of one or two sizes";
     let tail = value(header, "shape")?;
     let Some((inside, _)) = tail.strip_prefix('(').and_then(|t| t.split_once(')')) else {
@@ -133,13 +133,13 @@ fn column_major(values: &[f64], rows: usize, columns: usize) -> Vec<f64> {
 ///
 /// # Errors
 /// [`FieldError::WrongLength`] if the data are not `rows × columns`, [`FieldError::Io`].
-pub fn write_npy(path: &Path, matrix: &Matrix) -> Result<(), FieldError> {
+pub fn write_npy(path: &Path, matrix: &DenseMatrix) -> Result<(), FieldError> {
     check(matrix)?;
     write_whole(path, Kind::Npy, |out| npy_into(out, matrix))
 }
 
-fn check(matrix: &Matrix) -> Result<(), FieldError> {
-    let Matrix { rows, columns, data } = matrix;
+fn check(matrix: &DenseMatrix) -> Result<(), FieldError> {
+    let DenseMatrix { rows, columns, data } = matrix;
     if rows.checked_mul(*columns) != Some(data.len()) {
         let expected = rows.saturating_mul(*columns);
         return Err(FieldError::WrongLength { what: "the matrix".into(), found: data.len(), expected });
@@ -151,9 +151,9 @@ fn check(matrix: &Matrix) -> Result<(), FieldError> {
 ///
 /// # Errors
 /// Of the output; [`FieldError::WrongLength`] inside.
-pub fn npy_into(out: &mut dyn Write, matrix: &Matrix) -> std::io::Result<()> {
+pub fn npy_into(out: &mut dyn Write, matrix: &DenseMatrix) -> std::io::Result<()> {
     check(matrix).map_err(std::io::Error::other)?;
-    let Matrix { rows, columns, data } = matrix;
+    let DenseMatrix { rows, columns, data } = matrix;
     let mut header = format!("{{'descr': '<f8', 'fortran_order': True, 'shape': ({rows}, {columns}), }}");
     // Data start at a multiple of 64 bytes; the header ends with a line break.
     let start = (MAGIC.len() + 4 + header.len() + 1).next_multiple_of(64);
@@ -211,7 +211,7 @@ mod tests {
     fn a_written_matrix_reads_back_equal() {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("m.npy");
-        let matrix = Matrix { rows: 3, columns: 2, data: vec![1.0, -2.5, 1e-300, 4.0, 5.0, 6.0] };
+        let matrix = DenseMatrix { rows: 3, columns: 2, data: vec![1.0, -2.5, 1e-300, 4.0, 5.0, 6.0] };
         write_npy(&path, &matrix).unwrap();
         assert_eq!(read_npy(&path).unwrap(), matrix);
         // The layout NumPy asks for.

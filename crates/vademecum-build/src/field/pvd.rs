@@ -5,10 +5,10 @@ use std::path::{Path, PathBuf};
 use super::{FieldError, io_error, write_whole};
 use crate::store::{Kind, read_text};
 
-/// What a collection begins with.
+/// Head of a collection.
 pub const PVD_HEAD: &str =
     "<?xml version=\"1.0\"?>\n<VTKFile type=\"Collection\" version=\"0.1\">\n<Collection>\n";
-/// What a collection ends with.
+/// Tail of a collection.
 pub const PVD_TAIL: &str = "</Collection>\n</VTKFile>\n";
 
 /// A line of a collection: the time in seconds, and the file, relative to the folder of the collection.

@@ -1,5 +1,5 @@
-//! The tables beside the matrices of another program: what each row is, where the nodes lie, the surface's
-//! triangles (normative: `formats/matrices-1.md`).
+//! The tables of imported matrices: meaning of each row, coordinates of the nodes, the surface's triangles
+//! (normative: `formats/matrices-1.md`).
 //!
 //! Each is a text table, one row per line, cells separated by commas. Blank lines and lines that start with
 //! `#` or `%` are left out. A reader returns what the file contains; whether the tables fit each other is
@@ -9,10 +9,10 @@ use std::path::Path;
 
 use super::{FieldError, io_error};
 use crate::mesh::shown;
-use crate::mesh::text::{Number, Text};
+use crate::mesh::text::{ParsedNumber, Text};
 use crate::store::read_regular;
 
-/// What one row of the matrices is.
+/// Meaning of one row of the matrices.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct DofRow {
     /// Row of the matrices, from 0.
@@ -21,7 +21,7 @@ pub struct DofRow {
     pub node: u64,
     /// Component of its displacement: 0, 1 or 2.
     pub component: usize,
-    /// Where the node lies.
+    /// Coordinates of the node.
     pub position: [f64; 3],
     /// Line of the table, for messages.
     pub line: usize,
@@ -32,7 +32,7 @@ pub struct DofRow {
 pub struct PointRow {
     /// Number of the node.
     pub node: u64,
-    /// Where it lies.
+    /// Its coordinates.
     pub position: [f64; 3],
     /// Line of the table, for messages.
     pub line: usize,
@@ -54,7 +54,7 @@ pub struct TriangleRow {
 pub fn read_dofs(path: &Path) -> Result<Vec<DofRow>, FieldError> {
     const HEADER: &str = "row,node,component,x,y,z";
     const EXPECTED: &str = "a row from 0, a node, `x`, `y` or `z`, and three finite coordinates";
-    read(path, Header::Required(HEADER), |line, cells| {
+    read(path, TableHeader::Required(HEADER), |line, cells| {
         let [row, node, component, x, y, z] = *cells else { return Err(EXPECTED) };
         let component = [b"x", b"y", b"z"].iter().position(|name| name.as_slice() == component);
         let read = || {
@@ -77,7 +77,7 @@ pub fn read_dofs(path: &Path) -> Result<Vec<DofRow>, FieldError> {
 /// As [`read_dofs`].
 pub fn read_points(path: &Path) -> Result<Vec<PointRow>, FieldError> {
     const EXPECTED: &str = "a node and three finite coordinates";
-    read(path, Header::Required("node,x,y,z"), |line, cells| {
+    read(path, TableHeader::Required("node,x,y,z"), |line, cells| {
         let [node, x, y, z] = *cells else { return Err(EXPECTED) };
         let read = || {
             let position = [f64::parse(x)?, f64::parse(y)?, f64::parse(z)?];
@@ -94,7 +94,7 @@ pub fn read_points(path: &Path) -> Result<Vec<PointRow>, FieldError> {
 /// As [`read_dofs`].
 pub fn read_triangles(path: &Path) -> Result<Vec<TriangleRow>, FieldError> {
     const EXPECTED: &str = "three different node numbers";
-    read(path, Header::Allowed("a,b,c"), |line, cells| {
+    read(path, TableHeader::Allowed("a,b,c"), |line, cells| {
         let [a, b, c] = *cells else { return Err(EXPECTED) };
         let read = || Some([u64::parse(a)?, u64::parse(b)?, u64::parse(c)?]);
         let nodes = read().ok_or(EXPECTED)?;
@@ -105,22 +105,23 @@ pub fn read_triangles(path: &Path) -> Result<Vec<TriangleRow>, FieldError> {
 
 /// The first line of a table: names of its columns, which make the order of the cells certain.
 #[derive(Clone, Copy)]
-enum Header {
+enum TableHeader {
     Required(&'static str),
     /// The columns are alike, so that nothing depends on their names; white space separates them too.
     Allowed(&'static str),
 }
 
-impl Header {
+impl TableHeader {
     fn separates(self, byte: u8) -> bool {
-        byte == b',' || matches!(self, Header::Allowed(_)) && (byte == b';' || byte.is_ascii_whitespace())
+        byte == b','
+            || matches!(self, TableHeader::Allowed(_)) && (byte == b';' || byte.is_ascii_whitespace())
     }
 }
 
 /// The rows of a table; `row` turns the cells of a line into one, or says what it expected.
 fn read<T>(
     path: &Path,
-    header: Header,
+    header: TableHeader,
     row: impl Fn(usize, &[&[u8]]) -> Result<T, &'static str>,
 ) -> Result<Vec<T>, FieldError> {
     let bytes = read_regular(path).map_err(io_error(path))?;
@@ -133,16 +134,16 @@ fn read<T>(
         }
         if std::mem::replace(&mut first, false) {
             match header {
-                Header::Required(names) if line != names.as_bytes() => {
+                TableHeader::Required(names) if line != names.as_bytes() => {
                     return Err(refused(&text, shown(line), &format!("the line `{names}` first")));
                 }
-                Header::Allowed(names) if line != names.as_bytes() => {}
+                TableHeader::Allowed(names) if line != names.as_bytes() => {}
                 _ => continue,
             }
         }
         cells.clear();
         cells.extend(line.split(|&b| header.separates(b)).map(<[u8]>::trim_ascii));
-        if matches!(header, Header::Allowed(_)) {
+        if matches!(header, TableHeader::Allowed(_)) {
             cells.retain(|cell| !cell.is_empty());
         }
         rows.push(row(text.line_number(), &cells).map_err(|expected| refused(&text, shown(line), expected))?);

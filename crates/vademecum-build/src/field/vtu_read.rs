@@ -2,10 +2,11 @@
 
 use std::path::{Path, PathBuf};
 
-use super::{FieldError, Matrix, io_error};
+use super::{DenseMatrix, FieldError, io_error};
+use crate::linalg::vec3::{norm, sub};
 use crate::mesh::vtk::array::decode;
 use crate::mesh::vtk::xml::{Shell, arrays};
-use crate::mesh::{Mesh, bounding_box, quality::norm, quality::sub};
+use crate::mesh::{Mesh, bounding_box};
 use crate::store::read_regular;
 
 /// One array of point data.
@@ -68,7 +69,7 @@ pub fn read_vtu(path: &Path) -> Result<VtuFile, FieldError> {
 ///
 /// # Errors
 /// [`FieldError::NoSuchField`], [`FieldError::ForeignMesh`], and those of [`read_vtu`].
-pub fn read_displacements(files: &[PathBuf], name: &str, mesh: &Mesh) -> Result<Matrix, FieldError> {
+pub fn read_displacements(files: &[PathBuf], name: &str, mesh: &Mesh) -> Result<DenseMatrix, FieldError> {
     let rows = 3 * mesh.nodes.len();
     let mut data = Vec::with_capacity(rows * files.len());
     for file in files {
@@ -80,7 +81,7 @@ pub fn read_displacements(files: &[PathBuf], name: &str, mesh: &Mesh) -> Result<
             data.extend_from_slice(&array.values[3 * point..3 * point + 3]);
         }
     }
-    Ok(Matrix { rows, columns: files.len(), data })
+    Ok(DenseMatrix { rows, columns: files.len(), data })
 }
 
 fn no_such_field(file: &Path, name: &str, arrays: &[PointArray]) -> FieldError {

@@ -33,7 +33,7 @@ use serde::Deserialize;
 
 use crate::dynamics::{DampingError, SchemeError, SchemeKind};
 use crate::input::toml_file::{self, TomlError};
-use crate::limits::MOST_TEXT;
+use crate::limits::MAX_TEXT;
 use crate::mesh;
 
 /// A problem file that cannot be used.
@@ -149,12 +149,12 @@ impl Problem {
     /// Reads and checks a problem file.
     pub fn read(path: &Path) -> Result<Self, ProblemError> {
         let folder = path.parent().unwrap_or(Path::new("")).to_path_buf();
-        Self::parse(&toml_file::read_at_most(path, MOST_TEXT)?, &path.display().to_string(), folder)
+        Self::parse(&toml_file::read_at_most(path, MAX_TEXT)?, &path.display().to_string(), folder)
     }
 
     /// Reads and checks a problem from its text; relative paths start from `folder`, messages name `path`.
     pub fn parse(text: &str, path: &str, folder: PathBuf) -> Result<Self, ProblemError> {
-        toml_file::check_length(text.len(), MOST_TEXT, path)?;
+        toml_file::check_length(text.len(), MAX_TEXT, path)?;
         let mut problem: Problem = toml_file::parse(text, path)?;
         problem.text = text.into();
         problem.folder = folder;

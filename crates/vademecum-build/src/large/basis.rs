@@ -1,20 +1,20 @@
 //! The basis of a slender body: natural modes, and the shapes that follow them.
 //!
 //! A beam that bends far also shortens, and its cross sections turn: no low mode does that. Those shapes are
-//! what the states of least energy have beside their modes. The best few of them, in the norm of the
-//! stiffness and for states of one energy, join the modes. They share neither mass nor (with natural modes)
-//! stiffness with them, so a rotation among themselves makes both matrices diagonal.
+//! the part of condensed shapes outside the modes. The best few of them, in the norm of the stiffness and for
+//! states of one energy, join the modes. They share neither mass nor (with natural modes) stiffness with
+//! them, so a rotation among themselves makes both matrices diagonal.
 
 use faer::{Mat, MatRef};
 
-use crate::dynamics::symmetric_eigen;
 use crate::fem::Pencil;
+use crate::linalg::symmetric_eigen;
 use crate::linalg::{NoConvergence, subtract_product, symmetric_part, transposed_product};
 
 /// The basis `[modes, shapes]`, its mass the identity, and the diagonal of its stiffness. `momenta` is the
 /// mass times the modes; states are displacements over the free dofs. Fewer shapes come back where the states
 /// do not have as many.
-pub fn with_followers(
+pub(crate) fn with_followers(
     pencil: &Pencil,
     (modes, momenta, eigenvalues): (MatRef<'_, f64>, MatRef<'_, f64>, &[f64]),
     states: &[Vec<f64>],

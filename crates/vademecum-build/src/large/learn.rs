@@ -6,19 +6,19 @@ use faer::{Mat, MatRef};
 use rayon::prelude::*;
 
 use super::basis::with_followers;
-use super::map::{Pairs, StrainGram, StrainMap};
+use super::map::{Pairs, ReducedStrain, StrainGram};
 use super::prior::{Prior, columns};
-use super::regression::Columns;
+use super::regression::StrainColumns;
 use super::shapes::kept_states;
-use super::states::{States, draw};
+use super::states::{TrainingStates, draw};
 use crate::dynamics::large::LargeError;
 use crate::dynamics::{Modes, ModesError, lowest_modes};
 use crate::fem::{Factor, FactorError, GreenError, GreenStrain, Symbolic};
 use crate::linalg::NoConvergence;
 use crate::prepared::Body;
-use crate::store::Kept;
+use crate::store::StageCache;
 
-/// Where the states are drawn.
+/// Seed of the states.
 const SEED: u64 = 0x1A26_E001;
 /// Ridges of the regressions, in mean squares of the products, each begun where the one before ended. With a
 /// large one the prior stays nearly what it is; a small one asks for many states.
@@ -27,20 +27,20 @@ const RIDGES: [f64; 3] = [1.0, 1e-2, 1e-4];
 /// Shares of the coordinates that are natural modes, ascending: one in so many.
 const SPLITS: [usize; 3] = [6, 4, 2];
 /// Strain maps to choose from at most: for each share the two priors, and the regressions on one of them.
-pub const CANDIDATES: usize = SPLITS.len() * (2 + RIDGES.len());
+pub(crate) const CANDIDATES: usize = SPLITS.len() * (2 + RIDGES.len());
 /// States that show which shapes follow the modes, for each coordinate.
 const FOLLOWED: usize = 8;
-/// How much further than asked for the states of a regression move: where they end, the map is a guess.
+/// Displacement of training states relative to the requested one: beyond it the map extrapolates.
 const MARGIN: f64 = 1.3;
 
-/// What is asked of a strain map.
+/// Options of a reduced strain.
 #[derive(Clone, Copy, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct LargeOptions {
     /// Largest displacement of the loadable surface \[m\].
     pub displacement: f64,
     /// Coordinates; all of them interact.
     pub coordinates: usize,
-    /// Strain rows beside one for each coordinate.
+    /// Strain rows in addition to one for each coordinate.
     pub rows: usize,
     /// States that the strains are fitted to, half of them at coordinates of the fewest modes of any map;
     /// fewer show which shapes follow the modes.
@@ -48,9 +48,9 @@ pub struct LargeOptions {
 }
 
 impl LargeOptions {
-    /// States of a basis of so many coordinates, where nobody says: twice as many as there are products of
-    /// coordinates. With fewer, a regression bends products that the states hardly tell apart.
-    pub fn states_of(coordinates: usize) -> usize {
+    /// States of a basis of `r` coordinates, by default twice as many as there are products of coordinates.
+    /// With fewer, a regression bends products that the states hardly tell apart.
+    pub(crate) fn states_of(coordinates: usize) -> usize {
         coordinates * (coordinates + 1)
     }
 
@@ -60,7 +60,7 @@ impl LargeOptions {
     }
 }
 
-/// Why no strain map was learnt.
+/// Why no reduced strain was fitted.
 #[derive(Debug, thiserror::Error)]
 pub enum LearnError {
     /// No strain.
@@ -94,9 +94,10 @@ pub enum LearnError {
     Shapes(#[from] LargeError),
 }
 
-/// Natural modes and shapes that follow them.
+/// Natural modes and condensed shapes (static modal derivatives).
 #[derive(Clone, Debug)]
-pub struct FollowedBasis {
+#[doc(alias("followers", "static modal derivatives", "static condensation"))]
+pub struct CondensedBasis {
     /// Shape (n, R); their mass is the identity, their eigenvalues ascend.
     pub vectors: Mat<f64>,
     /// Diagonal of their stiffness.
@@ -105,36 +106,37 @@ pub struct FollowedBasis {
     pub natural: Vec<f64>,
 }
 
-/// A basis and the strain map over it.
+/// A basis and the reduced strain over it.
 #[derive(Clone, Debug)]
-pub struct Learnt {
+#[doc(alias = "reduced-order model")]
+pub struct LargeModel {
     /// In words.
     pub name: String,
     /// Natural modes of the basis; the other shapes follow them.
     pub modes: usize,
     prior: Prior,
-    /// What its coordinates are of.
-    pub basis: FollowedBasis,
+    /// Kind of its coordinates.
+    pub basis: CondensedBasis,
     /// The strain map.
-    pub map: StrainMap,
+    pub map: ReducedStrain,
     /// Coordinates of the states, one a column.
     pub states: Mat<f64>,
     /// Their energies \[J\].
     pub energies: Vec<f64>,
 }
 
-/// What strain maps of a body are learnt with.
-pub struct Learner<'a> {
+/// Input of the regression of a body's reduced strain.
+pub struct StrainLearner<'a> {
     body: &'a Body,
     symbolic: &'a Symbolic,
     strain: GreenStrain<'a>,
     factor: Arc<Factor>,
     modes: Modes,
     options: LargeOptions,
-    kept: &'a Kept<'a>,
+    kept: &'a StageCache<'a>,
 }
 
-impl<'a> Learner<'a> {
+impl<'a> StrainLearner<'a> {
     /// Finds the natural modes.
     ///
     /// # Errors
@@ -143,14 +145,14 @@ impl<'a> Learner<'a> {
         body: &'a Body,
         symbolic: &'a Symbolic,
         options: &LargeOptions,
-        kept: &'a Kept<'a>,
-    ) -> Result<Learner<'a>, LearnError> {
+        kept: &'a StageCache<'a>,
+    ) -> Result<StrainLearner<'a>, LearnError> {
         let (strain, pencil) = (GreenStrain::new(&body.model)?, body.model.pencil());
         let options = LargeOptions { coordinates: options.coordinates.min(pencil.n_dof()), ..*options };
         let [.., most] = options.natural_modes();
         let modes = lowest_modes(pencil, symbolic, most)?;
         let factor = symbolic.factor_of(pencil.stiffness())?;
-        Ok(Learner { body, symbolic, strain, factor, modes, options, kept })
+        Ok(StrainLearner { body, symbolic, strain, factor, modes, options, kept })
     }
 
     /// Strain maps before any regression: with a part of the coordinates natural modes and the others
@@ -158,7 +160,7 @@ impl<'a> Learner<'a> {
     ///
     /// # Errors
     /// [`LearnError`].
-    pub fn priors(&self) -> Result<Vec<Learnt>, LearnError> {
+    pub(crate) fn priors(&self) -> Result<Vec<LargeModel>, LearnError> {
         let Self { body, options, .. } = self;
         let mut found = vec![];
         for n_modes in options.natural_modes() {
@@ -182,7 +184,7 @@ impl<'a> Learner<'a> {
     ///
     /// # Errors
     /// [`LearnError`].
-    pub fn fitted(&self, from: &Learnt) -> Result<Vec<Learnt>, LearnError> {
+    pub fn fitted(&self, from: &LargeModel) -> Result<Vec<LargeModel>, LearnError> {
         let states = self.mixed(from.modes)?;
         let basis = &from.basis;
         let states = self.seen(&basis.vectors, &states);
@@ -199,7 +201,7 @@ impl<'a> Learner<'a> {
         self.modes.vectors.subcols(0, count)
     }
 
-    /// The states of a regression: half of them at coordinates of so many modes, half at coordinates of the
+    /// The states of a regression: half of them at coordinates of some modes, half at coordinates of the
     /// fewest modes of any map, in which the further modes lie where the least energy has them.
     fn mixed(&self, n_modes: usize) -> Result<Vec<Vec<f64>>, LearnError> {
         let LargeOptions { states: count, displacement, .. } = self.options;
@@ -210,7 +212,7 @@ impl<'a> Learner<'a> {
         Ok(states)
     }
 
-    /// Shapes of least energy at coordinates of so many modes, up to a displacement \[m\].
+    /// Shapes of least energy at coordinates of some modes, up to a displacement \[m\].
     fn states(&self, n_modes: usize, count: usize, displacement: f64) -> Result<Vec<Vec<f64>>, LearnError> {
         let (modes, eigenvalues) = (self.modes(n_modes), &self.modes.eigenvalues[..n_modes]);
         let drawn = draw(at_load_nodes(self.body, modes).as_ref(), eigenvalues, displacement, count, SEED);
@@ -222,12 +224,12 @@ impl<'a> Learner<'a> {
         Ok(states)
     }
 
-    fn seen(&self, vectors: &Mat<f64>, states: &[Vec<f64>]) -> States {
-        States::new(&self.strain, times_mass(self.body, vectors.as_ref()).as_ref(), states)
+    fn seen(&self, vectors: &Mat<f64>, states: &[Vec<f64>]) -> TrainingStates {
+        TrainingStates::new(&self.strain, times_mass(self.body, vectors.as_ref()).as_ref(), states)
     }
 
-    fn columns(&self, basis: &FollowedBasis, prior: Prior) -> Columns {
-        let FollowedBasis { vectors, eigenvalues, .. } = basis;
+    fn columns(&self, basis: &CondensedBasis, prior: Prior) -> StrainColumns {
+        let CondensedBasis { vectors, eigenvalues, .. } = basis;
         let pairs = Pairs { interacting: eigenvalues.len() };
         columns(&self.strain, (vectors.as_ref(), eigenvalues), pairs, prior, (self.symbolic, &self.factor))
     }
@@ -236,16 +238,16 @@ impl<'a> Learner<'a> {
         &self,
         fitted: String,
         (modes, prior): (usize, Prior),
-        basis: &FollowedBasis,
+        basis: &CondensedBasis,
         gram: &StrainGram,
-        states: &States,
-    ) -> Result<Learnt, LearnError> {
+        states: &TrainingStates,
+    ) -> Result<LargeModel, LearnError> {
         let prior_name = match prior {
             Prior::Relaxed => "relaxed",
             Prior::Galerkin => "Galerkin",
         };
         let shapes = basis.eigenvalues.len() - modes;
-        Ok(Learnt {
+        Ok(LargeModel {
             name: format!("{modes} modes, {shapes} shapes that follow, {prior_name}{fitted}"),
             modes,
             prior,
@@ -276,11 +278,11 @@ pub(super) fn at_load_nodes(body: &Body, vectors: MatRef<'_, f64>) -> Mat<f64> {
 }
 
 /// A basis whose first vectors are natural modes, with ascending eigenvalues.
-fn sorted((vectors, values): (Mat<f64>, Vec<f64>), n_modes: usize) -> FollowedBasis {
+fn sorted((vectors, values): (Mat<f64>, Vec<f64>), n_modes: usize) -> CondensedBasis {
     let mut order: Vec<usize> = (0..values.len()).collect();
     order.sort_by(|&a, &b| values[a].total_cmp(&values[b]));
     let natural = |&k: &usize| if k < n_modes { values[k].sqrt() } else { 0.0 };
-    FollowedBasis {
+    CondensedBasis {
         vectors: Mat::from_fn(vectors.nrows(), order.len(), |i, k| vectors[(i, order[k])]),
         eigenvalues: order.iter().map(|&k| values[k]).collect(),
         natural: order.iter().map(natural).collect(),

@@ -1,4 +1,4 @@
-//! The strain map: reduced strains that are quadratic in the coordinates, and the rows a file keeps of them.
+//! The reduced Green–Lagrange strain, quadratic in the coordinates, and its rows in a file.
 //!
 //! The strain of St. Venant and Kirchhoff is quadratic in the displacement, so over a basis
 //!
@@ -13,7 +13,7 @@
 
 use faer::{Mat, MatRef};
 
-use crate::dynamics::symmetric_eigen;
+use crate::linalg::symmetric_eigen;
 use crate::linalg::{NoConvergence, Random, product, symmetric_part};
 
 /// Products of coordinates: each pair once, in the order of its first coordinate.
@@ -30,7 +30,7 @@ impl Pairs {
         (0..n).flat_map(move |a| (a..n).map(move |b| (a, b)))
     }
 
-    /// How many there are.
+    /// Their number.
     pub fn count(self) -> usize {
         let n = self.interacting;
         n * (n + 1) / 2
@@ -42,15 +42,16 @@ impl Pairs {
     }
 
     /// The same of coordinates that stand in columns, one state a column.
-    pub fn products_of(self, q: MatRef<'_, f64>) -> Mat<f64> {
+    pub(crate) fn products_of(self, q: MatRef<'_, f64>) -> Mat<f64> {
         let pairs: Vec<_> = self.iter().collect();
         Mat::from_fn(pairs.len(), q.ncols(), |j, s| q[(pairs[j].0, s)] * q[(pairs[j].1, s)])
     }
 }
 
-/// A strain map by rows: `z_k = ω_k q_k + Q_k · m(q)` for `k < R`, `Q_k · m(q)` after.
+/// A reduced Green–Lagrange strain by rows: `z_k = ω_k q_k + Q_k · m(q)` for `k < R`, `Q_k · m(q)` after.
 #[derive(Clone, Debug)]
-pub struct StrainMap {
+#[doc(alias("strain map", "reduced Green-Lagrange strain"))]
+pub struct ReducedStrain {
     /// `ω`, one for each coordinate \[rad/s\].
     pub frequencies: Vec<f64>,
     /// The products that count.
@@ -59,7 +60,7 @@ pub struct StrainMap {
     pub quadratic: Mat<f64>,
 }
 
-impl StrainMap {
+impl ReducedStrain {
     /// `z(q)`, length rows.
     pub fn strain(&self, q: &[f64]) -> Vec<f64> {
         let products = self.pairs.products(q);
@@ -76,7 +77,7 @@ impl StrainMap {
     }
 }
 
-/// What a strain map is cut from: of full strains, only what their energy depends on.
+/// Gram matrix of full strains, from which the rows of a reduced strain are selected.
 #[derive(Clone, Debug)]
 pub struct StrainGram {
     /// `ω`.
@@ -96,7 +97,7 @@ impl StrainGram {
     ///
     /// # Errors
     /// [`NoConvergence`].
-    pub fn rows(&self, states: MatRef<'_, f64>, extra: usize) -> Result<StrainMap, NoConvergence> {
+    pub fn rows(&self, states: MatRef<'_, f64>, extra: usize) -> Result<ReducedStrain, NoConvergence> {
         let Self { top, gram, pairs, .. } = self;
         let (r, extra) = (top.nrows(), extra.min(pairs.count()));
         let rest = symmetric_part((gram - product(top.transpose(), top.as_ref())).as_ref());
@@ -111,7 +112,7 @@ impl StrainGram {
         let mut quadratic = Mat::zeros(r + extra, pairs.count());
         quadratic.subrows_mut(0, r).copy_from(top);
         quadratic.subrows_mut(r, extra).copy_from(&beside);
-        Ok(StrainMap { frequencies: self.frequencies.clone(), pairs: *pairs, quadratic })
+        Ok(ReducedStrain { frequencies: self.frequencies.clone(), pairs: *pairs, quadratic })
     }
 }
 
@@ -126,7 +127,7 @@ fn rows_on_states(
 ) -> Result<Mat<f64>, NoConvergence> {
     const ITERATIONS: usize = 6;
     /// Below this part of the largest square a direction is rounding.
-    const LEAST: f64 = 1e-13;
+    const MIN_SQUARE: f64 = 1e-13;
     let n = products.ncols();
     let weighted = product(rest, products);
     let image = |x: MatRef<'_, f64>| product(products.transpose(), product(weighted.as_ref(), x).as_ref());
@@ -139,7 +140,7 @@ fn rows_on_states(
     let (squares, axes) = symmetric_eigen(spread.as_ref())?;
     let last = squares.len() - 1;
     let scaled = Mat::from_fn(last + 1, count, |i, k| match squares[last - k] {
-        square if square > LEAST * squares[last] => axes[(i, last - k)] / square.sqrt(),
+        square if square > MIN_SQUARE * squares[last] => axes[(i, last - k)] / square.sqrt(),
         _ => 0.0,
     });
     let vectors = product(x.as_ref(), scaled.as_ref());

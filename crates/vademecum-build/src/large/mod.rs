@@ -1,4 +1,5 @@
-//! Large displacements: a strain map over a basis, learnt from shapes of least energy.
+//! Large displacements: the reduced Green–Lagrange strain over a basis, fitted to statically condensed
+//! shapes.
 
 mod basis;
 mod learn;
@@ -10,15 +11,15 @@ mod shapes;
 mod states;
 mod trial;
 
-pub use basis::with_followers;
-pub use learn::{CANDIDATES, FollowedBasis, LargeOptions, LearnError, Learner, Learnt};
-pub use map::{Pairs, StrainGram, StrainMap};
+pub(crate) use learn::CANDIDATES;
+pub use learn::{CondensedBasis, LargeModel, LargeOptions, LearnError, StrainLearner};
+pub use map::{Pairs, ReducedStrain, StrainGram};
 pub use prediction::Prediction;
 pub use prior::{Prior, columns};
-pub use regression::Columns;
+pub use regression::StrainColumns;
 pub use shapes::relaxed;
-pub use states::{States, draw};
-pub use trial::{FullOrder, PARTS, Push, Pushes, Reference, Seen, asked_displacement};
+pub use states::{TrainingStates, draw};
+pub use trial::{PARTS, ProjectedRun, Push, PushFamily, ReferenceModel, ReferenceRun, asked_displacement};
 
 #[cfg(test)]
 mod tests;

@@ -1,14 +1,15 @@
-//! Where coordinates of natural modes move a body, to second order: where the search for a shape of least
+//! Second-order displacement at coordinates of natural modes: where the search for a shape of least
 //! energy begins.
 
 use faer::{ColRef, Mat, MatRef};
 
 use super::map::Pairs;
 use super::prior::let_go;
-use crate::dynamics::large::Guess;
+use crate::dynamics::large::InitialGuess;
 use crate::fem::{Factor, GreenStrain, Symbolic};
 
 /// `u(q) = V q + Σ w_ab q_a q_b` over natural modes, with what the rest of the body does with each product.
+#[doc(alias("static modal derivatives", "quadratic manifold"))]
 pub struct Prediction<'a> {
     pub(super) strain: &'a GreenStrain<'a>,
     /// Shape (n, r).
@@ -31,7 +32,7 @@ impl<'a> Prediction<'a> {
     }
 
     /// The displacement, and its stress to second order, `B u + E₂(V q, V q)`.
-    pub fn at(&self, q: &[f64]) -> Guess {
+    pub fn at(&self, q: &[f64]) -> InitialGuess {
         let linear = self.modes * ColRef::from_slice(q);
         let displacement = &linear + &self.moved * ColRef::from_slice(&self.pairs.products(q));
         let of = |column: &faer::Col<f64>| column.iter().copied().collect::<Vec<f64>>();
@@ -40,6 +41,6 @@ impl<'a> Prediction<'a> {
         self.strain.linear(&displacement, &mut stress);
         self.strain.bilinear(&linear, &linear, &mut product);
         stress.iter_mut().zip(&product).for_each(|(x, own)| *x += own);
-        Guess { displacement, stress }
+        InitialGuess { displacement, stress }
     }
 }

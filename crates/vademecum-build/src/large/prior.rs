@@ -1,14 +1,14 @@
-//! What the strain map is before it has seen a state.
+//! Prior of the reduced strain, before any training state.
 
 use faer::prelude::ReborrowMut;
 use faer::{Mat, MatMut, MatRef};
 
 use super::map::Pairs;
-use super::regression::Columns;
+use super::regression::StrainColumns;
 use crate::fem::{Factor, GreenStrain, Solve, Symbolic, contiguous, contiguous_mut};
 use crate::linalg::{subtract_product, transposed_product};
 
-/// How products of coordinates strain the body.
+/// Prior of the quadratic strain.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
 pub enum Prior {
     /// As the shapes of the basis do, and nothing else moves (Galerkin): for slender bodies, whose basis
@@ -29,7 +29,7 @@ pub fn columns(
     pairs: Pairs,
     prior: Prior,
     factor: (&Symbolic, &Factor),
-) -> Columns {
+) -> StrainColumns {
     let (vectors, eigenvalues) = basis;
     let mut linear = Mat::zeros(strain.n_rows(), vectors.ncols());
     each_column(linear.as_mut(), |k, out| strain.linear(contiguous(vectors, k), out));
@@ -45,10 +45,10 @@ pub fn columns(
         }
     }
     let frequencies = eigenvalues.iter().map(|x| x.sqrt()).collect();
-    Columns { frequencies, pairs, linear, quadratic }
+    StrainColumns { frequencies, pairs, linear, quadratic }
 }
 
-/// What the rest of a body does with each product of coordinates, shape (n, products): the displacement `w`
+/// Response of the rest of a body to each product of coordinates, shape (n, products): the displacement `w`
 /// of least energy that has no mass in common with the basis. With `f = Bᵀ E₂(v_a, v_b)` and `y = K⁻¹ f` it
 /// is `−(y − V Vᵀ M y)`, which for natural modes is `−(y − V Λ⁻¹ Vᵀ f)`. One solve for each product.
 pub(super) fn let_go(

@@ -19,8 +19,8 @@ use faer::{Accum, Mat, MatMut, MatRef, Par};
 use rayon::prelude::*;
 
 use super::map::{Pairs, StrainGram};
-use super::states::States;
-use crate::dynamics::symmetric_eigen;
+use super::states::TrainingStates;
+use crate::linalg::symmetric_eigen;
 use crate::linalg::{NoConvergence, column_groups, product, symmetric_part, transposed_product};
 
 /// Strains that are worked on at a time.
@@ -30,7 +30,7 @@ const WIDTH: usize = 128;
 
 /// Full strains as columns.
 #[derive(Clone, Debug)]
-pub struct Columns {
+pub struct StrainColumns {
     /// `ω`.
     pub frequencies: Vec<f64>,
     /// The products that count.
@@ -41,8 +41,8 @@ pub struct Columns {
     pub quadratic: Mat<f64>,
 }
 
-impl Columns {
-    /// What the energy depends on, before any regression.
+impl StrainColumns {
+    /// Data that determine the energy, before any regression.
     pub fn gram(&self) -> StrainGram {
         let top = transposed_product(self.linear.as_ref(), self.quadratic.as_ref());
         let mut gram = Mat::zeros(self.pairs.count(), self.pairs.count());
@@ -57,7 +57,7 @@ impl Columns {
     ///
     /// # Errors
     /// [`NoConvergence`].
-    pub fn fitted(&self, states: &States, ridges: &[f64]) -> Result<Vec<StrainGram>, NoConvergence> {
+    pub fn fitted(&self, states: &TrainingStates, ridges: &[f64]) -> Result<Vec<StrainGram>, NoConvergence> {
         let (p, q) = (self.pairs.count(), states.coordinates.as_ref());
         let products = self.pairs.products_of(q);
         let weight = |s: usize| 1.0 / states.energies[s].max(f64::MIN_POSITIVE);
@@ -143,7 +143,7 @@ fn add_transposed_product(c: MatMut<'_, f64>, a: MatRef<'_, f64>, b: MatRef<'_, 
     });
 }
 
-/// `G ← G + AᵀA` below the diagonal, and beside it.
+/// `G ← G + AᵀA` on and below the diagonal.
 fn add_gram(g: MatMut<'_, f64>, a: MatRef<'_, f64>) {
     each_group(g, |at, g| {
         let (left, right) = (a.subcols(at, a.ncols() - at), a.subcols(at, g.ncols()));

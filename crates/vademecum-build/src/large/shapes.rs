@@ -9,11 +9,11 @@ use super::prediction::Prediction;
 use crate::dynamics::large::{LargeError, Newton, Relaxation};
 use crate::fem::{Factor, GreenStrain, SOFTENING, Symbolic};
 use crate::progress::Listener;
-use crate::store::Kept;
+use crate::store::StageCache;
 
-/// How often coordinates are halved.
+/// Maximum number of halvings of coordinates.
 const HALVINGS: i32 = 5;
-/// Where Newton's method ends: its last correction, which is still made, squares this.
+/// Tolerance of Newton's method: its last correction, which is still made, squares this.
 const TOLERANCE: f64 = 1e-5;
 /// States that are kept together: what a stopped build loses at most.
 const TOGETHER: usize = 64;
@@ -23,7 +23,7 @@ const TOGETHER: usize = 64;
 /// # Errors
 /// As [`relaxed`].
 pub(super) fn kept_states(
-    kept: &Kept<'_>,
+    kept: &StageCache<'_>,
     strain: &GreenStrain<'_>,
     (modes, eigenvalues): (MatRef<'_, f64>, &[f64]),
     (symbolic, factor): (&Symbolic, &Factor),

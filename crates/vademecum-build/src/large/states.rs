@@ -1,19 +1,19 @@
 //! States that a strain map learns from: shapes of least energy at given coordinates.
 //!
 //! A force that begins at once, `F`, makes a linear body swing as `q_k(t) = φ_kᵀF/ω_k² (1 − cos ω_k t)`. The
-//! states are drawn as such motions are at an instant nobody chose: a few forces at random places of the
-//! loadable surface, every mode at a phase of its own, and all of it scaled to a displacement. The body is
-//! then let go everywhere but in these coordinates: least energy under `VᵀM u = q`. So no motion has to be
-//! marched, and what follows the coordinates without mass of its own is where it belongs.
+//! states are drawn as such motions are at a random instant: a few forces at random places of the loadable
+//! surface, every mode at a phase of its own, and all of it scaled to a displacement. The body is then
+//! relaxed to static equilibrium with these coordinates prescribed: least energy under `VᵀM u = q`. So no
+//! motion has to be marched, and what follows the coordinates without mass of its own is where it belongs.
 
 use faer::{Mat, MatRef};
 
 use crate::fem::GreenStrain;
 use crate::linalg::{Random, transposed_product, unit};
 
-/// States of the full order beside their coordinates.
+/// Full-order training states with their coordinates.
 #[derive(Clone, Debug)]
-pub struct States {
+pub struct TrainingStates {
     /// `VᵀM u`, shape (R, states).
     pub coordinates: Mat<f64>,
     /// The full strains, shape (strains, states).
@@ -54,9 +54,9 @@ pub fn draw(moving: MatRef<'_, f64>, eigenvalues: &[f64], largest: f64, count: u
     drawn
 }
 
-impl States {
+impl TrainingStates {
     /// States as displacements, in the coordinates `VᵀM u` of a basis with momenta `MV`.
-    pub fn new(strain: &GreenStrain<'_>, momenta: MatRef<'_, f64>, states: &[Vec<f64>]) -> States {
+    pub fn new(strain: &GreenStrain<'_>, momenta: MatRef<'_, f64>, states: &[Vec<f64>]) -> TrainingStates {
         let n = strain.n_dof();
         let displacements = Mat::from_fn(n, states.len(), |i, s| states[s][i]);
         let coordinates = transposed_product(momenta, displacements.as_ref());
@@ -66,6 +66,6 @@ impl States {
         }
         let energy = |s: usize| 0.5 * strains.col_as_slice(s).iter().map(|z| z * z).sum::<f64>();
         let energies = (0..states.len()).map(energy).collect();
-        States { coordinates, strains, energies }
+        TrainingStates { coordinates, strains, energies }
     }
 }

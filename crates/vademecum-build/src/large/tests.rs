@@ -4,8 +4,8 @@ use faer::linalg::solvers::Solve as _;
 use faer::{Mat, Side};
 
 use super::{
-    Columns, LargeOptions, Learner, Learnt, Pairs, Prediction, Prior, States, StrainGram, columns, draw,
-    relaxed,
+    LargeModel, LargeOptions, Pairs, Prediction, Prior, StrainColumns, StrainGram, StrainLearner,
+    TrainingStates, columns, draw, relaxed,
 };
 use crate::dynamics::large::{Newton, Relaxation};
 use crate::dynamics::lowest_modes;
@@ -14,7 +14,7 @@ use crate::input::Problem;
 use crate::linalg::Random;
 use crate::prepared::{Prepared, prepare};
 use crate::progress::{Silent, Stopwatch};
-use crate::store::Kept;
+use crate::store::StageCache;
 
 fn beam() -> Prepared {
     let text = "[mesh]\nblock = { lengths = [1.0, 0.1, 0.12], divisions = [6, 1, 1] }\n\
@@ -26,9 +26,9 @@ fn beam() -> Prepared {
 
 const OPTIONS: LargeOptions = LargeOptions { displacement: 0.3, coordinates: 12, rows: 12, states: 40 };
 
-fn learnt(prepared: &Prepared, options: &LargeOptions) -> Vec<Learnt> {
-    let kept = Kept::new(None, prepared, &Silent);
-    let learner = Learner::new(&prepared.body, &prepared.symbolic, options, &kept).expect("modes");
+fn learnt(prepared: &Prepared, options: &LargeOptions) -> Vec<LargeModel> {
+    let kept = StageCache::new(None, prepared, &Silent);
+    let learner = StrainLearner::new(&prepared.body, &prepared.symbolic, options, &kept).expect("modes");
     let mut maps = learner.priors().expect("strain maps");
     maps.extend(learner.fitted(&maps[0]).expect("regressions"));
     maps
@@ -125,16 +125,16 @@ fn regressions_teach_the_energy_of_states_that_nobody_saw() {
     let prediction = Prediction::new(&strain, own, (&prepared.symbolic, &factor));
     let shapes = relaxed(&prediction, &prepared.symbolic, drawn.as_ref(), &Silent);
     let shapes = shapes.expect("shapes");
-    let off = |map: &Learnt| {
+    let off = |map: &LargeModel| {
         let mut momenta = Mat::zeros(map.basis.vectors.nrows(), map.basis.vectors.ncols());
         pencil.mass().mul_into(map.basis.vectors.as_ref(), momenta.as_mut());
-        let states = States::new(&strain, momenta.as_ref(), &shapes);
+        let states = TrainingStates::new(&strain, momenta.as_ref(), &shapes);
         let each = states.energies.iter().enumerate();
         let square =
             |(s, e): (usize, &f64)| (map.map.energy(states.coordinates.col_as_slice(s)) / e - 1.0).powi(2);
         (each.map(square).sum::<f64>() / shapes.len() as f64).sqrt()
     };
-    let fitted = |map: &&Learnt| map.name.contains("fitted");
+    let fitted = |map: &&LargeModel| map.name.contains("fitted");
     let before = off(&maps[0]);
     assert_eq!(maps.iter().filter(fitted).count(), 3);
     for map in maps.iter().filter(fitted) {
@@ -146,10 +146,10 @@ fn regressions_teach_the_energy_of_states_that_nobody_saw() {
 #[test]
 fn half_of_the_states_of_a_regression_move_in_the_fewest_modes() {
     let prepared = beam();
-    let kept = Kept::new(None, &prepared, &Silent);
-    let learner = Learner::new(&prepared.body, &prepared.symbolic, &OPTIONS, &kept).expect("modes");
+    let kept = StageCache::new(None, &prepared, &Silent);
+    let learner = StrainLearner::new(&prepared.body, &prepared.symbolic, &OPTIONS, &kept).expect("modes");
     let priors = learner.priors().expect("strain maps");
-    let energies = |map: &Learnt| learner.fitted(map).expect("regressions").swap_remove(0).energies;
+    let energies = |map: &LargeModel| learner.fitted(map).expect("regressions").swap_remove(0).energies;
     let [few, more] = [&priors[0], &priors[4]];
     assert_eq!([few.modes, more.modes], [2, 6]);
     let (few, more) = (energies(few), energies(more));
@@ -214,7 +214,7 @@ fn a_regression_meets_the_states_better_than_what_it_began_with() {
             (0..map.basis.vectors.nrows()).map(of).collect()
         })
         .collect();
-    let states = States::new(&strain, momenta.as_ref(), &shapes);
+    let states = TrainingStates::new(&strain, momenta.as_ref(), &shapes);
     let pairs = Pairs { interacting: 12 };
     let basis = (map.basis.vectors.as_ref(), map.basis.eigenvalues.as_slice());
     let found = columns(&strain, basis, pairs, Prior::Relaxed, (&prepared.symbolic, &factor));
@@ -238,9 +238,9 @@ fn a_sequence_of_regressions_is_what_its_equations_say() {
     // Two of the coordinates hardly move, so that some products are nearly not seen.
     let sizes = [1.0, 1.0, 1.0, 1e-3, 1e-3];
     let coordinates = Mat::from_fn(5, 5, |i, j| if i == j { sizes[i] } else { 0.0 }) * matrix(5, count);
-    let columns = Columns { frequencies, pairs, linear: matrix(rows, 5), quadratic: matrix(rows, p) };
+    let columns = StrainColumns { frequencies, pairs, linear: matrix(rows, 5), quadratic: matrix(rows, p) };
     let energies: Vec<f64> = (0..count).map(|s| 0.5 + s as f64).collect();
-    let states = States { coordinates, strains: matrix(rows, count), energies };
+    let states = TrainingStates { coordinates, strains: matrix(rows, count), energies };
     let ridges = [1.0, 1e-2, 1e-4];
     let found = columns.fitted(&states, &ridges).expect("regressions");
 
@@ -254,7 +254,7 @@ fn a_sequence_of_regressions_is_what_its_equations_say() {
         let ridged = &gram + Mat::from_fn(p, p, |i, j| if i == j { ridge * mean } else { 0.0 });
         let factor = ridged.llt(Side::Lower).expect("a factor");
         quadratic += factor.solve((missing * &weighted).transpose()).transpose();
-        let exact = Columns { quadratic: quadratic.clone(), ..columns.clone() }.gram();
+        let exact = StrainColumns { quadratic: quadratic.clone(), ..columns.clone() }.gram();
         let direct = quadratic.transpose() * &quadratic;
         let off = (&found.gram - &direct).norm_l2() / direct.norm_l2();
         assert!(off < 1e-9, "ridge {ridge}: {off:e}");

@@ -1,4 +1,4 @@
-//! Pushes at full order, and what a basis sees of them.
+//! Load cases at full order, and their projection on a basis.
 
 use std::fmt::Debug;
 use std::time::Instant;
@@ -8,7 +8,7 @@ use rayon::prelude::*;
 use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
 
-use super::learn::{Learnt, at_load_nodes};
+use super::learn::{LargeModel, at_load_nodes};
 use crate::dynamics::large::{LargeDamping, LargeError, LargeMarch, LargeScheme, LargeWork, Newton};
 use crate::dynamics::{Modes, Rayleigh, TrajectoryError, Work};
 use crate::fem::{GreenStrain, SOFTENING, Symbolic};
@@ -17,25 +17,24 @@ use crate::linalg::{Random, project, unit};
 use crate::mesh::Mesh;
 use crate::prepared::Body;
 use crate::progress::Listener;
-use crate::store::{Inputs, Kept};
+use crate::store::{Inputs, StageCache};
 
 /// Steps of the reference in a step of the file, where nothing else is asked for.
 pub const PARTS: usize = 4;
-/// Where Newton's method ends in the reference: far below what any reduced motion misses it by.
+/// Tolerance of Newton's method in the reference, far below the error of any reduced motion.
 const TOLERANCE: f64 = 1e-5;
-/// How often a push is made weaker that the law of the body does not bear, or that moves the surface too far,
-/// before another one is drawn.
-const WEAKER: usize = 2;
-/// How often pushes are drawn anew; those of the last draw are made weaker as often as need be.
-const DRAWS: u64 = 8;
-/// As often as need be.
-const ANY: usize = 12;
-/// How wide a push is, as a part of the longest edge of the box around the body.
+/// Load halvings before a load case is redrawn.
+const HALVINGS: usize = 2;
+/// Draws of a load case; those of the last draw are halved up to [`MAX_HALVINGS`] times.
+const MAX_DRAWS: u64 = 8;
+/// Load halvings of the last draw.
+const MAX_HALVINGS: usize = 12;
+/// Width of a push, as a part of the longest edge of the bounding box.
 const WIDTH: f64 = 0.1;
 /// Widths beyond which a push is not felt.
 const REACH: f64 = 3.0;
 
-/// How much further than at rest a linear body moves under a pulse of about its period, and under a push that
+/// Dynamic amplification of a linear body under a pulse of about its period, and under a push that
 /// begins at once.
 const PULSE: f64 = 1.6;
 /// See [`PULSE`].
@@ -44,15 +43,15 @@ const HELD: f64 = 2.0;
 /// A push by something blunt: a force spread over the loadable nodes around one of them.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct Push {
-    /// What tells it from others of the body.
+    /// Unique name among the pushes of the body.
     pub name: String,
     /// Loadable nodes and their forces \[N\] at the height of the push.
     pub nodes: Vec<(u32, [f64; 3])>,
     /// The same over the free dofs.
     pub force: Vec<f64>,
-    /// How long it lasts \[s\].
+    /// Duration \[s\].
     pub length: f64,
-    /// Whether it comes and goes as a squared sine; else it is held, and let go at once.
+    /// True for a pulse shaped as a squared sine; otherwise the force is constant and ends at once.
     pub pulse: bool,
 }
 
@@ -96,8 +95,8 @@ fn longest_edge(mesh: &Mesh) -> f64 {
     (0..3).map(|c| high[c] - low[c]).fold(0.0, f64::max)
 }
 
-/// What every push of a body is drawn from.
-pub struct Pushes<'a> {
+/// Distribution of the pushes of a body.
+pub struct PushFamily<'a> {
     /// The body.
     pub body: &'a Body,
     /// A few of its natural modes.
@@ -108,7 +107,7 @@ pub struct Pushes<'a> {
     pub time_step: f64,
 }
 
-impl Pushes<'_> {
+impl PushFamily<'_> {
     /// Pushes at random places, one for each word whether it is a pulse, so strong that the linear motion
     /// under them reaches about 0.4 to 0.8 of the largest displacement.
     pub fn draw(&self, pulses: &[bool], seed: u64) -> Vec<Push> {
@@ -162,8 +161,8 @@ fn over_dofs(body: &Body, push: &[(u32, [f64; 3])]) -> Vec<f64> {
     full
 }
 
-/// What marches a body at full order.
-pub struct FullOrder<'a> {
+/// Full-order model of a body with its time scheme.
+pub struct ReferenceModel<'a> {
     /// The strain.
     pub strain: &'a GreenStrain<'a>,
     /// Structure of the factor.
@@ -176,8 +175,8 @@ pub struct FullOrder<'a> {
     pub parts: usize,
 }
 
-impl FullOrder<'_> {
-    /// What `steps` steps of the file are about to take at full order, counted once for each push and
+impl ReferenceModel<'_> {
+    /// Estimated work of `steps` steps of the file at full order, counted once for each push and
     /// measured on a few under one of them.
     ///
     /// # Errors
@@ -194,23 +193,23 @@ impl FullOrder<'_> {
     /// `count` pushes and the motions under them, pulses and held ones in turn, marched by Bathe's method
     /// with a part of the step. A push under which some element is compressed to less than [`SOFTENING`],
     /// where the law describes no body any more, is halved, and one that moves the surface further than was
-    /// asked for is made weaker. Where two such steps are not enough another one is drawn: beside a support
+    /// asked for is made weaker. Where two such steps are not enough another one is drawn: next to a support
     /// no push moves the surface far without crushing it. Each motion is kept.
     ///
     /// # Errors
     /// [`LargeError`].
     pub fn references(
         &self,
-        drawn: &Pushes<'_>,
+        drawn: &PushFamily<'_>,
         (count, seed): (usize, u64),
         steps: usize,
-        kept: &Kept<'_>,
-    ) -> Result<Vec<Reference>, LargeError> {
-        let mut found: Vec<Option<Reference>> = vec![None; count];
-        for draw in 0..DRAWS {
+        kept: &StageCache<'_>,
+    ) -> Result<Vec<ReferenceRun>, LargeError> {
+        let mut found: Vec<Option<ReferenceRun>> = vec![None; count];
+        for draw in 0..MAX_DRAWS {
             let missing: Vec<usize> = (0..count).filter(|&k| found[k].is_none()).collect();
             let pulses: Vec<bool> = missing.iter().map(|k| k.is_multiple_of(2)).collect();
-            let weaker = if draw + 1 == DRAWS { ANY } else { WEAKER };
+            let weaker = if draw + 1 == MAX_DRAWS { MAX_HALVINGS } else { HALVINGS };
             let marched = |push: &Push| self.march(push, drawn, (steps, weaker), kept);
             let marched: Result<Vec<_>, LargeError> =
                 drawn.draw(&pulses, seed + draw).par_iter().map(marched).collect();
@@ -224,10 +223,10 @@ impl FullOrder<'_> {
     fn march(
         &self,
         push: &Push,
-        drawn: &Pushes<'_>,
+        drawn: &PushFamily<'_>,
         (steps, weaker): (usize, usize),
-        kept: &Kept<'_>,
-    ) -> Result<Option<Reference>, LargeError> {
+        kept: &StageCache<'_>,
+    ) -> Result<Option<ReferenceRun>, LargeError> {
         /// Of the displacement that was asked for.
         const WITHIN: f64 = 0.95;
         let asked = drawn.displacement;
@@ -250,13 +249,13 @@ impl FullOrder<'_> {
         })
     }
 
-    /// What is marched under a push, which a build that was stopped finds again.
+    /// Cached motion under a push.
     fn kept<T: Serialize + DeserializeOwned>(
         &self,
         name: &str,
         push: &Push,
         limits: impl Debug,
-        kept: &Kept<'_>,
+        kept: &StageCache<'_>,
         march: impl FnOnce() -> Result<T, LargeError>,
     ) -> Result<T, LargeError> {
         let inputs = |inputs: Inputs| {
@@ -275,7 +274,7 @@ impl FullOrder<'_> {
         push: &Push,
         steps: usize,
         listener: &dyn Listener,
-    ) -> Result<Reference, LargeError> {
+    ) -> Result<ReferenceRun, LargeError> {
         let begun = Instant::now();
         let Self { strain, symbolic, damping, time_step, parts } = *self;
         let damping = LargeDamping { mass: damping.alpha, stiffness: 0.0, strain_rate: damping.beta };
@@ -299,7 +298,7 @@ impl FullOrder<'_> {
             listener.checkpoint(kept.len(), steps)?;
         }
         let seconds_per_step = begun.elapsed().as_secs_f64() / kept.len() as f64;
-        Ok(Reference {
+        Ok(ReferenceRun {
             push: push.clone(),
             displacements: kept,
             least_stretch: least,
@@ -309,8 +308,8 @@ impl FullOrder<'_> {
     }
 }
 
-impl Reference {
-    /// How far the surface moves at most \[m\].
+impl ReferenceRun {
+    /// Largest displacement of the surface \[m\].
     pub(crate) fn largest_displacement(&self, body: &Body) -> f64 {
         self.displacements.iter().map(|u| body.largest_displacement(u)).fold(0.0, f64::max)
     }
@@ -319,8 +318,12 @@ impl Reference {
     ///
     /// # Errors
     /// [`LargeError`].
-    pub fn refined(self, full: &FullOrder<'_>, kept: &Kept<'_>) -> Result<Reference, LargeError> {
-        let finer = FullOrder { parts: 2 * full.parts, ..*full };
+    pub fn refined(
+        self,
+        full: &ReferenceModel<'_>,
+        kept: &StageCache<'_>,
+    ) -> Result<ReferenceRun, LargeError> {
+        let finer = ReferenceModel { parts: 2 * full.parts, ..*full };
         let (push, steps) = (&self.push, self.displacements.len());
         let march = || finer.follow(push, steps, kept.listener);
         let fine = finer.kept(&format!("{}-refined", push.name), push, steps, kept, march)?;
@@ -332,54 +335,55 @@ impl Reference {
             whole += mass.inner(b, b);
         }
         let seconds_per_step = self.seconds_per_step;
-        Ok(Reference { own_error: (off / whole).sqrt() / 3.0, seconds_per_step, ..fine })
+        Ok(ReferenceRun { own_error: (off / whole).sqrt() / 3.0, seconds_per_step, ..fine })
     }
 }
 
 /// A push, and the motion under it at full order.
 #[derive(Clone, Debug, Serialize, Deserialize)]
-pub struct Reference {
+#[doc(alias = "validation load case")]
+pub struct ReferenceRun {
     /// The push as it was marched.
     pub push: Push,
     /// Displacements over the free dofs after each step of the file \[m\].
     pub displacements: Vec<Vec<f64>>,
     /// The least principal stretch in any element and step.
     pub least_stretch: f64,
-    /// What the motion itself is off by: relative, over all dofs and steps, in the mass norm; not a number
-    /// where nobody looked.
+    /// Discretisation error in time of the motion itself: relative, over all dofs and steps, in the mass
+    /// norm; not a number where nobody looked.
     pub own_error: f64,
     /// Wall time of a step of the file \[s\], with as many marches side by side as there are cores.
     pub seconds_per_step: f64,
 }
 
-/// The reference of a push as a basis sees it.
-pub struct Seen {
+/// A reference run projected on a basis.
+pub struct ProjectedRun {
     /// Coordinates after each step, one a column.
     pub coordinates: Mat<f64>,
-    /// Square of the mass norm of what the basis does not hold, summed over the steps.
-    pub beside: f64,
+    /// Square of the projection error in the mass norm, summed over the steps.
+    pub projection_residual: f64,
     /// The same of everything.
     pub whole: f64,
 }
 
-impl Seen {
+impl ProjectedRun {
     /// Error of a motion against what the basis sees of a reference: relative, over all dofs and steps, in
     /// the mass norm; and what no motion in this basis can be below.
     pub fn error(&self, found: &Mat<f64>) -> TrajectoryError {
         let off = (&self.coordinates - found).squared_norm_l2();
         let root = |x: f64| (x / self.whole).sqrt();
-        TrajectoryError { error: root(off + self.beside), floor: root(self.beside) }
+        TrajectoryError { error: root(off + self.projection_residual), floor: root(self.projection_residual) }
     }
 
-    /// How far two motions in the basis are apart, as a part of the size of the reference.
+    /// Distance of two motions in the basis, relative to the reference.
     pub fn apart(&self, one: &Mat<f64>, other: &Mat<f64>) -> f64 {
         (one - other).norm_l2() / self.whole.sqrt()
     }
 }
 
-impl Learnt {
-    /// A reference in the coordinates of the basis.
-    pub fn see(&self, body: &Body, reference: &Reference) -> Seen {
+impl LargeModel {
+    /// Projects a reference run on the basis.
+    pub fn see(&self, body: &Body, reference: &ReferenceRun) -> ProjectedRun {
         let (n, reference) = (self.basis.vectors.nrows(), &reference.displacements);
         let u = Mat::from_fn(n, reference.len(), |i, s| reference[s][i]);
         let mut momenta = Mat::zeros(n, reference.len());
@@ -388,6 +392,10 @@ impl Learnt {
         let dot =
             |s: usize| u.col_as_slice(s).iter().zip(momenta.col_as_slice(s)).map(|(a, b)| a * b).sum::<f64>();
         let whole: f64 = (0..reference.len()).map(dot).sum();
-        Seen { beside: (whole - coordinates.squared_norm_l2()).max(0.0), coordinates, whole }
+        ProjectedRun {
+            projection_residual: (whole - coordinates.squared_norm_l2()).max(0.0),
+            coordinates,
+            whole,
+        }
     }
 }

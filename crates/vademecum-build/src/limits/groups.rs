@@ -1,4 +1,4 @@
-//! What the control groups of this process leave of memory (Linux): containers, job schedulers and services
+//! Memory left by the control groups of this process (Linux): containers, job schedulers and services
 //! set a limit there, which the machine's free memory does not show.
 //!
 //! A limit holds for a group and all below it, so that the least of what the own group and those above it
@@ -7,10 +7,10 @@
 use std::path::{Path, PathBuf};
 
 /// One of the two kinds of control groups: where it is found, and what its files are called.
-struct Kind {
-    /// Where the kernel shows the groups.
+struct GroupKind {
+    /// Mount point of the groups.
     root: &'static str,
-    /// What stands before the group in `/proc/self/cgroup`, behind the number.
+    /// Text before the group in `/proc/self/cgroup`, after the number.
     controllers: &'static str,
     limit: &'static str,
     used: &'static str,
@@ -18,15 +18,15 @@ struct Kind {
     inactive: &'static str,
 }
 
-const KINDS: [Kind; 2] = [
-    Kind {
+const KINDS: [GroupKind; 2] = [
+    GroupKind {
         root: "/sys/fs/cgroup",
         controllers: "",
         limit: "memory.max",
         used: "memory.current",
         inactive: "inactive_file",
     },
-    Kind {
+    GroupKind {
         root: "/sys/fs/cgroup/memory",
         controllers: "memory",
         limit: "memory.limit_in_bytes",
@@ -36,9 +36,9 @@ const KINDS: [Kind; 2] = [
 ];
 
 /// Memory that all groups of this process leave \[bytes\]; none where none of them has a limit.
-pub fn left_by_groups() -> Option<u64> {
+pub(crate) fn left_by_groups() -> Option<u64> {
     let table = std::fs::read_to_string("/proc/self/cgroup").ok()?;
-    let of_kind = |kind: &Kind| {
+    let of_kind = |kind: &GroupKind| {
         let read = |folder: &Path, name| std::fs::read_to_string(folder.join(name)).ok();
         let left_by = |folder: PathBuf| {
             let [limit, used] = [kind.limit, kind.used].map(|name| read(&folder, name));
@@ -52,7 +52,7 @@ pub fn left_by_groups() -> Option<u64> {
 
 /// The folder of the group of this process and those of the groups above it. Within a container the path may
 /// be that of the machine, of which the container shows the last part alone: the root is always among them.
-fn folders(table: &str, kind: &Kind) -> Vec<PathBuf> {
+fn folders(table: &str, kind: &GroupKind) -> Vec<PathBuf> {
     let group = |line: &str| {
         let (_, line) = line.split_once(':')?;
         let (controllers, group) = line.split_once(':')?;
@@ -63,7 +63,7 @@ fn folders(table: &str, kind: &Kind) -> Vec<PathBuf> {
     Path::new(&group).ancestors().map(|group| Path::new(kind.root).join(group)).collect()
 }
 
-/// What a limit leaves beside what is used, less what can be given up; none where there is no limit.
+/// Limit less used memory that cannot be reclaimed; none where there is no limit.
 fn left(limit: &str, used: &str, stat: &str, inactive: &str) -> Option<u64> {
     let [limit, used] = [limit, used].map(|number| number.trim().parse::<u64>().ok());
     let row = |line: &str| line.strip_prefix(inactive)?.trim().parse().ok();
@@ -78,7 +78,7 @@ mod tests {
     #[test]
     fn groups_are_found_from_the_own_one_upwards() {
         let table = "12:pids:/jobs/7\n4:cpu,memory:/jobs/7\n0::/user.slice/a b\n";
-        let of = |kind: &Kind| folders(table, kind);
+        let of = |kind: &GroupKind| folders(table, kind);
         let [unified, first] = &KINDS;
         let paths = |all: &[&str]| all.iter().map(PathBuf::from).collect::<Vec<_>>();
         let own = ["/sys/fs/cgroup/user.slice/a b", "/sys/fs/cgroup/user.slice", "/sys/fs/cgroup"];

@@ -1,8 +1,11 @@
 //! Dense helpers that every stage shares: one generator of numbers, symmetric parts, matrices under serde.
 
+mod eigen;
 mod random;
 pub(crate) mod stored;
+pub(crate) mod vec3;
 
+pub(crate) use eigen::symmetric_eigen;
 pub use random::LoadDraw;
 pub use random::Random;
 
@@ -18,7 +21,7 @@ use rayon::prelude::*;
      ranges of a sensible size beside each other?"
 )]
 pub struct NoConvergence {
-    /// What was looked for.
+    /// The decomposition named in the message.
     pub what: &'static str,
 }
 
@@ -90,6 +93,13 @@ pub(crate) fn product(a: MatRef<'_, f64>, b: MatRef<'_, f64>) -> Mat<f64> {
         let a = a.subrows(first, rows.nrows());
         matmul(rows, Accum::Replace, a, b, 1.0, Par::Seq);
     });
+    c
+}
+
+/// `A B` on one thread: the bits do not depend on the number of threads.
+pub fn sequential_product(a: MatRef<'_, f64>, b: MatRef<'_, f64>) -> Mat<f64> {
+    let mut c = Mat::zeros(a.nrows(), b.ncols());
+    matmul(c.as_mut(), Accum::Replace, a, b, 1.0, Par::Seq);
     c
 }
 

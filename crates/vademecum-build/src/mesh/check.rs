@@ -1,9 +1,9 @@
-//! From a raw mesh to one that can be computed with: what is harmless is mended with a note, the rest is a
+//! From a raw mesh to one that can be computed with: harmless flaws are repaired with a note, the rest is a
 //! problem.
 //!
-//! Mended: unused nodes (dropped) and inverted elements (reoriented). Not mended, because only the author of
-//! the mesh knows what was meant: flat elements, coincident nodes, several bodies, folded quadratic elements,
-//! foreign cells.
+//! Repaired: unused nodes (dropped) and inverted elements (reoriented). Not repaired, because only the author
+//! of the mesh knows what was meant: flat elements, coincident nodes, several bodies, folded quadratic
+//! elements, foreign cells.
 
 use std::collections::{BTreeMap, HashMap};
 
@@ -11,9 +11,10 @@ use super::flaw::Flaw;
 use super::quality::{FACES, corners, degree_2_points, degree_4_rule, flatness, jacobian_10, quality, ten};
 use super::raw::{RawMesh, Tetrahedra};
 use super::{Mesh, Order, Region};
+use crate::linalg::vec3::{norm, sub};
 
-/// The mended mesh and what is still wrong with it.
-pub(crate) struct Checked {
+/// The repaired mesh and its remaining flaws.
+pub(crate) struct CheckedMesh {
     pub mesh: Mesh,
     pub problems: Vec<Flaw>,
     pub unused_nodes: usize,
@@ -21,7 +22,7 @@ pub(crate) struct Checked {
 }
 
 /// Mends what is harmless and lists the problems.
-pub(crate) fn check(raw: &RawMesh) -> Checked {
+pub(crate) fn check(raw: &RawMesh) -> CheckedMesh {
     let mut problems = Vec::new();
     if !raw.unsupported.is_empty() {
         problems.push(Flaw::UnsupportedElements(raw.unsupported.clone()));
@@ -49,7 +50,7 @@ pub(crate) fn check(raw: &RawMesh) -> Checked {
         problems.extend(disconnected(&mesh));
         faces(&mut mesh, &mut problems);
     }
-    Checked { mesh, problems, unused_nodes, reoriented }
+    CheckedMesh { mesh, problems, unused_nodes, reoriented }
 }
 
 /// Keeps the nodes that elements use, in file order.
@@ -219,7 +220,7 @@ fn folded(mesh: &Mesh) -> Option<Flaw> {
 /// position.
 fn duplicates(mesh: &Mesh) -> Option<Flaw> {
     let (low, high) = super::bounding_box(&mesh.nodes);
-    let tolerance = 1e-12 * super::quality::norm(super::quality::sub(high, low));
+    let tolerance = 1e-12 * norm(sub(high, low));
     if !(tolerance > 0.0 && tolerance.is_finite()) {
         return None;
     }

@@ -20,7 +20,7 @@ pub fn read(path: &Path) -> Result<Mesh, MeshError> {
     sound(&parse(path)?)
 }
 
-/// Checks and mends a raw mesh, or refuses it.
+/// Checks and repairs a raw mesh, or refuses it.
 pub(crate) fn sound(raw: &RawMesh) -> Result<Mesh, MeshError> {
     let checked = check(raw);
     if checked.problems.is_empty() {

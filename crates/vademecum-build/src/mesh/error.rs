@@ -1,10 +1,10 @@
-//! What can be wrong with a mesh file, said so that its author knows where to look and what to change.
+//! Faults of mesh files, with position and remedy.
 
 use std::fmt;
 use std::path::{Path, PathBuf};
 
 use super::flaw::Flaw;
-use super::place::Place;
+use super::place::Location;
 
 /// One fault of a file: where, what was found, what was expected, what to do.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -12,14 +12,14 @@ pub struct Fault {
     /// The file.
     pub file: PathBuf,
     /// The line or byte.
-    pub place: Place,
+    pub place: Location,
     /// The section as the file spells it, for instance `$Nodes` or `*ELEMENT`.
     pub section: String,
-    /// What stands there, shortened.
+    /// The text found there, shortened.
     pub found: String,
-    /// What the format asks for.
+    /// The expected content.
     pub expected: String,
-    /// What to do about it.
+    /// The remedy.
     pub remedy: String,
 }
 
@@ -38,7 +38,7 @@ pub enum MeshError {
     Io {
         /// The file.
         file: PathBuf,
-        /// What the machine said.
+        /// The error of the system.
         source: std::io::Error,
     },
     /// Neither content nor extension tells the format.
@@ -54,7 +54,7 @@ pub enum MeshError {
     Geometry {
         /// The file.
         file: PathBuf,
-        /// What kind of file it is, with its article.
+        /// Kind of the file, with its article.
         found: &'static str,
     },
     /// The file breaks the rules of its own format.
@@ -68,7 +68,7 @@ pub enum MeshError {
     Unsound {
         /// The file.
         file: PathBuf,
-        /// What is wrong, the gravest first, never empty.
+        /// Flaws, the gravest first; never empty.
         problems: Vec<Flaw>,
     },
 }
@@ -96,17 +96,17 @@ impl MeshError {
     }
 }
 
-/// What a parser knows about its position when it meets a fault.
-pub(crate) struct At<'a> {
+/// Position of a parser, for the report of a fault.
+pub(crate) struct FaultSite<'a> {
     pub file: &'a Path,
-    pub place: Place,
+    pub place: Location,
     pub section: &'a str,
 }
 
-/// What to do about a file that breaks its format's rules.
+/// The remedy for a file that breaks its format's rules.
 const REWRITE: &str = "correct the file, or write it again with the mesher";
 
-impl At<'_> {
+impl FaultSite<'_> {
     pub fn malformed(&self, found: impl Into<String>, expected: impl Into<String>) -> MeshError {
         MeshError::Malformed(Box::new(self.fault(found.into(), expected.into(), REWRITE.into())))
     }

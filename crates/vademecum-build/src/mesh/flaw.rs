@@ -2,17 +2,17 @@
 
 use std::fmt;
 
-use super::place::Place;
+use super::place::Location;
 
 /// Volume cells of one kind that cannot be computed with.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct UnsupportedCells {
     /// Their kind in words, for instance `8-node hexahedron`.
     pub kind: String,
-    /// How many there are.
+    /// Their number.
     pub count: usize,
-    /// Where the first one is.
-    pub first: Place,
+    /// Position of the first one.
+    pub first: Location,
 }
 
 /// Why a mesh cannot be computed with.
@@ -31,7 +31,7 @@ pub enum Flaw {
     },
     /// Elements whose volume is zero to rounding.
     DegenerateElements {
-        /// How many.
+        /// Their number.
         count: usize,
         /// File numbers of the corner nodes of the first one.
         first: [u64; 4],
@@ -40,7 +40,7 @@ pub enum Flaw {
     },
     /// Quadratic elements whose Jacobian is not positive at every quadrature point.
     FoldedElements {
-        /// How many.
+        /// Their number.
         count: usize,
         /// File numbers of the corner nodes of the first one.
         first: [u64; 4],
@@ -53,7 +53,7 @@ pub enum Flaw {
         count: usize,
         /// File numbers of the first pair.
         first: [u64; 2],
-        /// Where the first pair is.
+        /// Position of the first pair.
         position: [f64; 3],
     },
     /// Bodies that share no node.
@@ -65,7 +65,7 @@ pub enum Flaw {
     },
     /// Faces with more than two elements.
     OverlappingElements {
-        /// How many faces.
+        /// Number of faces.
         count: usize,
         /// File numbers of the corner nodes of the first one.
         first: [u64; 3],

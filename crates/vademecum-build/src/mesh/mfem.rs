@@ -46,7 +46,7 @@ pub(crate) fn parse(file: &Path, bytes: &[u8]) -> Result<RawMesh, MeshError> {
     Ok(raw)
 }
 
-type Cell = (CellKind, i64, Vec<u32>, super::Place);
+type Cell = (CellKind, i64, Vec<u32>, super::Location);
 
 /// The next line that is not a comment.
 fn next_row<'a>(text: &mut Text<'a>) -> Option<&'a [u8]> {
@@ -95,7 +95,7 @@ fn read_cells(text: &mut Text<'_>, cells: &mut Vec<Cell>) -> Result<(), MeshErro
     const EXPECTED: &str = "an element: attribute, geometry type, vertices";
     for _ in 0..count(text)? {
         let line = row(text, EXPECTED)?;
-        let numbers: Option<Vec<u64>> = tokens(line).map(super::text::Number::parse).collect();
+        let numbers: Option<Vec<u64>> = tokens(line).map(super::text::ParsedNumber::parse).collect();
         let numbers = numbers.filter(|n| n.len() > 2).ok_or_else(|| text.malformed(line, EXPECTED))?;
         let kind =
             cell_kind(numbers[1]).ok_or_else(|| text.malformed(line, "a geometry type from 0 to 7"))?;

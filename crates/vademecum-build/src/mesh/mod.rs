@@ -1,6 +1,6 @@
 //! Tetrahedral meshes: what a solid is made of, read from the formats engineers have.
 //!
-//! [`parse`] turns a file into a [`RawMesh`]: what the file says, nothing checked. [`read`] mends what is
+//! [`parse`] turns a file into a [`RawMesh`]: the content of the file, unchecked. [`read`] repairs what is
 //! harmless (with a note), refuses what is not, and gives the [`Mesh`] everything else is built on;
 //! [`inspect`] gives a report on any raw mesh without refusing it. Files are untrusted: no input makes a
 //! parser panic or allocate beyond the file's own size.
@@ -37,12 +37,12 @@ pub(crate) use error::shown;
 pub use error::{Fault, MeshError};
 pub use flaw::{Flaw, UnsupportedCells};
 pub use hash::hash;
-pub use place::Place;
-pub use quality::{corner_volume, jacobian_10, quality};
+pub use place::Location;
+pub use quality::{jacobian_10, quality};
 pub use raw::{RawMesh, Tetrahedra};
 pub use report::{GroupReport, MeshReport, QualityReport, RegionReport, inspect};
 pub use sources::sources;
-pub use tables::{parse_tables, read_tables};
+pub use tables::read_tables;
 
 /// Polynomial order of the displacement in an element.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -91,7 +91,7 @@ pub struct Mesh {
     pub node_groups: BTreeMap<String, Vec<u32>>,
     /// Named sets of surface triangles, by their three corner nodes.
     pub facet_groups: BTreeMap<String, Vec<[u32; 3]>>,
-    /// What was mended on reading, in sentences for the user.
+    /// Repairs made on reading, in sentences for the user.
     pub notes: Vec<String>,
 }
 

@@ -2,9 +2,9 @@
 
 use std::fmt;
 
-/// Where in a file a fault lies.
+/// Position of a fault in a file.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Place {
+pub enum Location {
     /// Line of a text file, counted from 1.
     Line(usize),
     /// Offset in a binary file, counted from 0.
@@ -15,13 +15,13 @@ pub enum Place {
     Whole,
 }
 
-impl fmt::Display for Place {
+impl fmt::Display for Location {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
-            Place::Line(line) => write!(f, "line {line}"),
-            Place::Byte(byte) => write!(f, "byte {byte}"),
-            Place::Cell(cell) => write!(f, "cell {cell}"),
-            Place::Whole => write!(f, "the whole file"),
+            Location::Line(line) => write!(f, "line {line}"),
+            Location::Byte(byte) => write!(f, "byte {byte}"),
+            Location::Cell(cell) => write!(f, "cell {cell}"),
+            Location::Whole => write!(f, "the whole file"),
         }
     }
 }

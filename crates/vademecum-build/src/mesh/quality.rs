@@ -1,6 +1,7 @@
 //! Volume, shape quality and Jacobians of tetrahedra.
 
 use super::Order;
+use crate::linalg::vec3::{cross, dot, norm, sub};
 
 /// Edges of a tetrahedron, in the order of the mid-side nodes of [`Order::Quadratic`].
 pub(crate) const EDGES: [[usize; 2]; 6] = [[0, 1], [1, 2], [2, 0], [0, 3], [1, 3], [2, 3]];
@@ -11,24 +12,8 @@ pub(crate) const FACES: [[usize; 3]; 4] = [[0, 2, 1], [0, 1, 3], [1, 2, 3], [0, 
 /// Mid-side nodes of `FACES`, on its edges (0,1), (1,2), (2,0).
 pub(crate) const FACE_MIDS: [[usize; 3]; 4] = [[6, 5, 4], [4, 8, 7], [5, 9, 8], [7, 9, 6]];
 
-pub(crate) fn sub(a: [f64; 3], b: [f64; 3]) -> [f64; 3] {
-    [a[0] - b[0], a[1] - b[1], a[2] - b[2]]
-}
-
-pub(crate) fn cross(a: [f64; 3], b: [f64; 3]) -> [f64; 3] {
-    [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
-}
-
-pub(crate) fn dot(a: [f64; 3], b: [f64; 3]) -> f64 {
-    a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
-}
-
-pub(crate) fn norm(a: [f64; 3]) -> f64 {
-    dot(a, a).sqrt()
-}
-
 /// Signed volume of the tetrahedron on four corners, positive if the fourth lies where the right hand points.
-pub fn corner_volume(p: [[f64; 3]; 4]) -> f64 {
+pub(crate) fn corner_volume(p: [[f64; 3]; 4]) -> f64 {
     dot(sub(p[1], p[0]), cross(sub(p[2], p[0]), sub(p[3], p[0]))) / 6.0
 }
 

@@ -1,10 +1,10 @@
-//! What the parsers hand over: cells as the file has them, before anything is checked or mended.
+//! Output of the parsers: cells as the file has them, before any check or repair.
 
 use std::collections::{BTreeMap, HashMap};
 
-use super::error::{At, MeshError};
+use super::error::{FaultSite, MeshError};
 use super::flaw::UnsupportedCells;
-use super::place::Place;
+use super::place::Location;
 
 /// The shape of a cell in a mesh file.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -25,7 +25,7 @@ pub(crate) enum CellKind {
 
 impl CellKind {
     /// Nodes of the cell.
-    pub fn node_count(self) -> usize {
+    pub(crate) fn node_count(self) -> usize {
         match self {
             CellKind::Point => 1,
             CellKind::Triangle3 => 3,
@@ -104,7 +104,7 @@ impl RawMesh {
 
     /// Adds a cell whose nodes are indices already. `tags` are the groups it is in; the first one of a volume
     /// is its region, further ones become node groups.
-    pub(crate) fn push(&mut self, kind: CellKind, nodes: &[u32], tags: &[i64], place: Place) {
+    pub(crate) fn push(&mut self, kind: CellKind, nodes: &[u32], tags: &[i64], place: Location) {
         match kind {
             CellKind::Tetrahedron4 => push_tetrahedron(&mut self.linear, nodes, tags),
             CellKind::Tetrahedron10 => push_tetrahedron(&mut self.quadratic, nodes, tags),
@@ -124,7 +124,7 @@ impl RawMesh {
     }
 
     /// Counts a volume cell that cannot be computed with.
-    pub(crate) fn refuse(&mut self, kind: &str, place: Place) {
+    pub(crate) fn refuse(&mut self, kind: &str, place: Location) {
         match self.unsupported.iter_mut().find(|u| u.kind == kind) {
             Some(known) => known.count += 1,
             None => self.unsupported.push(UnsupportedCells { kind: kind.into(), count: 1, first: place }),
@@ -163,7 +163,7 @@ pub(crate) struct NodeIndex(HashMap<u64, u32>);
 
 impl NodeIndex {
     /// Registers the next node; a number that was used before is a fault.
-    pub fn insert(&mut self, id: u64, index: usize, at: &At<'_>) -> Result<(), MeshError> {
+    pub fn insert(&mut self, id: u64, index: usize, at: &FaultSite<'_>) -> Result<(), MeshError> {
         match self.0.insert(id, index as u32) {
             None => Ok(()),
             Some(_) => Err(at.malformed(format!("node {id} a second time"), "every node number once")),
@@ -174,7 +174,7 @@ impl NodeIndex {
         self.0.get(&id).copied()
     }
 
-    pub fn find(&self, id: u64, at: &At<'_>) -> Result<u32, MeshError> {
+    pub fn find(&self, id: u64, at: &FaultSite<'_>) -> Result<u32, MeshError> {
         self.get(id).ok_or_else(|| at.malformed(format!("node {id}"), "a node number that the file defines"))
     }
 }

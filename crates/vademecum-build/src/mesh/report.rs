@@ -1,10 +1,10 @@
-//! What `vademecum mesh FILE` says about a mesh.
+//! The report of `vademecum mesh FILE`.
 
 use std::fmt;
 
 use serde::Serialize;
 
-use super::check::{Checked, check};
+use super::check::{CheckedMesh, check};
 use super::quality::{corners, element_volume, quality};
 use super::raw::RawMesh;
 use super::{Mesh, Order, bounding_box};
@@ -36,9 +36,9 @@ pub struct MeshReport {
     pub groups: Vec<GroupReport>,
     /// Shape quality of the elements.
     pub quality: QualityReport,
-    /// What keeps the mesh from being computed with, in sentences; empty if it is sound.
+    /// Flaws that exclude a computation, in sentences; empty if the mesh is sound.
     pub problems: Vec<String>,
-    /// What was mended or left out, in sentences.
+    /// Repairs and omissions, in sentences.
     pub notes: Vec<String>,
 }
 
@@ -81,7 +81,7 @@ pub struct QualityReport {
 
 /// Looks at a mesh without refusing it.
 pub fn inspect(raw: &RawMesh) -> MeshReport {
-    let Checked { mesh, problems, unused_nodes, reoriented } = check(raw);
+    let CheckedMesh { mesh, problems, unused_nodes, reoriented } = check(raw);
     let (low, high) = bounding_box(&mesh.nodes);
     let regions = regions(&mesh);
     MeshReport {

@@ -1,22 +1,22 @@
 //! Rows of numbers that are a line in a text file and a run of bytes in a binary one.
 
 use super::error::MeshError;
-use super::text::{Binary, Endian, Number, Text, tokens};
+use super::text::{Binary, Endian, ParsedNumber, Text, tokens};
 
 /// Reads rows from text or binary alike.
-pub(crate) struct Rows<'a> {
+pub(crate) struct RowReader<'a> {
     pub text: Text<'a>,
     endian: Option<Endian>,
     line: &'a [u8],
     rest: &'a [u8],
 }
 
-impl<'a> Rows<'a> {
+impl<'a> RowReader<'a> {
     pub fn new(text: Text<'a>, endian: Option<Endian>) -> Self {
-        Rows { text, endian, line: b"", rest: b"" }
+        RowReader { text, endian, line: b"", rest: b"" }
     }
 
-    pub fn is_binary(&self) -> bool {
+    pub(crate) fn is_binary(&self) -> bool {
         self.endian.is_some()
     }
 
@@ -30,7 +30,7 @@ impl<'a> Rows<'a> {
     }
 
     /// Goes to the next line of a text file where a row may be broken over lines.
-    pub fn begin_if_line_ended(&mut self, expected: &str) -> Result<(), MeshError> {
+    pub(crate) fn begin_if_line_ended(&mut self, expected: &str) -> Result<(), MeshError> {
         if self.line_is_empty() { self.begin(expected) } else { Ok(()) }
     }
 
@@ -42,7 +42,7 @@ impl<'a> Rows<'a> {
         Ok(())
     }
 
-    fn next<T: Number + Binary>(&mut self, expected: &str) -> Result<T, MeshError> {
+    fn next<T: ParsedNumber + Binary>(&mut self, expected: &str) -> Result<T, MeshError> {
         if let Some(endian) = self.endian {
             return self.text.value(endian, expected);
         }
@@ -85,8 +85,8 @@ impl<'a> Rows<'a> {
         u64::try_from(value).map_err(|_| self.text.at().malformed(format!("{value}"), expected))
     }
 
-    /// What is left on the line of a text row, none in a binary row.
-    pub fn line_is_empty(&self) -> bool {
+    /// The rest of the line of a text row; none in a binary row.
+    pub(crate) fn line_is_empty(&self) -> bool {
         self.endian.is_none() && tokens(self.rest).next().is_none()
     }
 }

@@ -3,8 +3,8 @@
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use super::quality::{dot, norm, sub};
 use super::{Mesh, bounding_box};
+use crate::linalg::vec3::{dot, norm, sub};
 use crate::suggest::did_you_mean;
 
 /// A choice of nodes, written in a problem file as a table with one key, for instance `{ group = "fixed" }`.

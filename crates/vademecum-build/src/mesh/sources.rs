@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 
 /// Most files that are followed, as when a deck is read.
-const MOST: usize = 1000;
+const MAX_FILES: usize = 1000;
 
 /// The files that reading a mesh file reads: itself, the other one of a TetGen pair, and what an Abaqus or
 /// CalculiX deck includes, whether they are there or not. Only the keyword lines of decks are looked at.
@@ -14,7 +14,7 @@ pub fn sources(path: &Path) -> Vec<PathBuf> {
         found.extend(["node", "ele"].map(|other| path.with_extension(other)));
     }
     let mut next = 0;
-    while next < found.len().min(MOST) {
+    while next < found.len().min(MAX_FILES) {
         let file = found[next].clone();
         next += 1;
         for included in included_by(&file) {

@@ -1,8 +1,9 @@
 //! The boundary of a mesh: the faces that belong to one element only.
 
 use super::check::sorted_with_parity;
-use super::quality::{FACE_MIDS, FACES, cross, norm, sub};
+use super::quality::{FACE_MIDS, FACES};
 use super::{Mesh, Order};
+use crate::linalg::vec3::{cross, norm, sub};
 
 /// Boundary facets, their linear triangles and the nodes on them.
 ///
@@ -49,7 +50,7 @@ impl Surface {
     }
 
     /// Linear triangles as a surface, of a body without elements; it has no normals.
-    pub fn of_triangles(triangles: Vec<[u32; 3]>) -> Surface {
+    pub(crate) fn of_triangles(triangles: Vec<[u32; 3]>) -> Surface {
         let mut nodes = triangles.as_flattened().to_vec();
         nodes.sort_unstable();
         nodes.dedup();
@@ -65,7 +66,7 @@ impl Surface {
     }
 
     /// Nodes of one facet, 3 or 6.
-    pub fn nodes_per_facet(&self) -> usize {
+    pub(crate) fn nodes_per_facet(&self) -> usize {
         facet_len(self.order)
     }
 

@@ -7,13 +7,13 @@ use super::detect::sound;
 use super::error::MeshError;
 use super::load::load;
 use super::raw::{CellKind, RawMesh};
-use super::text::{Number, Text};
+use super::text::{ParsedNumber, Text};
 
 /// Reads a mesh from a coordinate table (`x y z` a line) and a connectivity table (4 or 10 node numbers a
 /// line).
 ///
 /// Values are separated by white space, commas or semicolons; lines starting with `#` or `%` are comments.
-/// Node numbers count from 1 unless 0 occurs; which was found stands in [`Mesh::notes`]. Ten nodes follow
+/// Node numbers count from 1 unless 0 occurs; the one found is noted in [`Mesh::notes`]. Ten nodes follow
 /// [`super::Order::Quadratic`].
 ///
 /// # Errors
@@ -26,7 +26,7 @@ pub fn read_tables(coordinates: &Path, connectivity: &Path) -> Result<Mesh, Mesh
 ///
 /// # Errors
 /// [`MeshError`] if a table cannot be read or is malformed.
-pub fn parse_tables(coordinates: &Path, connectivity: &Path) -> Result<RawMesh, MeshError> {
+pub(crate) fn parse_tables(coordinates: &Path, connectivity: &Path) -> Result<RawMesh, MeshError> {
     let points = load(coordinates)?;
     let cells = load(connectivity)?;
     let mut raw = RawMesh::new(coordinates, "coordinate and connectivity tables");
@@ -37,7 +37,11 @@ pub fn parse_tables(coordinates: &Path, connectivity: &Path) -> Result<RawMesh, 
 }
 
 /// The values of a line, or none for a comment.
-fn values<T: Number>(text: &Text<'_>, line: &[u8], expected: &str) -> Result<Option<Vec<T>>, MeshError> {
+fn values<T: ParsedNumber>(
+    text: &Text<'_>,
+    line: &[u8],
+    expected: &str,
+) -> Result<Option<Vec<T>>, MeshError> {
     if matches!(line.first(), Some(b'#' | b'%')) {
         return Ok(None);
     }

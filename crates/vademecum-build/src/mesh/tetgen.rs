@@ -1,12 +1,13 @@
-//! TetGen: `NAME.node` and `NAME.ele` beside each other, numbered from 0 or 1.
+//! TetGen: the pair `NAME.node` and `NAME.ele`, numbered from 0 or 1.
 
 use std::path::Path;
 
 use super::error::MeshError;
 use super::load::load;
-use super::quality::{EDGES, dot, sub};
+use super::quality::EDGES;
 use super::raw::{CellKind, NodeIndex, RawMesh};
-use super::text::{Number, Text, tokens};
+use super::text::{ParsedNumber, Text, tokens};
+use crate::linalg::vec3::{dot, sub};
 
 /// Reads both files, whichever of them `path` is.
 pub(crate) fn parse(path: &Path) -> Result<RawMesh, MeshError> {

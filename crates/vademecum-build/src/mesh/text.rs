@@ -4,8 +4,8 @@
 
 use std::path::Path;
 
-use super::error::{At, MeshError, shown};
-use super::place::Place;
+use super::error::{FaultSite, MeshError, shown};
+use super::place::Location;
 
 /// A cursor over a file that is read by lines, by tokens or by bytes.
 pub(crate) struct Text<'a> {
@@ -41,17 +41,17 @@ impl<'a> Text<'a> {
     }
 
     /// The place of what was read last.
-    pub fn place(&self) -> Place {
-        if self.binary { Place::Byte(self.pos) } else { Place::Line(self.line.max(1)) }
+    pub fn place(&self) -> Location {
+        if self.binary { Location::Byte(self.pos) } else { Location::Line(self.line.max(1)) }
     }
 
     /// Number of the line that was read last, from 1.
-    pub fn line_number(&self) -> usize {
+    pub(crate) fn line_number(&self) -> usize {
         self.line
     }
 
-    pub fn at(&self) -> At<'_> {
-        At { file: self.file, place: self.place(), section: &self.section }
+    pub fn at(&self) -> FaultSite<'_> {
+        FaultSite { file: self.file, place: self.place(), section: &self.section }
     }
 
     pub fn malformed(&self, found: &[u8], expected: impl Into<String>) -> MeshError {
@@ -59,7 +59,7 @@ impl<'a> Text<'a> {
     }
 
     /// The next line without its end, trimmed, blank ones included; none at the end of the file.
-    pub fn raw_line(&mut self) -> Option<&'a [u8]> {
+    pub(crate) fn raw_line(&mut self) -> Option<&'a [u8]> {
         if self.pos >= self.bytes.len() {
             return None;
         }
@@ -71,7 +71,7 @@ impl<'a> Text<'a> {
     }
 
     /// The next line that is not blank.
-    pub fn next_line(&mut self) -> Option<&'a [u8]> {
+    pub(crate) fn next_line(&mut self) -> Option<&'a [u8]> {
         loop {
             let line = self.raw_line()?;
             if !line.is_empty() {
@@ -95,7 +95,7 @@ impl<'a> Text<'a> {
     }
 
     /// The next token separated by white space, over line ends; none at the end of the file.
-    pub fn next_token(&mut self) -> Option<&'a [u8]> {
+    pub(crate) fn next_token(&mut self) -> Option<&'a [u8]> {
         self.skip_white();
         let rest = &self.bytes[self.pos..];
         let end = rest.iter().position(u8::is_ascii_whitespace).unwrap_or(rest.len());
@@ -112,7 +112,7 @@ impl<'a> Text<'a> {
     }
 
     /// The next token without taking it.
-    pub fn peek_token(&mut self) -> Option<&'a [u8]> {
+    pub(crate) fn peek_token(&mut self) -> Option<&'a [u8]> {
         let (pos, line) = (self.pos, self.line);
         let token = self.next_token();
         (self.pos, self.line) = (pos, line);
@@ -127,13 +127,13 @@ impl<'a> Text<'a> {
     }
 
     /// The next token as a number.
-    pub fn number<T: Number>(&mut self, expected: &str) -> Result<T, MeshError> {
+    pub fn number<T: ParsedNumber>(&mut self, expected: &str) -> Result<T, MeshError> {
         let token = self.token(expected)?;
         T::parse(token).ok_or_else(|| self.malformed(token, expected))
     }
 
     /// `N` numbers that stand alone on `line`.
-    pub fn exactly<T: Number, const N: usize>(
+    pub fn exactly<T: ParsedNumber, const N: usize>(
         &self,
         line: &[u8],
         expected: &str,
@@ -175,7 +175,7 @@ impl<'a> Text<'a> {
         Ok(T::from_bytes(self.take(T::SIZE, what)?, endian))
     }
 
-    /// What is left of the file.
+    /// The rest of the file.
     pub fn rest(&self) -> &'a [u8] {
         &self.bytes[self.pos..]
     }
@@ -187,23 +187,23 @@ pub(crate) fn tokens(line: &[u8]) -> impl Iterator<Item = &[u8]> {
 }
 
 /// A number written in text: finite if real.
-pub(crate) trait Number: Sized + Copy + Default {
+pub(crate) trait ParsedNumber: Sized + Copy + Default {
     fn parse(token: &[u8]) -> Option<Self>;
 }
 
-impl Number for u64 {
+impl ParsedNumber for u64 {
     fn parse(token: &[u8]) -> Option<u64> {
         std::str::from_utf8(token).ok()?.parse().ok()
     }
 }
 
-impl Number for i64 {
+impl ParsedNumber for i64 {
     fn parse(token: &[u8]) -> Option<i64> {
         std::str::from_utf8(token).ok()?.parse().ok()
     }
 }
 
-impl Number for f64 {
+impl ParsedNumber for f64 {
     fn parse(token: &[u8]) -> Option<f64> {
         let text = std::str::from_utf8(token).ok()?;
         // Fortran programs write the exponent of a double with a D.

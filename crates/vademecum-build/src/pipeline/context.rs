@@ -3,7 +3,7 @@
 
 use super::plan;
 use super::{BuildError, BuildOptions};
-use crate::basis::Runs;
+use crate::basis::SnapshotSchedule;
 use crate::certificate::UnseenLoads;
 use crate::dynamics::{FirstMode, FullOrder};
 use crate::export::NodeOrder;
@@ -11,7 +11,7 @@ use crate::input::{BasisKind, Problem};
 use crate::prepared::{Means, Prepared, prepare_within};
 use crate::progress::{Listener, Stopwatch};
 use crate::report::BuildPlan;
-use crate::store::Kept;
+use crate::store::StageCache;
 
 /// First periods that a certificate covers.
 const PERIODS: f64 = 3.0;
@@ -27,13 +27,13 @@ pub struct BuildContext<'a> {
     /// First natural period \[s\].
     pub first_period: f64,
     /// The runs that snapshots are taken of.
-    pub runs: &'a Runs,
+    pub runs: &'a SnapshotSchedule,
     /// The loads of the certificate.
     pub unseen: &'a UnseenLoads,
     /// The nodes in the order of the file.
     pub order: &'a NodeOrder,
     /// Finished stages, and the listener.
-    pub kept: &'a Kept<'a>,
+    pub kept: &'a StageCache<'a>,
     /// The options of the build.
     pub options: &'a BuildOptions<'a>,
 }
@@ -54,12 +54,12 @@ pub fn with_context<R, E: From<BuildError>>(
     let (body, time_step, first_period) = (&prepared.body, prepared.step.time_step, *first_period);
     let full = || prepared.full_order().map_err(BuildError::from);
     let full = marches(problem, prepared).then(|| watch.stage("factorise stages", full)).transpose()?;
-    let runs = &Runs::plan(&problem.snapshots, body, time_step, first_period);
+    let runs = &SnapshotSchedule::plan(&problem.snapshots, body, time_step, first_period);
     let steps = certificate_steps(problem, first_period / time_step);
     note_short_certificate(steps, first_period / time_step, listener);
     let open = problem.tolerance.steps.is_none();
     let unseen = &UnseenLoads { open, ..UnseenLoads::draw(body, runs, steps) };
-    let (order, kept) = (&NodeOrder::new(body), &Kept::new(options.store, prepared, listener));
+    let (order, kept) = (&NodeOrder::new(body), &StageCache::new(options.store, prepared, listener));
     let full = full.as_ref();
     work(&BuildContext { prepared, full, first_period, runs, unseen, order, kept, options }, &mut watch)
 }

@@ -13,13 +13,15 @@ use crate::certificate::{
     CertificateError, LargeReport, StructureMeasured, StructureReport, certify_push, push_motion,
 };
 use crate::dynamics::large::LargeError;
-use crate::dynamics::{lowest_modes, symmetric_eigen};
+use crate::dynamics::lowest_modes;
 use crate::export::{Draft, StrainMap, TrainingBox, strain_sections};
 use crate::fem::GreenStrain;
 use crate::input::Problem;
 use crate::large::{
-    FullOrder, LargeOptions, LearnError, Learner, Learnt, PARTS, Pushes, Reference, Seen, asked_displacement,
+    LargeModel, LargeOptions, LearnError, PARTS, ProjectedRun, PushFamily, ReferenceModel, ReferenceRun,
+    StrainLearner, asked_displacement,
 };
+use crate::linalg::symmetric_eigen;
 use crate::prepared::Body;
 use crate::progress::Stopwatch;
 use crate::report::{BuildPlan, CertificateReport};
@@ -59,8 +61,9 @@ pub(super) fn build(
     let strain = GreenStrain::new(&body.model)?;
     let pencil = body.model.pencil();
     let modes = lowest_modes(pencil, symbolic, PUSH_MODES.min(pencil.n_dof()))?;
-    let drawn = Pushes { body, modes: &modes, displacement: options.displacement, time_step };
-    let full = FullOrder { strain: &strain, symbolic, damping: prepared.rayleigh(), time_step, parts: PARTS };
+    let drawn = PushFamily { body, modes: &modes, displacement: options.displacement, time_step };
+    let full =
+        ReferenceModel { strain: &strain, symbolic, damping: prepared.rayleigh(), time_step, parts: PARTS };
     let steps = (PUSH_PERIODS * first_period / time_step).ceil() as usize;
     let certifying = problem.large.as_ref().and_then(|large| large.pushes).unwrap_or(CERTIFYING);
 
@@ -73,13 +76,13 @@ pub(super) fn build(
     plan.work = full.work(push, ((CHOOSING + 3 * certifying) * steps) as f64, listener)?;
     plan.work.check(context.options.long, || "pushes at full order".into())?;
     listener.note(&format!("ahead: {}; and shapes of least energy beside them", in_words(&plan)));
-    let learner = Learner::new(body, symbolic, &options, kept)?;
+    let learner = StrainLearner::new(body, symbolic, &options, kept)?;
     let priors = watch.stage(SHAPES, || learner.priors())?;
     let march = || full.references(&drawn, (CHOOSING, SEEDS[0]), steps, kept);
     let references = watch.stage("held-out pushes at full order", march)?;
     let held_out = Pushed { context, problem, references: &references };
     let priors = watch.stage("choice of the shapes", || held_out.measured(priors, true))?;
-    let fitted = || -> Result<Vec<Learnt>, LearnError> {
+    let fitted = || -> Result<Vec<LargeModel>, LearnError> {
         let mut fitted = vec![];
         for prior in worth_fitting(&priors) {
             fitted.extend(learner.fitted(prior)?);
@@ -102,7 +105,7 @@ pub(super) fn build(
     let references = references?;
     let seconds: f64 = references.iter().map(|reference| reference.seconds_per_step).sum();
     let full_order_seconds_per_step = seconds / references.len() as f64;
-    let certify = |bytes: &[u8], push: &Reference| {
+    let certify = |bytes: &[u8], push: &ReferenceRun| {
         certify_push(bytes, context.order, body, (push, &map.see(body, push)))
     };
     let pushed = Pushed { context, problem, references: &references };
@@ -127,15 +130,15 @@ pub(super) fn build(
 struct Pushed<'a> {
     context: &'a BuildContext<'a>,
     problem: &'a Problem,
-    references: &'a [Reference],
+    references: &'a [ReferenceRun],
 }
 
 impl Pushed<'_> {
     /// Measurements of each push through the bytes of a strain map.
     fn runs<T: Send>(
         &self,
-        map: &Learnt,
-        measure: impl Fn(&[u8], &Reference) -> Result<T, CertificateError> + Sync,
+        map: &LargeModel,
+        measure: impl Fn(&[u8], &ReferenceRun) -> Result<T, CertificateError> + Sync,
     ) -> Result<Vec<T>, BuildError> {
         let Self { context, problem, references } = *self;
         let (basis, sections) = (basis_of(map), sections(context, map, problem));
@@ -144,17 +147,17 @@ impl Pushed<'_> {
     }
 
     /// The motions of a strain map under pushes, in its own sub-steps or in others.
-    fn motions(&self, map: &Learnt, substeps: Option<usize>) -> Result<Vec<Mat<f64>>, BuildError> {
+    fn motions(&self, map: &LargeModel, substeps: Option<usize>) -> Result<Vec<Mat<f64>>, BuildError> {
         self.runs(map, |bytes, push| push_motion(bytes, self.context.order, push, substeps))
     }
 
     /// Strain maps with the geometric mean of their errors on held-out pushes: a push that no map follows
     /// does not choose alone. With `fit` the inertia of their natural modes is chosen first; a regression
     /// keeps that of the map it began with.
-    fn measured(&self, maps: Vec<Learnt>, fit: bool) -> Result<Vec<(f64, Learnt)>, BuildError> {
+    fn measured(&self, maps: Vec<LargeModel>, fit: bool) -> Result<Vec<(f64, LargeModel)>, BuildError> {
         let body = &self.context.prepared.body;
-        let measure = |mut map: Learnt| {
-            let seen: Vec<Seen> =
+        let measure = |mut map: LargeModel| {
+            let seen: Vec<ProjectedRun> =
                 self.references.par_iter().map(|reference| map.see(body, reference)).collect();
             let motions = match fit {
                 true => self.fit_inertia(&mut map, &seen)?,
@@ -179,7 +182,7 @@ impl Pushed<'_> {
     /// A mode that mostly follows others does not, as the first longitudinal one of a beam that bends: there
     /// the true inertia counts. The faster modes are asked first. What the strain map misses is left out of
     /// this, because errors of time and of the map may cancel, on these pushes and on no others.
-    fn fit_inertia(&self, map: &mut Learnt, seen: &[Seen]) -> Result<Vec<Mat<f64>>, BuildError> {
+    fn fit_inertia(&self, map: &mut LargeModel, seen: &[ProjectedRun]) -> Result<Vec<Mat<f64>>, BuildError> {
         let fine = self.motions(map, Some(MANY_SUBSTEPS))?;
         let off = |motions: &[Mat<f64>]| {
             let each = seen.iter().zip(motions).zip(&fine);
@@ -208,10 +211,10 @@ fn geometric_mean(errors: &[f64]) -> f64 {
 
 /// For each number of modes the better of the maps before any regression, where it is not far behind the best
 /// of all.
-fn worth_fitting(priors: &[(f64, Learnt)]) -> Vec<&Learnt> {
+fn worth_fitting(priors: &[(f64, LargeModel)]) -> Vec<&LargeModel> {
     let mut sorted: Vec<_> = priors.iter().collect();
     sorted.sort_by(|a, b| a.0.total_cmp(&b.0));
-    let mut kept: Vec<&Learnt> = vec![];
+    let mut kept: Vec<&LargeModel> = vec![];
     for (error, map) in &sorted {
         if *error <= BEHIND * sorted[0].0 && kept.iter().all(|other| other.modes != map.modes) {
             kept.push(map);
@@ -221,7 +224,7 @@ fn worth_fitting(priors: &[(f64, Learnt)]) -> Vec<&Learnt> {
 }
 
 /// The basis as files have it. Its signs are those of the strain map.
-fn basis_of(map: &Learnt) -> Basis {
+fn basis_of(map: &LargeModel) -> Basis {
     let (r, values) = (map.basis.eigenvalues.len(), &map.basis.eigenvalues);
     Basis {
         vectors: map.basis.vectors.clone(),
@@ -233,7 +236,7 @@ fn basis_of(map: &Learnt) -> Basis {
 }
 
 /// The strain map, where its training was, and the damping of the modes.
-fn sections(context: &BuildContext<'_>, map: &Learnt, problem: &Problem) -> Vec<Draft> {
+fn sections(context: &BuildContext<'_>, map: &LargeModel, problem: &Problem) -> Vec<Draft> {
     let (r, states) = (map.basis.eigenvalues.len(), map.states.as_ref());
     let linear = Mat::from_fn(r, r, |i, j| if i == j { map.map.frequencies[i] } else { 0.0 });
     let count = states.ncols() as f64;

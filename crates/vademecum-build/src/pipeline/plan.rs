@@ -4,7 +4,7 @@
 //! on two steps and multiplied. Both are said to the user, and refused above a limit.
 
 use super::error::BuildError;
-use crate::basis::{Runs, most_vectors, sample_settings};
+use crate::basis::{SnapshotSchedule, most_vectors, sample_settings};
 use crate::certificate::TRAJECTORIES;
 use crate::dynamics::{FullOrder, Work, search_vectors, seconds_per_step};
 use crate::input::{BasisKind, Problem};
@@ -132,7 +132,7 @@ fn plan(
     problem: &Problem,
     prepared: &Prepared,
     full: Option<&FullOrder<'_>>,
-    runs: &Runs,
+    runs: &SnapshotSchedule,
     unseen: usize,
 ) -> BuildPlan {
     let n = prepared.body.n_dof();
@@ -175,7 +175,7 @@ fn plan(
 pub(super) fn checked(
     problem: &Problem,
     (long, memory): (bool, Memory),
-    (prepared, full, runs): (&Prepared, Option<&FullOrder<'_>>, &Runs),
+    (prepared, full, runs): (&Prepared, Option<&FullOrder<'_>>, &SnapshotSchedule),
     unseen: usize,
 ) -> Result<BuildPlan, BuildError> {
     let plan = plan(problem, prepared, full, runs, unseen);

@@ -7,8 +7,8 @@ use faer::{Mat, MatMut, MatRef};
 
 use super::{BuildOptions, Outcome, build};
 use crate::fem::{
-    AT_ONCE, Engine, EngineError, Factor, FactorError, LocalRows, ModelError, Pencil, Rigid, Rows, Search,
-    Solve, Spread, SpreadMatrix, Symbolic, SymmetricMatrix, Whole,
+    AT_ONCE, AssemblyPlan, Engine, EngineError, Factor, FactorError, LocalRows, ModelError, Pencil,
+    PencilRows, RigidBody, Search, Solve, SpreadFactor, SpreadMatrix, Symbolic, SymmetricMatrix,
 };
 use crate::input::Problem;
 use crate::progress::Listener;
@@ -18,10 +18,10 @@ use crate::progress::Listener;
 struct Alone(Known);
 
 /// Its matrices, by their numbers.
-type Known = Arc<Mutex<Vec<Kept>>>;
+type Known = Arc<Mutex<Vec<StageCache>>>;
 
 #[derive(Clone, Debug)]
-struct Kept {
+struct StageCache {
     known: Known,
     number: usize,
     pencil: Pencil,
@@ -38,10 +38,11 @@ struct Made {
     factor: Arc<Factor>,
 }
 
-impl Kept {
+impl StageCache {
     fn new(known: &Known, pencil: Pencil, of_mass: bool) -> Self {
         let mut all = known.lock().unwrap();
-        let mut kept = Kept { known: known.clone(), number: all.len(), pencil, of_mass, diagonal: vec![] };
+        let mut kept =
+            StageCache { known: known.clone(), number: all.len(), pencil, of_mass, diagonal: vec![] };
         kept.diagonal = (0..kept.pencil.n_dof()).map(|i| kept.matrix().diagonal(i)).collect();
         all.push(kept.clone());
         kept
@@ -57,13 +58,14 @@ impl Engine for Alone {
         1
     }
 
-    fn assemble(&self, body: &Whole) -> Result<[Arc<dyn SpreadMatrix>; 2], ModelError> {
+    fn assemble(&self, body: &AssemblyPlan) -> Result<[Arc<dyn SpreadMatrix>; 2], ModelError> {
         let part = body.part(0..body.order().len());
         let pencil = part.assemble()?;
         let in_order = |(free, place): (usize, i64)| body.order()[place as usize] as usize == free;
         assert!(part.free_places().into_iter().enumerate().all(in_order), "one part is the body");
-        let keep =
-            |of_mass| -> Arc<dyn SpreadMatrix> { Arc::new(Kept::new(&self.0, pencil.clone(), of_mass)) };
+        let keep = |of_mass| -> Arc<dyn SpreadMatrix> {
+            Arc::new(StageCache::new(&self.0, pencil.clone(), of_mass))
+        };
         Ok([true, false].map(keep))
     }
 
@@ -76,21 +78,21 @@ impl Engine for Alone {
         matrix: &dyn SpreadMatrix,
         _: &[u32],
         _: Option<MatRef<'_, f64>>,
-        rigid: Option<&Arc<Rigid>>,
-    ) -> Result<Arc<dyn Spread>, FactorError> {
+        rigid: Option<&Arc<RigidBody>>,
+    ) -> Result<Arc<dyn SpreadFactor>, FactorError> {
         let kept = self.0.lock().unwrap()[matrix.number() as usize].clone();
         let Some(rigid) = rigid else {
             let factor = Symbolic::analyze(&kept.pencil)?.factor_of(kept.matrix())?;
             return Ok(Arc::new(Made { pencil: kept.pencil, held: factor.clone(), factor }));
         };
         let held = Symbolic::analyze(&kept.pencil)?.factor_of(&rigid.held(kept.matrix()))?;
-        let pencil = kept.pencil.clone().with_rigid(Rigid::clone(rigid));
+        let pencil = kept.pencil.clone().with_rigid(RigidBody::clone(rigid));
         let factor = Symbolic::analyze(&pencil)?.factor_of(kept.matrix())?;
         Ok(Arc::new(Made { pencil, held, factor }))
     }
 }
 
-impl SpreadMatrix for Kept {
+impl SpreadMatrix for StageCache {
     fn number(&self) -> u64 {
         self.number as u64
     }
@@ -106,11 +108,11 @@ impl SpreadMatrix for Kept {
     fn scaled(&self, weight: f64) -> Arc<dyn SpreadMatrix> {
         let [m, k] = if self.of_mass { [weight, 1.0] } else { [1.0, weight] };
         let pencil = self.pencil.scaled(&[m], &[k]);
-        Arc::new(Kept::new(&self.known, pencil, self.of_mass))
+        Arc::new(StageCache::new(&self.known, pencil, self.of_mass))
     }
 }
 
-impl Spread for Made {
+impl SpreadFactor for Made {
     fn solve_in_place(&self, rhs: MatMut<'_, f64>) {
         Solve::new(self.held.symbolic(), rhs.ncols(), false).solve_in_place(&self.held, rhs);
     }
@@ -119,7 +121,7 @@ impl Spread for Made {
         &'a self,
         mass: Arc<dyn SpreadMatrix>,
         _: &Search,
-    ) -> Result<Box<dyn Rows + 'a>, EngineError> {
+    ) -> Result<Box<dyn PencilRows + 'a>, EngineError> {
         let mut image = Mat::<f64>::zeros(self.pencil.n_dof(), AT_ONCE);
         mass.mul_into(image.clone().as_ref(), image.as_mut());
         Ok(Box::new(LocalRows::new(&self.pencil, &self.factor)))

@@ -13,7 +13,9 @@ use crate::prepared::{Body, Prepared};
 use crate::progress::Stopwatch;
 use crate::reaction::reactions;
 use crate::report::BuildPlan;
-use crate::residual::{Reduced, StaticResidual, Way, static_residual, stress_residual};
+use crate::residual::{
+    BlockMethod, ResidualBasis, ResidualFlexibility, residual_flexibility, stress_residual,
+};
 use crate::store::Inputs;
 
 /// The body on a basis.
@@ -58,13 +60,13 @@ impl ReducedModel {
     }
 }
 
-/// The residual flexibility: what the basis leaves out of static answers, where the file has the diagonal structure.
+/// The residual flexibility of the basis, where the file has the diagonal structure.
 fn residual(
     context: &BuildContext<'_>,
     problem: &Problem,
     basis: &Basis,
     watch: &mut Stopwatch<'_>,
-) -> Result<Option<StaticResidual>, BuildError> {
+) -> Result<Option<ResidualFlexibility>, BuildError> {
     let BuildContext { prepared, order, kept, .. } = *context;
     let body = &prepared.body;
     let wanted = wants_residual(problem, prepared) && order.n_load > 0;
@@ -72,14 +74,14 @@ fn residual(
     let reduced = reduced(context, basis, eigenvalues, problem);
     let nodes = &order.nodes[..order.n_load];
     let triangles = &order.triangles[..order.n_load_triangles];
-    let way = Way::cheaper(body, &prepared.symbolic, eigenvalues.len(), nodes.len());
+    let way = BlockMethod::cheaper(body, &prepared.symbolic, eigenvalues.len(), nodes.len());
     let inputs = |inputs: Inputs| {
         let probes: Vec<_> = body.probes.iter().map(|probe| &probe.nodes).collect();
         let inputs = inputs.value(&(reduced.rigorous, way, probes)).with(basis).indices(nodes);
         let inputs = inputs.indices(triangles.as_flattened());
         body.patterns.iter().fold(inputs, |inputs, (_, force)| inputs.numbers(force))
     };
-    let solve = || static_residual(&reduced, way, nodes, triangles, kept.listener);
+    let solve = || residual_flexibility(&reduced, way, nodes, triangles, kept.listener);
     let found = watch.stage("static residual", || kept.stage("residual", inputs, solve))?;
     Ok(Some(found))
 }
@@ -132,11 +134,11 @@ fn reduced<'b>(
     basis: &'b Basis,
     eigenvalues: &'b [f64],
     problem: &Problem,
-) -> Reduced<'b> {
+) -> ResidualBasis<'b> {
     let Prepared { body, symbolic, exact, .. } = context.prepared;
     // A scheme without stages is exact in time.
     let rigorous = problem.basis_kind() == BasisKind::Modes && *exact;
-    Reduced { body, symbolic, vectors: basis.vectors.as_ref(), eigenvalues, rigorous }
+    ResidualBasis { body, symbolic, vectors: basis.vectors.as_ref(), eigenvalues, rigorous }
 }
 
 /// The reactions of the supports as the file keeps them, where they are asked for.

@@ -32,7 +32,7 @@ pub enum BodyError {
         path: String,
         /// Path of the key.
         key: String,
-        /// What the mesh has instead.
+        /// Names that the mesh has.
         source: Box<SelectError>,
     },
     /// A region of the mesh has no material, or a material no region.
@@ -40,7 +40,7 @@ pub enum BodyError {
     Region {
         /// The problem file.
         path: String,
-        /// What does not fit.
+        /// The mismatch.
         found: String,
         /// Names of the mesh's regions.
         regions: String,
@@ -136,7 +136,7 @@ pub enum BodyError {
         /// Why not.
         source: ModelError,
     },
-    /// A strain gauge lies beside the surface.
+    /// A strain gauge off the surface.
     #[error("{path}: gauge `{name}`")]
     Gauge {
         /// The problem file and line.
@@ -187,15 +187,15 @@ pub struct Body {
     pub load_nodes: Vec<u32>,
     /// Load patterns: name and force over the free dofs, length n.
     pub patterns: Vec<(String, Vec<f64>)>,
-    /// What of each pattern falls on held dofs, over all dofs; no lists beside matrices.
+    /// Part of each pattern on held dofs, over all dofs; empty for imported matrices.
     pub held_loads: Vec<Vec<(u32, f64)>>,
-    /// Supports; none beside matrices.
+    /// Supports; none with imported matrices.
     pub supports: Vec<Support>,
-    /// Where a base that moves turns; its twelve motions are the last patterns.
+    /// Centre of rotation of a moving base; its twelve motions are the last patterns.
     pub base: Option<[f64; 3]>,
     /// Probes, then gauges.
     pub probes: Vec<Probe>,
-    /// Where the stress is kept.
+    /// Points of the stored stress.
     pub stress: Vec<StressPoint>,
     /// Binds a file to its mesh.
     pub mesh_hash: [u8; 16],
@@ -207,7 +207,7 @@ impl Body {
         self.model.pencil().n_dof()
     }
 
-    /// How far the loadable surface moves at most at a displacement over the free dofs \[m\].
+    /// Largest displacement of the loadable surface at a displacement over the free dofs \[m\].
     pub fn largest_displacement(&self, displacement: &[f64]) -> f64 {
         let dofs = self.model.dofs();
         let moved = |dof: u32| dofs.free(dof as usize).map_or(0.0, |free| displacement[free as usize]);
@@ -218,7 +218,7 @@ impl Body {
     /// Mass, centre, moments of inertia and first centrifugal pattern of a body without supports, then force
     /// and moment about the centre of each pattern, as section 59 of a file has them; nothing of a body that
     /// is held.
-    pub fn rigid_numbers(&self) -> Vec<f64> {
+    pub(crate) fn rigid_numbers(&self) -> Vec<f64> {
         let Some(rigid) = self.model.pencil().rigid() else { return vec![] };
         let first = self.patterns.len() - CENTRIFUGAL.len();
         let own = [rigid.mass].into_iter().chain(rigid.centre).chain(rigid.inertia).chain([first as f64]);
@@ -362,7 +362,7 @@ pub fn read_mesh(problem: &Problem) -> Result<Mesh, BodyError> {
     Ok(mesh)
 }
 
-/// Whether products of coordinates stay within double precision.
+/// True if products of coordinates stay within double precision.
 fn check_size(problem: &Problem, mesh: &Mesh) -> Result<(), BodyError> {
     let (low, high) = mesh.bounding_box();
     let largest = low.iter().chain(&high).fold(0.0, |largest: f64, x| largest.max(x.abs()));
@@ -423,7 +423,7 @@ fn supports(problem: &Problem, mesh: &Mesh) -> Result<(Vec<bool>, Vec<Support>),
     Ok((constrained, supports))
 }
 
-/// What of a load over all dofs falls on held ones.
+/// Part of a load over all dofs that acts on held ones.
 fn held_part(model: &Model, load: &[f64]) -> Vec<(u32, f64)> {
     let held = |&(dof, force): &(u32, f64)| force != 0.0 && model.dofs().free(dof as usize).is_none();
     (0..).zip(load.iter().copied()).filter(held).collect()
@@ -477,7 +477,7 @@ fn loadable_triangles(
 /// The key that chooses where forces may act.
 const LOAD_SURFACE: &str = "load.surface";
 
-/// Whether no component of a node is free.
+/// True if no component of a node is free.
 fn held(constrained: &[bool], node: &u32) -> bool {
     (0..3).all(|c| constrained[3 * *node as usize + c])
 }
@@ -565,7 +565,7 @@ fn gauges(problem: &Problem, mesh: &Mesh, surface: &Surface) -> Result<Vec<Probe
     problem.output.gauges.iter().enumerate().map(placed).collect()
 }
 
-/// Where the stress is kept, in the order of the nodes.
+/// Points of the stored stress, in the order of the nodes.
 fn stress_places(problem: &Problem, mesh: &Mesh, surface: &Surface) -> Result<Vec<StressPoint>, BodyError> {
     let nodes = match &problem.output.stress {
         None => return Ok(vec![]),

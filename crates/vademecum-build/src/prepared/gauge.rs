@@ -10,7 +10,7 @@ use crate::input::GaugeEntry;
 use crate::mesh::surface::Surface;
 use crate::mesh::{Mesh, Order};
 
-/// How far off the surface an end may lie, as a share of the gauge's length.
+/// Largest distance of an end from the surface, as a share of the gauge's length.
 const OFF: f64 = 0.1;
 
 /// A gauge that cannot be glued to the body.
@@ -19,7 +19,7 @@ pub enum GaugeError {
     /// The body has no surface.
     #[error("the body has no triangles to which a gauge could be glued")]
     NoSurface,
-    /// An end lies off the surface.
+    /// An end off the surface.
     #[error(
         "its end at ({:.6}, {:.6}, {:.6}) lies {distance:.3e} m off the surface; expected at most a tenth of \
          its length, {length:.3e} m: move it, turn it or make it shorter",

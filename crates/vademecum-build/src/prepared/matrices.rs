@@ -10,7 +10,7 @@ use std::path::{Path, PathBuf};
 use crate::fem::{Pencil, PencilError};
 use crate::field::{self, DofRow, FieldError, MarketMatrix, PointRow};
 use crate::input::{MatricesSource, Problem};
-use crate::mesh::{Fault, Mesh, Order, Place, Region, bounding_box};
+use crate::mesh::{Fault, Location, Mesh, Order, Region, bounding_box};
 
 /// Name of the only region.
 const REGION: &str = "body";
@@ -50,12 +50,12 @@ pub enum MatricesError {
     },
 }
 
-/// What the files of `mesh.matrices` say.
+/// Content of the files of `mesh.matrices`.
 #[derive(Clone, Debug)]
 pub struct MatrixModel {
     /// Nodes without elements, in one region.
     pub mesh: Mesh,
-    /// Whether each dof is held, three per node.
+    /// True if each dof is held, three per node.
     pub constrained: Vec<bool>,
     /// The matrices, one row per free dof, ascending.
     pub pencil: Pencil,
@@ -72,8 +72,8 @@ impl MatrixModel {
         let dofs_file = problem.resolve(&source.dofs);
         let rows = in_order(&dofs_file, field::read_dofs(&dofs_file)?)?;
         let nodes = match &source.nodes {
-            Some(path) => Nodes::new(problem.resolve(path), field::read_points(&problem.resolve(path))?)?,
-            None => Nodes::of_rows(dofs_file.clone(), &rows)?,
+            Some(path) => NodeTable::new(problem.resolve(path), field::read_points(&problem.resolve(path))?)?,
+            None => NodeTable::of_rows(dofs_file.clone(), &rows)?,
         };
         let dof_of_row = nodes.dofs_of(&dofs_file, &rows)?;
         let mut constrained = vec![true; 3 * nodes.points.len()];
@@ -122,13 +122,13 @@ fn ranks(dof_of_row: &[u32]) -> Vec<u32> {
 }
 
 /// Nodes in their order, found again by number.
-struct Nodes {
+struct NodeTable {
     file: PathBuf,
     points: Vec<PointRow>,
     by_id: HashMap<u64, u32>,
 }
 
-impl Nodes {
+impl NodeTable {
     /// Every number once.
     fn new(file: PathBuf, points: Vec<PointRow>) -> Result<Self, MatricesError> {
         if points.len() > vademecum_format::MAX_NODES as usize {
@@ -222,7 +222,7 @@ fn distance(a: [f64; 3], b: [f64; 3]) -> f64 {
 fn contradiction(file: &Path, line: usize, found: String, expected: impl Into<String>) -> FieldError {
     FieldError::Faulty(Box::new(Fault {
         file: file.to_path_buf(),
-        place: Place::Line(line),
+        place: Location::Line(line),
         section: "the table".into(),
         found,
         expected: expected.into(),

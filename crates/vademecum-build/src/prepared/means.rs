@@ -1,4 +1,4 @@
-//! What a problem is computed with: memory, engine, precision.
+//! Means of a computation: memory, engine, precision.
 
 use std::sync::Arc;
 
@@ -18,18 +18,18 @@ pub enum FactorPrecision {
     Single,
 }
 
-/// What a problem is computed with.
+/// Memory, engine and precision of a computation.
 pub struct Means<'a> {
     /// Memory that may be used.
     pub memory: Memory,
-    /// What makes factors of the stiffness; absent: this process.
+    /// The engine for factors of the stiffness; absent: this process.
     pub engine: Option<&'a Arc<dyn Engine>>,
     /// The precision of these, in this process.
     pub precision: FactorPrecision,
 }
 
-/// Memory of a build beside its matrices, as a multiple of the factor: what a factorisation holds at its top,
-/// and the vectors of a search for modes. It is what blocks of 282 576 and 591 408 dofs took; bodies
+/// Memory of a build in addition to its matrices, as a multiple of the factor: what a factorisation holds at
+/// its top, and the vectors of a search for modes. It is what blocks of 282 576 and 591 408 dofs took; bodies
 /// for which memory is short are not smaller.
 const BESIDE_FACTOR: f64 = 1.4;
 

@@ -30,7 +30,7 @@ use crate::limits::TooMuchMemory;
 use crate::linalg::Random;
 use crate::mesh::{Mesh, Order};
 use crate::progress::{Listener, Stopwatch};
-use crate::store::{Hashed, Inputs};
+use crate::store::{Inputs, StageInput};
 
 /// Why a problem cannot be computed with.
 #[derive(Debug, thiserror::Error)]
@@ -38,7 +38,7 @@ pub enum PrepareError {
     /// Problem and mesh do not fit.
     #[error(transparent)]
     Body(#[from] BodyError),
-    /// What a body without supports cannot have.
+    /// The key that a body without supports excludes.
     #[error(transparent)]
     Problem(#[from] ProblemError),
     /// The damping feeds energy into some mode.
@@ -55,7 +55,7 @@ pub enum PrepareError {
     NotDefinite {
         /// `mass` or `stiffness`.
         key: &'static str,
-        /// Where it showed.
+        /// The stage that detected it.
         source: FactorError,
     },
     /// More memory than there is.
@@ -77,13 +77,13 @@ pub struct Prepared {
     pub symbolic: Symbolic,
     /// The scheme that the full order is marched with: Bathe's where the file moves its modes exactly.
     pub scheme: SchemeTable,
-    /// Whether the file moves its modes exactly.
+    /// True if the file moves its modes exactly.
     pub exact: bool,
     /// Live parameters.
     pub space: ParameterSpace,
     /// The step at the values of the problem file.
     pub step: StepParameters,
-    /// Damping ratios beside Rayleigh's, of a file that moves its modes exactly.
+    /// Damping ratios in addition to Rayleigh's, of a file that moves its modes exactly.
     pub ratios: ModalRatios,
     /// The first natural mode, once something has asked for it: the time step may be proposed from it.
     pub first_mode: Option<FirstMode>,
@@ -110,9 +110,9 @@ impl Prepared {
     }
 }
 
-/// What all stages depend on: the model. Scheme, step and parameters are named by the stages that look at
+/// Inputs of all stages: the model. Scheme, step and parameters are named by the stages that look at
 /// them.
-impl Hashed for Prepared {
+impl StageInput for Prepared {
     fn add_to(&self, inputs: Inputs) -> Inputs {
         inputs.with(&self.body.model)
     }
@@ -134,7 +134,7 @@ pub fn prepare(
 ///
 /// # Errors
 /// As [`prepare`]; [`PrepareError::Memory`] before a mesh or matrices that need more are allocated.
-pub fn prepare_within(
+pub(crate) fn prepare_within(
     problem: &Problem,
     means: &Means<'_>,
     watch: &mut Stopwatch<'_>,
@@ -199,7 +199,7 @@ pub fn prepare_within(
     Ok(Prepared { body, symbolic, scheme, exact, space, step, ratios, first_mode })
 }
 
-/// Whether a file that is exact in time is built from products with the matrices and solves alone.
+/// True if a file that is exact in time is built from products with the matrices and solves alone.
 fn entries_stay_away(problem: &Problem) -> bool {
     let whole_factor = problem.output.static_fields == Some(true);
     problem.basis_kind() == BasisKind::Modes && !problem.is_large() && !whole_factor
@@ -232,7 +232,7 @@ fn check_definite(pencil: &Pencil, symbolic: &Symbolic) -> Result<(), PrepareErr
     factorises(pencil.stiffness()).map_err(|source| PrepareError::NotDefinite { key: "stiffness", source })
 }
 
-/// Whether every diagonal entry is above zero.
+/// True if every diagonal entry is above zero.
 fn positive(matrix: &SymmetricMatrix) -> Result<(), FactorError> {
     match (0..matrix.n()).find(|&i| matrix.diagonal(i) <= 0.0) {
         None => Ok(()),

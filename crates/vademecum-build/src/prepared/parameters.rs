@@ -16,7 +16,7 @@ use crate::mesh::Mesh;
 use crate::suggest::did_you_mean;
 
 /// Corners of the box looked at; of more than six parameters, that many are drawn.
-const MOST_CORNERS: usize = 64;
+const MAX_CORNERS: usize = 64;
 
 /// A parameter with its place in the model.
 #[derive(Clone, Debug)]
@@ -25,7 +25,7 @@ pub struct LiveParameter {
     pub name: String,
     /// Its unit; empty for a factor.
     pub unit: &'static str,
-    /// What it changes.
+    /// The scaled property.
     pub role: ParameterRole,
     /// Smallest value.
     pub lower: f64,
@@ -39,6 +39,7 @@ pub struct LiveParameter {
 
 /// The live parameters of a problem.
 #[derive(Clone, Debug)]
+#[doc(alias("parameter domain", "parametric reduced-order model"))]
 pub struct ParameterSpace {
     /// The parameters, in the order of the problem file.
     pub parameters: Vec<LiveParameter>,
@@ -61,7 +62,7 @@ pub struct Setting {
 impl ParameterSpace {
     /// Resolves the parameters of a problem on its mesh.
     ///
-    /// A coefficient of damping or a time step that the problem leaves out stands at the middle of its
+    /// A coefficient of damping or a time step that the problem leaves out takes the middle of its
     /// parameter's range.
     ///
     /// # Errors
@@ -112,8 +113,8 @@ impl ParameterSpace {
         self
     }
 
-    /// Whether a parameter scales single regions, so that θ alone does not carry them all.
-    pub fn has_region_parameters(&self) -> bool {
+    /// True if a parameter scales single regions, so that θ alone does not carry them all.
+    pub(crate) fn has_region_parameters(&self) -> bool {
         self.parameters.iter().any(|p| region_of(p.role).is_some())
     }
 
@@ -132,14 +133,14 @@ impl ParameterSpace {
         self.parameters.iter().map(|p| p.nominal).collect()
     }
 
-    /// What the parameters can do to the responses: names and nominal values do nothing.
+    /// Inputs of the responses; names and nominal values are not among them.
     pub(crate) fn effect(&self) -> impl std::fmt::Debug {
         let lowest: Vec<f64> = self.parameters.iter().map(|p| p.lower).collect();
         let moves: Vec<_> = self.parameters.iter().map(|p| (p.role, p.lower, p.upper, p.log)).collect();
         (self.setting(&lowest), moves)
     }
 
-    /// What the model needs at these values, one per parameter.
+    /// Model coefficients at these values, one per parameter.
     pub fn setting(&self, values: &[f64]) -> Setting {
         let mut setting = Setting {
             step: self.fixed,
@@ -156,7 +157,7 @@ impl ParameterSpace {
         setting
     }
 
-    /// Corners of the box (all of them up to six parameters, else as many drawn ones).
+    /// Corners of the box (all of them up to six parameters, else the same number of random ones).
     pub fn corners(&self) -> Vec<Vec<f64>> {
         let p = self.parameters.len();
         let corner = |bits: u64| -> Vec<f64> {
@@ -165,11 +166,11 @@ impl ParameterSpace {
             };
             self.parameters.iter().enumerate().map(end).collect()
         };
-        if 1usize << p.min(32) <= MOST_CORNERS {
+        if 1usize << p.min(32) <= MAX_CORNERS {
             return (0..1 << p).map(corner).collect();
         }
         let mut random = Random::new(64);
-        (0..MOST_CORNERS).map(|_| corner(random.next_u64())).collect()
+        (0..MAX_CORNERS).map(|_| corner(random.next_u64())).collect()
     }
 
     /// `count` random points of the box.
@@ -187,7 +188,7 @@ impl ParameterSpace {
     ///
     /// # Errors
     /// If a parameter is unusable for the scheme.
-    pub fn theta_range(&self, scheme: &SchemeTable) -> Result<(f64, f64), TableError> {
+    pub(crate) fn theta_range(&self, scheme: &SchemeTable) -> Result<(f64, f64), TableError> {
         let mut range = (f64::INFINITY, 0.0f64);
         for bits in 0..1u32 << 5 {
             let mut step = self.fixed;
@@ -205,7 +206,7 @@ impl ParameterSpace {
         Ok(range)
     }
 
-    /// What collapsed into θ and what kept an axis, in sentences for the build log.
+    /// Parameters merged into θ and parameters with an axis of their own, in sentences for the build log.
     pub fn explain(&self, theta: (f64, f64)) -> Vec<String> {
         let name = |p: &LiveParameter| format!("`{}`", p.name);
         let (regional, uniform): (Vec<&LiveParameter>, Vec<&LiveParameter>) =

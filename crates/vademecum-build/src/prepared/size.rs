@@ -1,4 +1,4 @@
-//! Whether a mesh and its matrices fit the memory, asked before they are allocated.
+//! Check that a mesh and its matrices fit the memory, before they are allocated.
 //!
 //! Everything is counted from below, so that nothing is refused that would have fitted: a mesh of tetrahedra
 //! has at least so many pairs of neighbouring nodes per element, and each pair takes so many numbers.

@@ -1,4 +1,4 @@
-//! Whether the time step fits the body: how many steps its first natural period has.
+//! Check of the time step: how many steps its first natural period has.
 //!
 //! Fewer than about ten, and the scheme distorts the motion that matters most; more than a thousand, and the
 //! march costs what it does not give back. Both are said with a number to write instead. Where nothing useful
@@ -33,7 +33,7 @@ pub enum TimeStepError {
         period: f64,
         /// Steps per period.
         steps: f64,
-        /// What to write instead \[s\].
+        /// The suggested value \[s\].
         suggested: f64,
     },
     /// So short that a step changes nothing.
@@ -48,7 +48,7 @@ pub enum TimeStepError {
         period: f64,
         /// Steps per period.
         steps: f64,
-        /// What to write instead \[s\].
+        /// The suggested value \[s\].
         suggested: f64,
     },
 }
@@ -112,8 +112,8 @@ impl Prepared {
     }
 }
 
-/// Share of an oscillator's amplitude that a scheme takes in so many steps at `Ω = ωΔt`; zero where it cannot
-/// be told from rounding, one where the oscillator does not swing any more.
+/// Share of an oscillator's amplitude that a scheme takes in a number of steps at `Ω = ωΔt`; zero where it
+/// cannot be distinguished from rounding, one where the oscillator does not swing any more.
 ///
 /// The eigenvalues of a step are `1 ± iΩ + O(Ω²)`: a pair so close to each other is known to `ε/Ω` and no
 /// better, so a decay per step below that is rounding, and over many steps it would look like anything.

@@ -1,4 +1,4 @@
-//! How much of a static answer is left out: at a node over every direction, and over the surface.
+//! Truncation bound of the static response: at a node over every direction, and over the surface.
 
 use super::small::{Symmetric, eigen, form, full};
 
@@ -26,7 +26,7 @@ const DIRECTIONS: [[f64; 3]; 13] = [
 /// `‖R F‖_M / ‖K⁻¹F‖_M` over loadable nodes and directions of the force.
 #[derive(Clone, Copy, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct StaticBound {
-    /// Whether it bounds the error at every instant, or estimates it.
+    /// True if it bounds the error at every instant, or estimates it.
     pub rigorous: bool,
     /// Largest over nodes and all directions.
     pub worst: f64,

@@ -2,7 +2,7 @@
 //!
 //! `R F = K⁻¹F − B Λ⁻¹ BᵀF` is often a thousandth of `K⁻¹F`, so rounding of the solve shows. What it adds
 //! along `B` is taken away by a second projection, `y − B Λ⁻¹ (KB)ᵀ y`. The solve is not refined: what it
-//! leaves beside `B` is far below what a contact feels, and refining would solve twice.
+//! leaves outside of `B` is far below what a contact feels, and refining would solve twice.
 
 use std::sync::Arc;
 
@@ -19,7 +19,7 @@ use crate::prepared::{Body, Probe};
 pub(super) const GROUP: usize = 24;
 
 /// `K⁻¹` and a basis with `BᵀKB = Λ`.
-pub(super) struct Complement<'a> {
+pub(super) struct ResidualOperator<'a> {
     body: &'a Body,
     symbolic: &'a Symbolic,
     /// Absent while it is used up.
@@ -32,7 +32,7 @@ pub(super) struct Complement<'a> {
 }
 
 /// Memory for as many columns as are worked on at once.
-pub(super) struct Workspace {
+pub(super) struct ResidualWorkspace {
     /// Forces, then answers; shape (n, columns).
     pub columns: Mat<f64>,
     /// `M` times the answers.
@@ -40,7 +40,7 @@ pub(super) struct Workspace {
     solve: Solve,
 }
 
-impl<'a> Complement<'a> {
+impl<'a> ResidualOperator<'a> {
     pub fn new(
         body: &'a Body,
         symbolic: &'a Symbolic,
@@ -61,13 +61,13 @@ impl<'a> Complement<'a> {
     }
 
     /// The factor of `K`, to use it up: without it nothing is solved for.
-    pub fn take_factor(&mut self) -> Result<Factor, FactorError> {
+    pub(crate) fn take_factor(&mut self) -> Result<Factor, FactorError> {
         self.factor = None;
         self.symbolic.take_factor_of(self.pencil().stiffness())
     }
 
     /// Makes the same factor again.
-    pub fn restore_factor(&mut self) -> Result<(), FactorError> {
+    pub(crate) fn restore_factor(&mut self) -> Result<(), FactorError> {
         self.factor = Some(self.symbolic.factor_of(self.pencil().stiffness())?);
         Ok(())
     }
@@ -78,12 +78,12 @@ impl<'a> Complement<'a> {
     }
 
     /// `K B`, shape (n, r).
-    pub fn images(&self) -> MatRef<'_, f64> {
+    pub(crate) fn images(&self) -> MatRef<'_, f64> {
         self.images.as_ref()
     }
 
     /// `1/λ`.
-    pub fn compliances(&self) -> &[f64] {
+    pub(crate) fn compliances(&self) -> &[f64] {
         &self.compliances
     }
 
@@ -97,15 +97,19 @@ impl<'a> Complement<'a> {
     }
 
     /// Columns of this complement worked on at once.
-    pub fn columns_at_once(&self) -> usize {
+    pub(crate) fn columns_at_once(&self) -> usize {
         Self::at_once(self.symbolic)
     }
 
     /// Memory for `columns` columns.
-    pub fn workspace(&self, columns: usize) -> Workspace {
+    pub fn workspace(&self, columns: usize) -> ResidualWorkspace {
         let n = self.pencil().n_dof();
         let [own, images] = [Mat::zeros(n, columns), Mat::zeros(n, columns)];
-        Workspace { columns: own, images, solve: Solve::new(self.factor().symbolic(), columns, false) }
+        ResidualWorkspace {
+            columns: own,
+            images,
+            solve: Solve::new(self.factor().symbolic(), columns, false),
+        }
     }
 
     /// Place of a component of a node among the free dofs; `None` where it is held.
@@ -114,7 +118,7 @@ impl<'a> Complement<'a> {
     }
 
     /// Overwrites the first `used` columns, forces `F`, by `R F`.
-    pub fn apply(&self, memory: &mut Workspace, used: usize) {
+    pub fn apply(&self, memory: &mut ResidualWorkspace, used: usize) {
         let r = self.compliances.len();
         let groups = used.div_ceil(GROUP);
         let mut shares = vec![Mat::zeros(r, GROUP); groups];
@@ -133,8 +137,8 @@ impl<'a> Complement<'a> {
     }
 
     /// `M` times the first `used` columns.
-    pub fn weigh(&self, memory: &mut Workspace, used: usize) {
-        let Workspace { columns, images, .. } = memory;
+    pub(crate) fn weigh(&self, memory: &mut ResidualWorkspace, used: usize) {
+        let ResidualWorkspace { columns, images, .. } = memory;
         let images = images.as_mut().subcols_mut(0, used);
         self.pencil().mass().mul_into(columns.as_ref().subcols(0, used), images);
     }
@@ -188,12 +192,12 @@ impl<'a> Complement<'a> {
     }
 
     /// Adds the unit force along what a probe looks at.
-    pub fn add_probe(&self, probe: &Probe, load: &mut [f64]) {
+    pub(crate) fn add_probe(&self, probe: &Probe, load: &mut [f64]) {
         self.body.probe_row(probe).into_iter().for_each(|(free, weight)| load[free as usize] += weight);
     }
 
     /// Values of all probes in one column.
-    pub fn probe_values(&self, column: MatRef<'_, f64>) -> Vec<f64> {
+    pub(crate) fn probe_values(&self, column: MatRef<'_, f64>) -> Vec<f64> {
         let value = |probe: &Probe| {
             let row = self.body.probe_row(probe).into_iter();
             row.map(|(free, weight)| weight * column[(free as usize, 0)]).sum()
@@ -203,7 +207,7 @@ impl<'a> Complement<'a> {
 }
 
 /// Shows the columns of two matrices in groups: whole matrices may be wide, and a group keeps what a product
-/// needs beside it small.
+/// needs in addition small.
 pub(super) fn columns_of(
     from: MatRef<'_, f64>,
     to: MatMut<'_, f64>,

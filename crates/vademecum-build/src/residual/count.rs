@@ -8,26 +8,26 @@ use faer::Mat;
 use rayon::prelude::*;
 
 use super::bound::relative_bound;
-use super::complement::Complement;
+use super::complement::ResidualOperator;
 use super::error::ResidualError;
 use super::selected::static_answers;
 use super::small::{Symmetric, semidefinite};
 use super::sweep::sweep;
-use super::way::Way;
+use super::way::BlockMethod;
 use crate::dynamics::{FirstMode, Modes, lowest_modes_kept, search_vectors};
 use crate::fem::Symbolic;
 use crate::limits::Memory;
 use crate::prepared::Body;
 use crate::progress::Listener;
-use crate::store::KeptSolves;
+use crate::store::CachedSolves;
 
 /// Natural modes tried first.
 const FIRST: usize = 16;
 /// Natural modes at most: beyond them every mode more takes next to nothing off the bound.
-const MOST: usize = 512;
+const MAX_MODES: usize = 512;
 
-/// What was found.
-pub enum Enough {
+/// The value found.
+pub enum ModeSearch {
     /// The fewest modes that keep the bound, and what they reach.
     Modes(Modes, f64),
     /// So many modes reach no more than this.
@@ -45,22 +45,22 @@ pub enum Enough {
 ///
 /// # Errors
 /// [`ResidualError`].
-pub fn modes_within(
+pub(crate) fn modes_within(
     body: &Body,
     symbolic: &Symbolic,
     error: f64,
     listener: &dyn Listener,
-    begun: (&KeptSolves<'_>, Option<&FirstMode>),
-) -> Result<Enough, ResidualError> {
+    begun: (&CachedSolves<'_>, Option<&FirstMode>),
+) -> Result<ModeSearch, ResidualError> {
     let (pencil, nodes) = (body.model.pencil(), &body.load_nodes);
     let none = Mat::<f64>::zeros(pencil.n_dof(), 0);
-    let mut complement = Complement::new(body, symbolic, none.as_ref(), &[])?;
-    let answers: Vec<Symmetric> = match Way::cheaper(body, symbolic, 0, nodes.len()) {
-        Way::Solves => {
+    let mut complement = ResidualOperator::new(body, symbolic, none.as_ref(), &[])?;
+    let answers: Vec<Symmetric> = match BlockMethod::cheaper(body, symbolic, 0, nodes.len()) {
+        BlockMethod::Solves => {
             let found = sweep(&complement, nodes, listener, |_, _| ())?;
             found.into_iter().map(|node| node.answer).collect()
         }
-        Way::Selection => static_answers(body, complement.take_factor()?, nodes, listener)?,
+        BlockMethod::Selection => static_answers(body, complement.take_factor()?, nodes, listener)?,
     };
     let limit = Memory::asked_or_available(None).limit() as f64;
     let mut missed = 0;
@@ -86,14 +86,14 @@ pub fn modes_within(
             let bounds = bounds.map(|(gram, answer)| relative_bound(&semidefinite(*gram), answer));
             reached = bounds.reduce(|| 0.0, f64::max);
             if reached <= error {
-                return Ok(Enough::Modes(first(modes, k + 1), reached));
+                return Ok(ModeSearch::Modes(first(modes, k + 1), reached));
             }
         }
         missed = count;
-        let next = (2 * count).min(MOST).min(pencil.n_elastic());
+        let next = (2 * count).min(MAX_MODES).min(pencil.n_elastic());
         let bytes = 8.0 * (pencil.n_dof() * search_vectors(next)) as f64;
         if next == count || bytes > limit {
-            return Ok(Enough::Missed { modes: count, reached });
+            return Ok(ModeSearch::Missed { modes: count, reached });
         }
         listener.note(&format!("{count} natural modes have a bound of {reached:.2e}: trying {next}"));
         count = next;

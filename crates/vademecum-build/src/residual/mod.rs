@@ -20,24 +20,25 @@ mod sweep;
 mod way;
 
 pub use bound::StaticBound;
-pub use count::{Enough, modes_within};
+pub use count::ModeSearch;
+pub(crate) use count::modes_within;
 pub use error::ResidualError;
-pub use stress::{StressResidual, stress_residual};
-pub use way::Way;
+pub use stress::{StressFlexibility, stress_residual};
+pub use way::BlockMethod;
 
 use crate::prepared::Body;
 use crate::progress::Listener;
 
 use bound::relative_bound;
-use complement::Complement;
+use complement::ResidualOperator;
 use faer::MatRef;
 use selected::{blocks, selected};
 use small::{Symmetric, semidefinite};
 use sweep::{answers, sweep};
 
-/// Where the residual is asked for, and what the basis leaves out of.
+/// A body and the basis whose residual flexibility is computed.
 #[derive(Clone, Copy)]
-pub struct Reduced<'a> {
+pub struct ResidualBasis<'a> {
     /// The body.
     pub body: &'a Body,
     /// Symbolic factorisation of its pattern.
@@ -46,13 +47,14 @@ pub struct Reduced<'a> {
     pub vectors: MatRef<'a, f64>,
     /// `Λ`, the diagonal of `BᵀKB`.
     pub eigenvalues: &'a [f64],
-    /// Whether `B` are natural modes and the step is exact in time: whether the bound is rigorous.
+    /// True if `B` are natural modes and the step is exact in time: whether the bound is rigorous.
     pub rigorous: bool,
 }
 
 /// `R` where a file keeps it, and its bound.
 #[derive(Clone, Debug, serde::Serialize, serde::Deserialize)]
-pub struct StaticResidual {
+#[doc(alias("static residual", "residual attachment modes", "static correction", "mode acceleration"))]
+pub struct ResidualFlexibility {
     /// `R` between each loadable node and itself \[m/N\].
     pub contact: Vec<Symmetric>,
     /// Pairs of loadable nodes with a loadable triangle in common, the first below the second, ascending.
@@ -73,15 +75,15 @@ pub struct StaticResidual {
     pub bound: StaticBound,
 }
 
-/// Bytes for the residual of `r` modes at the loadable nodes, beside one factor.
+/// Bytes for the residual of `r` modes at the loadable nodes, in addition to one factor.
 pub fn memory(body: &Body, symbolic: &crate::fem::Symbolic, r: usize) -> f64 {
     let nodes = body.load_nodes.len();
     let column = size_of::<f64>() as f64 * symbolic.n() as f64;
-    let solves = 4.0 * column * Complement::at_once(symbolic) as f64;
-    match Way::cheaper(body, symbolic, r, nodes) {
-        Way::Solves => solves,
+    let solves = 4.0 * column * ResidualOperator::at_once(symbolic) as f64;
+    match BlockMethod::cheaper(body, symbolic, r, nodes) {
+        BlockMethod::Solves => solves,
         // What is taken of the entries, and memory to find it.
-        Way::Selection => 8.0 * column * r as f64 + solves.max(symbolic.select_bytes() as f64),
+        BlockMethod::Selection => 8.0 * column * r as f64 + solves.max(symbolic.select_bytes() as f64),
     }
 }
 
@@ -93,15 +95,15 @@ pub fn memory(body: &Body, symbolic: &crate::fem::Symbolic, r: usize) -> f64 {
 ///
 /// # Errors
 /// [`ResidualError`].
-pub fn static_residual(
-    reduced: &Reduced<'_>,
-    way: Way,
+pub(crate) fn residual_flexibility(
+    reduced: &ResidualBasis<'_>,
+    way: BlockMethod,
     nodes: &[u32],
     triangles: &[[u32; 3]],
     listener: &dyn Listener,
-) -> Result<StaticResidual, ResidualError> {
+) -> Result<ResidualFlexibility, ResidualError> {
     let body = reduced.body;
-    let complement = Complement::new(body, reduced.symbolic, reduced.vectors, reduced.eigenvalues)?;
+    let complement = ResidualOperator::new(body, reduced.symbolic, reduced.vectors, reduced.eigenvalues)?;
     let pairs = edges(triangles);
     let firsts = firsts_of(&pairs, nodes.len());
     let n_probes = body.probes.len();
@@ -114,10 +116,10 @@ pub fn static_residual(
         (nodes.iter().map(at).collect::<Vec<[f64; 3]>>(), complement.probe_values(column))
     })?;
     let found = match way {
-        Way::Solves => sweep(&complement, nodes, listener, |place, columns| {
+        BlockMethod::Solves => sweep(&complement, nodes, listener, |place, columns| {
             blocks(&complement, nodes, &firsts, place, columns)
         })?,
-        Way::Selection => selected(body, reduced.symbolic, complement, (nodes, &firsts), listener)?,
+        BlockMethod::Selection => selected(body, reduced.symbolic, complement, (nodes, &firsts), listener)?,
     };
     let mut rows = rows.into_iter();
     let probes = rows.by_ref().take(body.probes.len()).map(|(at_nodes, _)| at_nodes).collect();
@@ -138,7 +140,7 @@ pub fn static_residual(
     }
     let at_nodes: Vec<f64> = gram.iter().zip(&answer).map(|(g, s)| relative_bound(g, s)).collect();
     let bound = StaticBound::new(reduced.rigorous, &gram, &answer, &at_nodes);
-    Ok(StaticResidual {
+    Ok(ResidualFlexibility {
         contact,
         pairs,
         pair_blocks,

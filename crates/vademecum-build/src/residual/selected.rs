@@ -23,16 +23,16 @@
 
 use std::time::Instant;
 
-use faer::linalg::matmul::matmul;
-use faer::{Accum, Mat, MatRef, Par};
+use faer::{Mat, MatRef};
 use rayon::prelude::*;
 
-use super::complement::{Complement, columns_of};
+use super::complement::{ResidualOperator, columns_of};
 use super::error::ResidualError;
 use super::small::{Symmetric, semidefinite, symmetric};
 use super::sweep::{AtNode, note_long, sweep};
 use super::way::selection_to_solves;
-use crate::fem::{Factor, Selected, Solve, Symbolic};
+use crate::fem::{Factor, SelectedInverse, Solve, Symbolic};
+use crate::linalg::sequential_product;
 use crate::prepared::Body;
 use crate::progress::{Listener, Quiet};
 
@@ -43,12 +43,12 @@ const RESIDUAL_LOSS: f64 = 1e-6;
 /// Largest relative error of `G`: it is a bound, and its root is read to two digits.
 const GRAM_LOSS: f64 = 1e-3;
 
-/// What a contact needs: `R` of the node, and of the pairs in which it is the second.
+/// Blocks for a contact: `R` of the node, and of the pairs in which it is the second.
 pub(super) type Blocks = (Symmetric, Vec<[f64; 9]>);
 
-/// What the columns of three forces at a node say of its blocks.
+/// Blocks of a node from the columns of three forces at it.
 pub(super) fn blocks(
-    complement: &Complement<'_>,
+    complement: &ResidualOperator<'_>,
     nodes: &[u32],
     firsts: &[Vec<u32>],
     place: usize,
@@ -71,8 +71,8 @@ pub(super) fn static_answers(
     Ok(nodes.par_iter().map(at).collect())
 }
 
-/// What is taken of the blocks on the pattern: rows of the loadable nodes.
-struct Taken {
+/// Low-rank correction of the blocks on the pattern: rows of the loadable nodes.
+struct LoadableRows {
     /// `B`, `A − ½ B (FᵀA)`, `A`, `q`, `H F − ½ B (FᵀHF)`.
     vectors: Mat<f64>,
     half: Mat<f64>,
@@ -81,8 +81,8 @@ struct Taken {
     slopes: Mat<f64>,
 }
 
-impl Taken {
-    fn new(complement: &Complement<'_>) -> Self {
+impl LoadableRows {
+    fn new(complement: &ResidualOperator<'_>) -> Self {
         let (vectors, mass) = (complement.vectors(), complement.pencil().mass());
         let r = vectors.ncols();
         let compliance = |k: usize| complement.compliances()[k];
@@ -110,37 +110,30 @@ impl Taken {
         lost -= &answers;
         let lost = solved(weigh(lost.as_ref()));
 
-        let own = product(answers.as_ref(), forces.as_ref());
-        let other = product(off.as_ref(), forces.as_ref());
+        let own = sequential_product(answers.transpose(), forces.as_ref());
+        let other = sequential_product(off.transpose(), forces.as_ref());
         let left = Mat::from_fn(r, r, |i, j| if i == j { compliance(i) } else { 0.0 } - own[(i, j)]);
         let slopes = &answers * (&left - other) + &off * &left - lost;
-        let curve = product(forces.as_ref(), slopes.as_ref());
+        let curve = sequential_product(forces.transpose(), slopes.as_ref());
         let halved = |m: &Mat<f64>| Mat::from_fn(r, r, |i, j| 0.25 * (m[(i, j)] + m[(j, i)]));
         let half = &answers - vectors * halved(&own);
         let slopes = slopes - vectors * halved(&curve);
         Self { vectors: vectors.to_owned(), half, answers, off, slopes }
     }
 
-    /// What is taken of `Z` between two dofs.
+    /// Correction of `Z` between two dofs.
     fn of_inverse(&self, i: usize, j: usize) -> f64 {
         let [b, v] = [&self.vectors, &self.half];
         (0..b.ncols()).map(|k| b[(i, k)] * v[(j, k)] + v[(i, k)] * b[(j, k)]).sum()
     }
 
-    /// What is taken of `Z M Z` between two dofs.
+    /// Correction of `Z M Z` between two dofs.
     fn of_weighted(&self, i: usize, j: usize) -> f64 {
         let [b, a, q, u] = [&self.vectors, &self.answers, &self.off, &self.slopes];
         let modal = |k: usize| a[(i, k)] * a[(j, k)] + (a[(i, k)] * q[(j, k)] + q[(i, k)] * a[(j, k)]);
         let along = |k: usize| b[(i, k)] * u[(j, k)] + u[(i, k)] * b[(j, k)];
         (0..b.ncols()).map(|k| modal(k) + along(k)).sum()
     }
-}
-
-/// `AᵀB`, summed in one order.
-fn product(a: MatRef<'_, f64>, b: MatRef<'_, f64>) -> Mat<f64> {
-    let mut product = Mat::zeros(a.ncols(), b.ncols());
-    matmul(product.as_mut(), Accum::Replace, a.transpose(), b, 1.0, Par::Seq);
-    product
 }
 
 /// Nine numbers between two nodes, row by row; nothing where a component is held.
@@ -153,7 +146,7 @@ fn nine(body: &Body, [first, second]: [u32; 2], of: impl Fn(usize, usize) -> Opt
 }
 
 /// One node, and how large what it is subtracted from is.
-struct Found {
+struct NodeEntry {
     node: AtNode<Blocks>,
     inverse: f64,
 }
@@ -162,11 +155,11 @@ struct Found {
 pub(super) fn selected(
     body: &Body,
     symbolic: &Symbolic,
-    mut complement: Complement<'_>,
+    mut complement: ResidualOperator<'_>,
     (nodes, firsts): (&[u32], &[Vec<u32>]),
     listener: &dyn Listener,
 ) -> Result<Vec<AtNode<Blocks>>, ResidualError> {
-    let swept = |complement: &Complement<'_>, places: &[usize], listener: &dyn Listener| {
+    let swept = |complement: &ResidualOperator<'_>, places: &[usize], listener: &dyn Listener| {
         let some: Vec<u32> = places.iter().map(|&place| nodes[place]).collect();
         sweep(complement, &some, listener, |at, columns| {
             blocks(complement, nodes, firsts, places[at], columns)
@@ -179,13 +172,13 @@ pub(super) fn selected(
     let r = complement.compliances().len();
     note_long(start.elapsed().as_secs_f64() * selection_to_solves(symbolic, r, count), nodes.len(), listener);
 
-    let taken = Taken::new(&complement);
+    let taken = LoadableRows::new(&complement);
     let selected = complement.take_factor()?.select(body.model.pencil().mass(), listener)?;
     let at = |place: usize| at_node(body, &selected, &taken, (nodes, firsts), place);
-    let mut found: Vec<Found> = (0..nodes.len()).into_par_iter().map(at).collect();
+    let mut found: Vec<NodeEntry> = (0..nodes.len()).into_par_iter().map(at).collect();
     drop((selected, taken));
 
-    let noise = Noise::new(&found, &witnesses, &witnessed);
+    let noise = RoundingError::new(&found, &witnesses, &witnessed);
     let doubtful: Vec<bool> = found.iter().map(|found| noise.shows(found)).collect();
     // A pair is found with its second node.
     let again =
@@ -203,11 +196,11 @@ pub(super) fn selected(
 /// The blocks of one node.
 fn at_node(
     body: &Body,
-    selected: &Selected,
-    taken: &Taken,
+    selected: &SelectedInverse,
+    taken: &LoadableRows,
     (nodes, firsts): (&[u32], &[Vec<u32>]),
     place: usize,
-) -> Found {
+) -> NodeEntry {
     let node = nodes[place];
     let left = |i: usize, j: usize| Some(selected.inverse(i, j)? - taken.of_inverse(i, j));
     let own = semidefinite(symmetric(&nine(body, [node; 2], left)));
@@ -217,20 +210,20 @@ fn at_node(
     let gram = symmetric(&nine(body, [node; 2], gram));
     let answer = symmetric(&nine(body, [node; 2], |i, j| selected.weighted(i, j)));
     let inverse = largest(&symmetric(&nine(body, [node; 2], |i, j| selected.inverse(i, j))));
-    Found { node: AtNode { taken: (own, others), gram, answer }, inverse }
+    NodeEntry { node: AtNode { taken: (own, others), gram, answer }, inverse }
 }
 
-/// How far entries are off, as a share of what they are subtracted from.
-struct Noise {
+/// Rounding error of entries, relative to their minuends.
+struct RoundingError {
     inverse: f64,
     weighted: f64,
 }
 
-impl Noise {
-    fn new(found: &[Found], places: &[usize], exact: &[AtNode<Blocks>]) -> Self {
+impl RoundingError {
+    fn new(found: &[NodeEntry], places: &[usize], exact: &[AtNode<Blocks>]) -> Self {
         let mut noise = Self { inverse: 0.0, weighted: 0.0 };
         for (&place, exact) in places.iter().zip(exact) {
-            let Found { node, inverse } = &found[place];
+            let NodeEntry { node, inverse } = &found[place];
             let off = |a: &Symmetric, b: &Symmetric| largest(&std::array::from_fn(|k| a[k] - b[k]));
             let share = |off: f64, whole: f64| if whole > 0.0 { off / whole } else { 0.0 };
             noise.inverse = noise.inverse.max(share(off(&node.taken.0, &exact.taken.0), *inverse));
@@ -239,8 +232,8 @@ impl Noise {
         noise
     }
 
-    /// Whether it is more than may be lost of the blocks of a node.
-    fn shows(&self, Found { node, inverse }: &Found) -> bool {
+    /// True if it is more than may be lost of the blocks of a node.
+    fn shows(&self, NodeEntry { node, inverse }: &NodeEntry) -> bool {
         self.inverse * inverse > RESIDUAL_LOSS * largest(&node.taken.0)
             || self.weighted * largest(&node.answer) > GRAM_LOSS * largest(&node.gram)
     }

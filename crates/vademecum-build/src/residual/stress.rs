@@ -1,7 +1,7 @@
-//! What a basis leaves out of the stress under a load that stays: `S R F`, with `S` the rows of the stress.
+//! Static correction of the stress: `S R F`, with `S` the rows of the stress.
 
-use super::Reduced;
-use super::complement::Complement;
+use super::ResidualBasis;
+use super::complement::ResidualOperator;
 use super::error::ResidualError;
 use super::sweep::answers;
 use crate::fem::{COMPONENTS, StressRows};
@@ -9,7 +9,8 @@ use crate::progress::Listener;
 
 /// Stress of `R`, where a file keeps it.
 #[derive(Clone, Debug, Default, serde::Serialize, serde::Deserialize)]
-pub struct StressResidual {
+#[doc(alias = "static correction of the stress")]
+pub struct StressFlexibility {
     /// Per point and loadable node the stress under unit forces \[Pa/N\]: row the component of stress, column
     /// that of the force. Empty where it was not asked for.
     pub contacts: Vec<Vec<[f64; 3 * COMPONENTS]>>,
@@ -24,20 +25,20 @@ pub struct StressResidual {
 /// # Errors
 /// [`ResidualError`].
 pub fn stress_residual(
-    reduced: &Reduced<'_>,
+    reduced: &ResidualBasis<'_>,
     rows: &StressRows,
     nodes: &[u32],
     contacts: bool,
     listener: &dyn Listener,
-) -> Result<StressResidual, ResidualError> {
+) -> Result<StressFlexibility, ResidualError> {
     let body = reduced.body;
-    let complement = Complement::new(body, reduced.symbolic, reduced.vectors, reduced.eigenvalues)?;
+    let complement = ResidualOperator::new(body, reduced.symbolic, reduced.vectors, reduced.eigenvalues)?;
     let copy = |place: usize, load: &mut [f64]| load.copy_from_slice(&body.patterns[place].1);
     let patterns = answers(&complement, body.patterns.len(), copy, listener, |column| {
         (0..rows.points.len()).map(|place| rows.stress(place, |node| complement.row(column, node))).collect()
     })?;
     if !contacts {
-        return Ok(StressResidual { contacts: vec![], patterns });
+        return Ok(StressFlexibility { contacts: vec![], patterns });
     }
     let row = |place: usize, load: &mut [f64]| {
         for (node, block) in &rows.rows[place / COMPONENTS] {
@@ -55,5 +56,5 @@ pub fn stress_residual(
         let at = |node: usize| std::array::from_fn(|k| components[k / 3][node][k % 3]);
         (0..nodes.len()).map(at).collect()
     };
-    Ok(StressResidual { contacts: found.chunks_exact(COMPONENTS).map(of_point).collect(), patterns })
+    Ok(StressFlexibility { contacts: found.chunks_exact(COMPONENTS).map(of_point).collect(), patterns })
 }

@@ -6,15 +6,15 @@ use faer::linalg::matmul::matmul;
 use faer::{Accum, Mat, MatRef, Par};
 use rayon::prelude::*;
 
-use super::complement::Complement;
+use super::complement::ResidualOperator;
 use super::error::ResidualError;
 use super::small::{Symmetric, symmetric};
 use crate::dynamics::time_in_words;
 use crate::progress::Listener;
 
-/// What is kept of the answers to forces at one node.
+/// Data kept of the responses to forces at one node.
 pub(super) struct AtNode<T> {
-    /// What the caller took of the three columns `R e`.
+    /// Data that the caller extracted from the three columns `R e`.
     pub taken: T,
     /// `(R e)ᵀ M (R e)`.
     pub gram: Symmetric,
@@ -24,7 +24,7 @@ pub(super) struct AtNode<T> {
 
 /// The columns of `R` at each node, shape (n, 3), shown to `take` with the place of the node; nodes in order.
 pub(super) fn sweep<T: Send>(
-    complement: &Complement<'_>,
+    complement: &ResidualOperator<'_>,
     nodes: &[u32],
     listener: &dyn Listener,
     take: impl Fn(usize, MatRef<'_, f64>) -> T + Sync,
@@ -77,7 +77,7 @@ pub(super) fn note_long(seconds: f64, nodes: usize, listener: &dyn Listener) {
 
 /// `R` of each of `count` loads, which `fill` adds to zeros, shown to `take` as one column; loads in order.
 pub(super) fn answers<T: Send>(
-    complement: &Complement<'_>,
+    complement: &ResidualOperator<'_>,
     count: usize,
     fill: impl Fn(usize, &mut [f64]),
     listener: &dyn Listener,

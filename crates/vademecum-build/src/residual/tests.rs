@@ -9,15 +9,15 @@ use vademecum_format::exact::Propagator;
 
 use super::small::{form, full};
 use super::*;
-use crate::dynamics::krylov::symmetric_eigen;
 use crate::dynamics::lowest_modes;
 use crate::export::NodeOrder;
 use crate::fem::SymmetricMatrix;
 use crate::input::Problem;
 use crate::linalg::Random;
+use crate::linalg::symmetric_eigen;
 use crate::prepared::{Prepared, prepare};
 use crate::progress::{Silent, Stopwatch, is_cancelled};
-use crate::store::KeptSolves;
+use crate::store::CachedSolves;
 
 const BLOCK: &str = r#"
 [mesh]
@@ -119,21 +119,25 @@ impl Block {
         &self.order.nodes[..self.order.n_load]
     }
 
-    fn residual(&self, way: Way, (vectors, eigenvalues): &(Mat<f64>, Vec<f64>)) -> StaticResidual {
+    fn residual(
+        &self,
+        way: BlockMethod,
+        (vectors, eigenvalues): &(Mat<f64>, Vec<f64>),
+    ) -> ResidualFlexibility {
         self.residual_heard(way, vectors.as_ref(), eigenvalues, &Silent).expect("a residual")
     }
 
     fn residual_heard(
         &self,
-        way: Way,
+        way: BlockMethod,
         vectors: MatRef<'_, f64>,
         eigenvalues: &[f64],
         listener: &dyn Listener,
-    ) -> Result<StaticResidual, ResidualError> {
+    ) -> Result<ResidualFlexibility, ResidualError> {
         let Prepared { body, symbolic, .. } = &self.prepared;
-        let reduced = Reduced { body, symbolic, vectors, eigenvalues, rigorous: true };
+        let reduced = ResidualBasis { body, symbolic, vectors, eigenvalues, rigorous: true };
         let triangles = &self.order.triangles[..self.order.n_load_triangles];
-        static_residual(&reduced, way, self.nodes(), triangles, listener)
+        residual_flexibility(&reduced, way, self.nodes(), triangles, listener)
     }
 
     /// `R` as a dense matrix: `P K⁻¹ Pᵀ` with the projector `P = I − B Λ⁻¹ Bᵀ K`.
@@ -164,8 +168,8 @@ impl Block {
 }
 
 /// Each with both ways.
-fn both<T: Copy, const N: usize>(all: [T; N]) -> impl Iterator<Item = (T, Way)> {
-    all.into_iter().flat_map(|one| [Way::Solves, Way::Selection].map(|way| (one, way)))
+fn both<T: Copy, const N: usize>(all: [T; N]) -> impl Iterator<Item = (T, BlockMethod)> {
+    all.into_iter().flat_map(|one| [BlockMethod::Solves, BlockMethod::Selection].map(|way| (one, way)))
 }
 
 /// The largest difference over the largest of the second.
@@ -240,7 +244,7 @@ fn every_part_of_the_residual_is_that_of_dense_matrices() {
 fn what_a_contact_needs_is_symmetric_and_stores_energy() {
     let block = &*WHOLE;
     let triangles = &block.order.triangles[..block.order.n_load_triangles];
-    let found = [Way::Solves, Way::Selection].map(|way| block.residual(way, &block.ritz(9)));
+    let found = [BlockMethod::Solves, BlockMethod::Selection].map(|way| block.residual(way, &block.ritz(9)));
     for (triangle, found) in triangles.iter().flat_map(|triangle| found.iter().map(move |f| (triangle, f))) {
         // The 9 × 9 matrix of a triangle, as a reader puts it together.
         let entry = |row: usize, column: usize| {
@@ -262,7 +266,7 @@ fn what_a_contact_needs_is_symmetric_and_stores_energy() {
 fn the_bound_is_never_below_the_error_after_jumps_of_a_load() {
     let block = &*WHOLE;
     let (n, r) = (block.lambda.len(), 5);
-    let found = block.residual(Way::Solves, &block.natural(r));
+    let found = block.residual(BlockMethod::Solves, &block.natural(r));
     let period = std::f64::consts::TAU / block.lambda[0].sqrt();
     let (dt, mut random) = (period / 97.0, Random::new(11));
     let first = block.lambda[0].sqrt();
@@ -310,7 +314,7 @@ fn the_bound_is_never_below_the_error_after_jumps_of_a_load() {
 #[test]
 fn the_numbers_of_the_bound_are_in_order_and_fall_with_every_mode() {
     let block = &*TOP;
-    for way in [Way::Solves, Way::Selection] {
+    for way in [BlockMethod::Solves, BlockMethod::Selection] {
         let mut before = f64::INFINITY;
         for r in 1..=12 {
             let bound = block.residual(way, &block.natural(r)).bound;
@@ -332,15 +336,16 @@ fn an_error_chooses_the_fewest_modes() {
     for (block, errors) in [(&*TOP, [0.2, 0.05, 0.02]), (&*WHOLE, [0.5, 0.1, 0.03])] {
         let Prepared { body, symbolic, .. } = &block.prepared;
         for error in errors {
-            let Enough::Modes(modes, reached) =
-                modes_within(body, symbolic, error, &Silent, (&KeptSolves::new(None, &Silent), None))
+            let ModeSearch::Modes(modes, reached) =
+                modes_within(body, symbolic, error, &Silent, (&CachedSolves::new(None, &Silent), None))
                     .expect("modes")
             else {
                 panic!("all modes reach any error")
             };
             let worst = |r: usize| {
                 let vectors = modes.vectors.subcols(0, r);
-                let found = block.residual_heard(Way::Solves, vectors, &modes.eigenvalues[..r], &Silent);
+                let found =
+                    block.residual_heard(BlockMethod::Solves, vectors, &modes.eigenvalues[..r], &Silent);
                 found.expect("a residual").bound.worst
             };
             let r = modes.eigenvalues.len();
@@ -356,12 +361,12 @@ fn an_error_chooses_the_fewest_modes() {
 fn no_number_of_modes_is_found_for_a_bound_out_of_reach() {
     let finer = BLOCK.replace("divisions = [4, 2, 2]", "divisions = [8, 4, 4]");
     let Prepared { body, symbolic, .. } = &prepared(&finer);
-    match modes_within(body, symbolic, 1e-5, &Silent, (&KeptSolves::new(None, &Silent), None))
+    match modes_within(body, symbolic, 1e-5, &Silent, (&CachedSolves::new(None, &Silent), None))
         .expect("an answer")
     {
-        Enough::Missed { modes: 512, reached } => assert!(reached > 1e-5 && reached < 1.0),
-        Enough::Missed { modes, .. } => panic!("{modes} modes were tried"),
-        Enough::Modes(modes, _) => panic!("{} modes", modes.eigenvalues.len()),
+        ModeSearch::Missed { modes: 512, reached } => assert!(reached > 1e-5 && reached < 1.0),
+        ModeSearch::Missed { modes, .. } => panic!("{modes} modes were tried"),
+        ModeSearch::Modes(modes, _) => panic!("{} modes", modes.eigenvalues.len()),
     }
 }
 
@@ -373,7 +378,7 @@ fn the_bits_do_not_depend_on_the_number_of_threads() {
     let basis = block.ritz(5);
     let with = |threads: usize| {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().expect("threads");
-        let found = || [Way::Solves, Way::Selection].map(|way| block.residual(way, &basis));
+        let found = || [BlockMethod::Solves, BlockMethod::Selection].map(|way| block.residual(way, &basis));
         format!("{:?}", pool.install(found))
     };
     let one = with(1);
@@ -397,7 +402,7 @@ impl Listener for Stop {
 #[test]
 fn it_stops_on_request() {
     let (vectors, eigenvalues) = WHOLE.natural(2);
-    for way in [Way::Solves, Way::Selection] {
+    for way in [BlockMethod::Solves, BlockMethod::Selection] {
         let stopped = WHOLE.residual_heard(way, vectors.as_ref(), &eigenvalues, &Stop(0));
         let error = stopped.expect_err("an end");
         assert!(is_cancelled(&crate::pipeline::BuildError::from(error)));
@@ -427,9 +432,9 @@ fn rounding_of_slender_bodies_does_not_show() {
     let triangles = &order.triangles[..order.n_load_triangles];
     let modes = lowest_modes(body.model.pencil(), symbolic, 12).expect("modes");
     let (vectors, eigenvalues) = (modes.vectors.as_ref(), &modes.eigenvalues[..]);
-    let reduced = Reduced { body, symbolic, vectors, eigenvalues, rigorous: true };
-    let found = |way| static_residual(&reduced, way, nodes, triangles, &Silent).expect("a residual");
-    let [solved, selected] = [Way::Solves, Way::Selection].map(found);
+    let reduced = ResidualBasis { body, symbolic, vectors, eigenvalues, rigorous: true };
+    let found = |way| residual_flexibility(&reduced, way, nodes, triangles, &Silent).expect("a residual");
+    let [solved, selected] = [BlockMethod::Solves, BlockMethod::Selection].map(found);
 
     let largest = |a: &[f64]| a.iter().fold(0.0_f64, |largest, x| largest.max(x.abs()));
     let off = |a: &[f64], b: &[f64]| a.iter().zip(b).fold(0.0_f64, |off, (a, b)| off.max((a - b).abs()));

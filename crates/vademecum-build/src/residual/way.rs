@@ -1,25 +1,25 @@
-//! Whether the blocks at the loadable nodes are cheaper from solves or from a selected inversion.
+//! Choice between solves and selected inversion for the blocks at the loadable nodes.
 
 use crate::fem::Symbolic;
 use crate::prepared::Body;
 
-/// How much longer a multiplication of a solve takes than one of a dense product: a solve of a few columns
+/// Time of a multiplication in a solve relative to one in a dense product: a solve of a few columns
 /// waits for the memory of the factor.
 const SOLVE: f64 = 2.0;
 /// Multiplications of a mode with a column, as a column is projected twice and its `G` taken.
 const PROJECTIONS: f64 = 6.0;
 
-/// How the blocks at the loadable nodes are found.
+/// Method for the blocks at the loadable nodes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize)]
-pub enum Way {
+pub enum BlockMethod {
     /// Three right-hand sides for each node.
     Solves,
     /// Entries of `K⁻¹` and `K⁻¹MK⁻¹` on the pattern of the factor, whatever the number of nodes.
     Selection,
 }
 
-impl Way {
-    /// The cheaper one for `r` modes and so many nodes, by the multiplications of both. Matrices of another
+impl BlockMethod {
+    /// The cheaper one for `r` modes and `nodes` nodes, by the multiplications of both. Matrices of another
     /// program are solved with: nodes that are neighbours on the surface need not be coupled in them. A
     /// factor on several ranks or in single precision is solved with too: its entries are not here or not
     /// exact.
@@ -30,7 +30,7 @@ impl Way {
     }
 }
 
-/// How many times as long a selected inversion takes as solves at so many nodes.
+/// Time of a selected inversion relative to solves at `nodes` nodes.
 pub(super) fn selection_to_solves(symbolic: &Symbolic, r: usize, nodes: usize) -> f64 {
     let solve = SOLVE * 2.0 * (symbolic.factor_bytes() / size_of::<f64>()) as f64;
     let column = solve + PROJECTIONS * r as f64 * symbolic.n() as f64;

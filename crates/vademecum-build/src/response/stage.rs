@@ -19,7 +19,7 @@ use crate::basis::Basis;
 use crate::fem::{FactorError, Pencil, Solve, Symbolic};
 use crate::linalg::symmetric_part;
 use crate::prepared::Prepared;
-use crate::store::{Hashed, Inputs};
+use crate::store::{Inputs, StageInput};
 
 /// What one stage does to the reduced state and to loads, at one θ.
 #[derive(Clone, Debug)]
@@ -35,7 +35,7 @@ pub struct StageResponse {
 }
 
 /// All stages of a step.
-impl Hashed for [StageResponse] {
+impl StageInput for [StageResponse] {
     fn add_to(&self, inputs: Inputs) -> Inputs {
         let one = |inputs: Inputs, r: &StageResponse| {
             inputs.value(&r.theta).matrix(r.increment.as_ref()).matrix(r.state.as_ref())

@@ -1,17 +1,11 @@
 //! Small dense kernels, sequential on purpose: their rounding must not depend on the number of threads.
 
 use super::error::SeparatedError;
+pub use crate::linalg::sequential_product as product;
 use faer::dyn_stack::{MemBuffer, MemStack};
 use faer::linalg::cholesky::llt;
 use faer::linalg::{matmul::matmul, svd};
 use faer::{Accum, Mat, MatMut, MatRef, Par};
-
-/// `A B`.
-pub fn product(a: MatRef<'_, f64>, b: MatRef<'_, f64>) -> Mat<f64> {
-    let mut c = Mat::zeros(a.nrows(), b.ncols());
-    matmul(c.as_mut(), Accum::Replace, a, b, 1.0, Par::Seq);
-    c
-}
 
 /// `Aᵀ B`.
 pub fn transposed_product(a: MatRef<'_, f64>, b: MatRef<'_, f64>) -> Mat<f64> {

@@ -1,9 +1,9 @@
 //! The one place where files are opened for writing.
 //!
-//! A file on disk is the old one or the new one, never half of either: it is written beside its place and
-//! renamed. What is no file is left what it is: a link is followed, a pipe or a character device is written
-//! through, everything else is refused. What a command reads it cannot write, and what it would replace must
-//! be of the kind that it writes, unless the caller forces it.
+//! A file on disk is the old one or the new one, never half of either: it is written to a temporary file next
+//! to it and renamed. What is no file is left what it is: a link is followed, a pipe or a character device is
+//! written through, everything else is refused. What a command reads it cannot write, and what it would
+//! replace must be of the kind that it writes, unless the caller forces it.
 
 use std::cell::RefCell;
 use std::collections::BTreeSet;
@@ -11,9 +11,9 @@ use std::fs::{File, Metadata, OpenOptions};
 use std::io::{self, BufWriter, Read, Write};
 use std::path::{Path, PathBuf};
 
-use super::growing::Growing;
-use super::kind::{HEAD, Kind, Looks};
-use super::part::{Part, remove_left_behind};
+use super::growing::GrowingFile;
+use super::kind::{HEAD, Kind, Signature};
+use super::part::{PartialFile, remove_left_behind};
 
 /// Longest chain of links that is followed.
 const LINKS: usize = 40;
@@ -26,7 +26,7 @@ pub enum OutputError {
     Io {
         /// The file, as the caller named it.
         file: PathBuf,
-        /// What the system said.
+        /// The error of the system.
         source: io::Error,
     },
     /// There is no such folder.
@@ -34,7 +34,7 @@ pub enum OutputError {
     NoFolder {
         /// The file.
         file: PathBuf,
-        /// Where it should be.
+        /// The expected place.
         folder: PathBuf,
     },
     /// No file can stand there.
@@ -42,10 +42,10 @@ pub enum OutputError {
     NotAFile {
         /// The path.
         file: PathBuf,
-        /// What it is.
+        /// Its kind.
         what: &'static str,
     },
-    /// Something else stands where a folder is needed.
+    /// Something else exists where a folder is needed.
     #[error("{}: this is no folder", .folder.display())]
     NotAFolder {
         /// The path.
@@ -67,15 +67,15 @@ pub enum OutputError {
         /// The other output.
         other: PathBuf,
     },
-    /// A file of another kind stands there.
-    #[error("{}: the file that stands there seems to be {found}, not {expected}; it was left as it is",
+    /// A file of another kind exists there.
+    #[error("{}: already exists and seems to be {found}, not {expected}; it was not overwritten",
         .file.display())]
     OtherKind {
         /// The file.
         file: PathBuf,
-        /// What it seems to be.
+        /// Its apparent kind.
         found: String,
-        /// What was to be written.
+        /// The kind to be written.
         expected: Kind,
     },
 }
@@ -99,9 +99,9 @@ fn io_error(file: &Path) -> impl Fn(io::Error) -> OutputError + '_ {
     |source| OutputError::Io { file: file.to_path_buf(), source }
 }
 
-/// What tells two files apart, whatever their names.
+/// Identity of a file, independent of its name.
 #[derive(Clone, Debug, PartialEq, Eq)]
-struct Identity {
+struct FileIdentity {
     /// Device and number on it; hard links share them.
     #[cfg(unix)]
     node: Option<(u64, u64)>,
@@ -109,7 +109,7 @@ struct Identity {
     path: PathBuf,
 }
 
-impl Identity {
+impl FileIdentity {
     /// Of what is there, or of what will be there once it is written.
     fn of(path: &Path) -> Option<Self> {
         let found = std::fs::metadata(path).ok();
@@ -144,31 +144,31 @@ fn node(found: &Metadata) -> (u64, u64) {
     (found.dev(), found.ino())
 }
 
-/// Whether two paths lead to the same file or folder, be it there or not.
+/// True if two paths lead to the same file or folder, be it there or not.
 pub fn is_same_place(a: &Path, b: &Path) -> bool {
-    let (a, b) = (Identity::of(a), Identity::of(b));
+    let (a, b) = (FileIdentity::of(a), FileIdentity::of(b));
     a.zip(b).is_some_and(|(a, b)| a.is(&b))
 }
 
-/// Whether bytes for this path go to a pipe or a device, beside which nothing can be kept.
+/// True if bytes for this path go to a pipe or a device, next to which nothing can be stored.
 pub fn goes_through(path: &Path) -> bool {
     let found = std::fs::metadata(path);
     found.is_ok_and(|found| !found.is_file() && neither_file_nor_through(&found).is_none())
 }
 
-/// What a command may write: not what it reads, and nothing of another kind unless it is forced.
+/// Outputs that a command may write: none of its inputs, and no file of another kind unless forced.
 #[derive(Debug, Default)]
 pub struct Outputs {
-    inputs: Vec<(PathBuf, Identity)>,
+    inputs: Vec<(PathBuf, FileIdentity)>,
     force: bool,
-    /// Whether what killed programs left is let be.
+    /// True if what killed programs left is let be.
     lets_be: bool,
     /// Folders that were rid of it.
     cleaned: RefCell<BTreeSet<PathBuf>>,
 }
 
-/// Where the bytes of an output go.
-enum Place {
+/// Destination of the bytes of an output.
+enum Destination {
     /// To a new file that replaces what is at `target`.
     File { target: PathBuf, old: Option<Metadata> },
     /// To a pipe or a device, which stays.
@@ -179,31 +179,31 @@ impl Outputs {
     /// For a command that reads `inputs`; `force` lets it replace files of any kind. Those that are not there
     /// are no concern of this.
     pub fn new(inputs: impl IntoIterator<Item = PathBuf>, force: bool) -> Self {
-        let known = |path: PathBuf| Identity::of(&path).map(|identity| (path, identity));
+        let known = |path: PathBuf| FileIdentity::of(&path).map(|identity| (path, identity));
         Self { inputs: inputs.into_iter().filter_map(known).collect(), force, ..Self::default() }
     }
 
-    /// For a program that writes many files and knows itself what stands where: every file is replaced, and
-    /// folders are not searched for what killed programs left.
+    /// For a program that writes many files and knows its outputs: every file is replaced, and folders are
+    /// not searched for what killed programs left.
     pub(crate) fn unasked() -> Self {
         Self { force: true, lets_be: true, ..Self::default() }
     }
 
-    /// Whether all of `outputs` could be written, before long work: what stands there may be replaced, no two
+    /// True if all of `outputs` could be written, before long work: existing files may be replaced, no two
     /// are one file, and where the folder is there already, a file can be made in it.
     ///
     /// # Errors
     /// As [`Self::write`].
     pub fn check(&self, outputs: &[(PathBuf, Kind)]) -> Result<(), OutputError> {
-        let mut seen: Vec<(&Path, Identity)> = vec![];
+        let mut seen: Vec<(&Path, FileIdentity)> = vec![];
         for (path, kind) in outputs {
-            if let Place::File { target, .. } = self.place(path, *kind)? {
+            if let Destination::File { target, .. } = self.place(path, *kind)? {
                 self.clean(folder(&target));
-                Part::new(folder(&target), None).map_err(refused(path, &target))?;
+                PartialFile::new(folder(&target), None).map_err(refused(path, &target))?;
             } else {
                 continue;
             }
-            let Some(identity) = Identity::of(path) else { continue };
+            let Some(identity) = FileIdentity::of(path) else { continue };
             if let Some((other, _)) = seen.iter().find(|(_, known)| known.is(&identity)) {
                 return Err(OutputError::Twice { file: path.clone(), other: other.to_path_buf() });
             }
@@ -230,7 +230,7 @@ impl Outputs {
     /// Makes a folder for outputs, and those above it.
     ///
     /// # Errors
-    /// What the system says; that there is something else.
+    /// The error of the system; or that another file exists there.
     pub fn make_folder(&self, folder: &Path) -> Result<(), OutputError> {
         match std::fs::metadata(folder) {
             Ok(found) if !found.is_dir() => Err(not_a_folder(folder)),
@@ -239,7 +239,7 @@ impl Outputs {
         }
     }
 
-    /// Writes a file whole or not at all: beside its place, renamed over what is there, with its mode; files
+    /// Writes a file whole or not at all: to a temporary file, renamed over the old one, with its mode; files
     /// of the kinds that take long to make are flushed to the disk. Bytes for a pipe or a device go there.
     ///
     /// # Errors
@@ -256,8 +256,8 @@ impl Outputs {
             out.flush()
         };
         match self.place(path, kind)? {
-            Place::Through => open_through(path).and_then(|file| fill(&file)).map_err(io_error(path)),
-            Place::File { target, old } => {
+            Destination::Through => open_through(path).and_then(|file| fill(&file)).map_err(io_error(path)),
+            Destination::File { target, old } => {
                 let mut part = self.part(path, &target, old.as_ref())?;
                 let finish = || -> io::Result<()> {
                     fill(&part.file)?;
@@ -272,8 +272,8 @@ impl Outputs {
         }
     }
 
-    /// Begins a text that grows line by line where it stands, between a head and a tail. What stood there
-    /// before is replaced at once.
+    /// Begins a text that grows line by line in place, between a head and a tail. What stood there before is
+    /// replaced at once.
     ///
     /// # Errors
     /// [`OutputError`].
@@ -283,21 +283,23 @@ impl Outputs {
         kind: Kind,
         head: &str,
         tail: &'static str,
-    ) -> Result<Growing, OutputError> {
+    ) -> Result<GrowingFile, OutputError> {
         match self.place(path, kind)? {
-            Place::Through => open_through(path).and_then(|file| Growing::begin(file, false, head, tail)),
-            Place::File { target, old } => {
+            Destination::Through => {
+                open_through(path).and_then(|file| GrowingFile::begin(file, false, head, tail))
+            }
+            Destination::File { target, old } => {
                 let mut part = self.part(path, &target, old.as_ref())?;
-                let begun = part.file.try_clone().and_then(|file| Growing::begin(file, true, head, tail));
+                let begun = part.file.try_clone().and_then(|file| GrowingFile::begin(file, true, head, tail));
                 begun.and_then(|begun| part.name(&target).map(|()| begun))
             }
         }
         .map_err(io_error(path))
     }
 
-    fn part(&self, path: &Path, target: &Path, old: Option<&Metadata>) -> Result<Part, OutputError> {
+    fn part(&self, path: &Path, target: &Path, old: Option<&Metadata>) -> Result<PartialFile, OutputError> {
         self.clean(folder(target));
-        Part::new(folder(target), old).map_err(refused(path, target))
+        PartialFile::new(folder(target), old).map_err(refused(path, target))
     }
 
     /// Rids a folder, once, of what killed programs left.
@@ -307,8 +309,8 @@ impl Outputs {
         }
     }
 
-    /// Where an output goes, if it may.
-    fn place(&self, path: &Path, kind: Kind) -> Result<Place, OutputError> {
+    /// Destination of an output, if it may be written.
+    fn place(&self, path: &Path, kind: Kind) -> Result<Destination, OutputError> {
         if path.file_name().is_none() || path.as_os_str().as_encoded_bytes().ends_with(b"/") {
             return Err(not_a_file(path, "the name of a folder"));
         }
@@ -316,7 +318,7 @@ impl Outputs {
             Ok(found) => found,
             Err(error) if error.kind() == io::ErrorKind::NotFound => {
                 let target = follow(path).map_err(io_error(path))?;
-                return Ok(Place::File { target, old: None });
+                return Ok(Destination::File { target, old: None });
             }
             Err(error) => return Err(io_error(path)(error)),
         };
@@ -324,21 +326,21 @@ impl Outputs {
             return Err(not_a_file(path, what));
         }
         if is_character_device(&found) {
-            return Ok(Place::Through);
+            return Ok(Destination::Through);
         }
         self.refuse_input(path)?;
         if !found.is_file() {
-            return Ok(Place::Through);
+            return Ok(Destination::Through);
         }
         self.refuse_other_kind(path, kind)?;
         let is_link = std::fs::symlink_metadata(path).is_ok_and(|found| found.is_symlink());
         let target = if is_link { std::fs::canonicalize(path) } else { Ok(path.to_path_buf()) };
-        Ok(Place::File { target: target.map_err(io_error(path))?, old: Some(found) })
+        Ok(Destination::File { target: target.map_err(io_error(path))?, old: Some(found) })
     }
 
     fn refuse_input(&self, path: &Path) -> Result<(), OutputError> {
-        let output = Identity::of(path);
-        let is_output = |identity: &Identity| output.as_ref().is_some_and(|output| output.is(identity));
+        let output = FileIdentity::of(path);
+        let is_output = |identity: &FileIdentity| output.as_ref().is_some_and(|output| output.is(identity));
         match self.inputs.iter().find(|(_, identity)| is_output(identity)) {
             Some((input, _)) => Err(OutputError::Input { file: path.into(), input: input.clone() }),
             None => Ok(()),
@@ -351,7 +353,7 @@ impl Outputs {
         }
         let other = |found: String| OutputError::OtherKind { file: path.into(), found, expected: kind };
         let head = head(path).map_err(|error| other(format!("one that cannot be read ({error})")))?;
-        if kind.replaces(&head) { Ok(()) } else { Err(other(Looks::like(&head).to_string())) }
+        if kind.replaces(&head) { Ok(()) } else { Err(other(Signature::like(&head).to_string())) }
     }
 }
 
@@ -375,7 +377,7 @@ fn not_a_folder(path: &Path) -> OutputError {
     OutputError::NotAFolder { folder: path.into() }
 }
 
-/// Why no file can be made beside `target`, in terms of the path that the caller knows.
+/// Why no temporary file can be made next to `target`, in terms of the path that the caller knows.
 fn refused<'a>(path: &'a Path, target: &'a Path) -> impl Fn(io::Error) -> OutputError + 'a {
     |source| {
         let folder = folder(target);
@@ -386,7 +388,7 @@ fn refused<'a>(path: &'a Path, target: &'a Path) -> impl Fn(io::Error) -> Output
     }
 }
 
-/// What is neither written beside its place nor through.
+/// A path that can be written neither through a temporary file nor directly.
 #[cfg(unix)]
 fn neither_file_nor_through(found: &Metadata) -> Option<&'static str> {
     use std::os::unix::fs::FileTypeExt;
@@ -420,7 +422,7 @@ fn is_character_device(_: &Metadata) -> bool {
     false
 }
 
-/// Where a path leads through links whose end is not there.
+/// Target of a path through dangling links.
 fn follow(path: &Path) -> io::Result<PathBuf> {
     let mut path = path.to_path_buf();
     for _ in 0..LINKS {
@@ -446,10 +448,10 @@ fn flush_folder(folder: &Path) {
     }
 }
 
-/// Writes `bytes` to `path` as [`Outputs::write`] does, whatever file stands there.
+/// Writes `bytes` to `path` as [`Outputs::write`] does, over any existing file.
 ///
 /// # Errors
-/// What the system says (full disk, read-only folder); the old file is then as it was.
+/// The error of the system (full disk, read-only folder); the old file is then unchanged.
 pub fn write_atomic(path: &Path, bytes: &[u8]) -> io::Result<()> {
     Ok(Outputs::default().write(path, Kind::Any, |out| out.write_all(bytes))?)
 }

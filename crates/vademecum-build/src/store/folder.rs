@@ -21,15 +21,15 @@ const ENDING: &str = ".stage";
 /// Bytes of the checksum at the front.
 const CHECKSUM: usize = 16;
 
-/// Where a build keeps its finished stages.
+/// Folder of finished stages.
 #[derive(Clone, Debug)]
 pub struct Store {
     folder: PathBuf,
     fresh: bool,
 }
 
-/// What the folder has for a stage.
-pub(crate) enum Found<T> {
+/// Result of a look-up of a stage.
+pub(crate) enum CachedStage<T> {
     /// The result.
     Whole(T),
     /// A file that is not what was written.
@@ -52,7 +52,7 @@ impl Store {
         &self.folder
     }
 
-    /// Whether any stage is kept.
+    /// True if any stage is kept.
     pub fn holds_stages(&self) -> bool {
         self.names().iter().any(|name| name.ends_with(ENDING))
     }
@@ -60,7 +60,7 @@ impl Store {
     /// Removes the stages, and the folder if nothing else is in it.
     ///
     /// # Errors
-    /// What the system says.
+    /// The error of the system.
     pub fn remove(&self) -> io::Result<()> {
         remove_left_behind(&self.folder);
         for name in self.names().iter().filter(|name| name.ends_with(ENDING)) {
@@ -76,16 +76,16 @@ impl Store {
         }
     }
 
-    pub(crate) fn read<T: DeserializeOwned>(&self, stage: &str, address: u128) -> Found<T> {
+    pub(crate) fn read<T: DeserializeOwned>(&self, stage: &str, address: u128) -> CachedStage<T> {
         if self.fresh {
-            return Found::Nothing;
+            return CachedStage::Nothing;
         }
         let path = self.path(stage, address);
         match read_regular(&path) {
-            Ok(bytes) => decode(address, &bytes).map_or(Found::Damaged(path), Found::Whole),
-            Err(error) if error.kind() != io::ErrorKind::NotFound => Found::Damaged(path),
-            Err(_) if self.names().iter().any(|name| stage_of(name) == Some(stage)) => Found::Other,
-            Err(_) => Found::Nothing,
+            Ok(bytes) => decode(address, &bytes).map_or(CachedStage::Damaged(path), CachedStage::Whole),
+            Err(error) if error.kind() != io::ErrorKind::NotFound => CachedStage::Damaged(path),
+            Err(_) if self.names().iter().any(|name| stage_of(name) == Some(stage)) => CachedStage::Other,
+            Err(_) => CachedStage::Nothing,
         }
     }
 
@@ -146,9 +146,9 @@ fn decode<T: DeserializeOwned>(address: u128, bytes: &[u8]) -> Option<T> {
 mod tests {
     use super::*;
 
-    fn whole(found: Found<Vec<f64>>) -> Option<Vec<f64>> {
+    fn whole(found: CachedStage<Vec<f64>>) -> Option<Vec<f64>> {
         match found {
-            Found::Whole(result) => Some(result),
+            CachedStage::Whole(result) => Some(result),
             _ => None,
         }
     }
@@ -157,14 +157,14 @@ mod tests {
     fn what_is_kept_comes_back_bit_by_bit_and_only_for_its_address() {
         let folder = tempfile::tempdir().unwrap();
         let store = Store::new(&folder.path().join("work"), false);
-        assert!(matches!(store.read::<Vec<f64>>("a", 1), Found::Nothing));
+        assert!(matches!(store.read::<Vec<f64>>("a", 1), CachedStage::Nothing));
         assert!(!store.holds_stages());
         let numbers = vec![0.1, -0.0, f64::MIN_POSITIVE / 2.0, f64::NAN];
         store.write("a", 1, &numbers).unwrap();
         let back = whole(store.read("a", 1)).expect("kept");
         assert!(back.iter().zip(&numbers).all(|(a, b)| a.to_bits() == b.to_bits()));
-        assert!(matches!(store.read::<Vec<f64>>("a", 2), Found::Other));
-        assert!(matches!(store.read::<Vec<f64>>("b", 1), Found::Nothing));
+        assert!(matches!(store.read::<Vec<f64>>("a", 2), CachedStage::Other));
+        assert!(matches!(store.read::<Vec<f64>>("b", 1), CachedStage::Nothing));
         assert!(whole(Store::new(store.folder(), true).read("a", 1)).is_none());
     }
 
@@ -177,7 +177,7 @@ mod tests {
         let bytes = std::fs::read(&path).unwrap();
         let damaged = |bytes: &[u8]| {
             std::fs::write(&path, bytes).unwrap();
-            matches!(store.read::<Vec<f64>>("a", 1), Found::Damaged(_))
+            matches!(store.read::<Vec<f64>>("a", 1), CachedStage::Damaged(_))
         };
         assert!((0..bytes.len()).all(|length| damaged(&bytes[..length])));
         for place in 0..bytes.len() {
@@ -187,9 +187,9 @@ mod tests {
         }
         // Whole, but of another address, or of another type.
         std::fs::write(store.path("a", 2), &bytes).unwrap();
-        assert!(matches!(store.read::<Vec<f64>>("a", 2), Found::Damaged(_)));
+        assert!(matches!(store.read::<Vec<f64>>("a", 2), CachedStage::Damaged(_)));
         std::fs::write(&path, &bytes).unwrap();
-        assert!(matches!(store.read::<u8>("a", 1), Found::Damaged(_)));
+        assert!(matches!(store.read::<u8>("a", 1), CachedStage::Damaged(_)));
         assert!(whole(store.read("a", 1)).is_some());
     }
 

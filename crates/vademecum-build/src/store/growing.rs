@@ -1,4 +1,4 @@
-//! A text that grows where it stands, whole lines at a time: what was computed before a stop is there.
+//! A text that grows in place, whole lines at a time: what was computed before a stop is there.
 
 use std::fs::File;
 use std::io::{self, Seek, SeekFrom, Write};
@@ -14,7 +14,7 @@ const PAGE: u64 = 4096;
 /// A text of lines between a head and a tail. After each write the file is whole: head, lines, tail. It is
 /// left so by whatever ends the program.
 #[derive(Debug)]
-pub struct Growing {
+pub struct GrowingFile {
     file: File,
     /// Length of head and lines in the file; `None` for a pipe or a device, which cannot go back.
     whole: Option<u64>,
@@ -29,7 +29,7 @@ pub struct Growing {
     failed: bool,
 }
 
-impl Growing {
+impl GrowingFile {
     /// Begins the text in a new file, or in a pipe or a device (`goes_back` is false).
     pub(super) fn begin(file: File, goes_back: bool, head: &str, tail: &'static str) -> io::Result<Self> {
         let mut begun = Self {
@@ -52,7 +52,7 @@ impl Growing {
     /// is called.
     ///
     /// # Errors
-    /// What the system says (full disk). The file then ends with its last whole line.
+    /// The error of the system (full disk). The file then ends with its last whole line.
     pub fn add(&mut self, line: &str) -> io::Result<()> {
         self.waiting.extend_from_slice(line.as_bytes());
         self.longest = self.longest.max(line.len());
@@ -61,7 +61,7 @@ impl Growing {
     }
 
     /// Fills a page with zeros behind the last digit of its last line, as in `1.500e3` for `1.5e3`, if the
-    /// next line might not have room in it: so no line lies on two pages, and a kill between them leaves
+    /// next line might not have room in it: so no line crosses two pages, and a kill between them leaves
     /// whole lines.
     fn fill_page(&mut self) {
         let place = self.whole.unwrap_or(self.sent) + self.waiting.len() as u64;
@@ -153,7 +153,7 @@ fn count(lines: &[u8]) -> usize {
     lines.iter().filter(|&&byte| byte == b'\n').count()
 }
 
-/// How much was written from a place in the file on, page by page, and why not all.
+/// Bytes written from a place in the file on, page by page, and the error that ended it.
 fn write_counted(file: &mut File, place: u64, bytes: &[u8]) -> (usize, io::Result<()>) {
     let mut written = 0;
     while written < bytes.len() {
@@ -177,7 +177,7 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("a.pvd");
         let read = || std::fs::read_to_string(&path).unwrap();
-        let mut text = Growing::begin(File::create(&path).unwrap(), true, "<a>\n", "</a>\n").unwrap();
+        let mut text = GrowingFile::begin(File::create(&path).unwrap(), true, "<a>\n", "</a>\n").unwrap();
         assert_eq!((read().as_str(), text.lines()), ("<a>\n</a>\n", 0));
         text.add("<b/>\n").unwrap();
         text.finish().unwrap();
@@ -191,7 +191,7 @@ mod tests {
     fn lines_that_wait_take_little_memory() {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("a.csv");
-        let mut text = Growing::begin(File::create(&path).unwrap(), true, "head\n", "").unwrap();
+        let mut text = GrowingFile::begin(File::create(&path).unwrap(), true, "head\n", "").unwrap();
         let line = "x".repeat(99) + "\n";
         for _ in 0..10_000 {
             text.add(&line).unwrap();
@@ -206,7 +206,8 @@ mod tests {
     fn no_line_lies_on_two_pages() {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("a.csv");
-        let mut text = Growing::begin(File::create(&path).unwrap(), true, "head of the table\n", "").unwrap();
+        let mut text =
+            GrowingFile::begin(File::create(&path).unwrap(), true, "head of the table\n", "").unwrap();
         for i in 0..3_000 {
             text.add(&format!("{i},{:.9e}\n", -1.0 / (1.0 + f64::from(i)))).unwrap();
             if i % 100 == 0 {

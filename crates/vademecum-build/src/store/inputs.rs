@@ -11,12 +11,12 @@ use xxhash_rust::xxh3::Xxh3;
 use super::read::open_regular;
 
 /// A value that says itself what of it a stage depends on.
-pub trait Hashed {
+pub trait StageInput {
     /// Adds it to the inputs of a stage.
     fn add_to(&self, inputs: Inputs) -> Inputs;
 }
 
-/// What a stage reads, added piece by piece; XXH3-128 of all of it is the address.
+/// Inputs of a stage, added piece by piece; XXH3-128 of all of it is the address.
 #[derive(Clone)]
 pub struct Inputs(Xxh3);
 
@@ -67,11 +67,11 @@ impl Inputs {
     }
 
     /// A value that knows what of it matters.
-    pub fn with(self, value: &(impl Hashed + ?Sized)) -> Self {
+    pub fn with(self, value: &(impl StageInput + ?Sized)) -> Self {
         value.add_to(self)
     }
 
-    /// What a file holds, or that it cannot be read.
+    /// Content of a file, or the fact that it cannot be read.
     pub fn file(mut self, path: &Path) -> Self {
         let read = read_into(&mut self.0, path);
         self.value(&read.ok())

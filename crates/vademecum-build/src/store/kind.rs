@@ -1,12 +1,12 @@
-//! What a file seems to be, by a cheap look at its first bytes: whether a file that stands in the way is one
-//! of the kind that is to be written.
+//! Kinds of files, guessed from their first bytes: whether an existing file is one of the kind that is to be
+//! written.
 
 use std::fmt;
 
-/// How much of a file is looked at \[bytes\].
+/// Inspected head of a file \[bytes\].
 pub(super) const HEAD: usize = 4096;
 
-/// What an output is.
+/// Kind of an output.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Kind {
     /// A vademecum file.
@@ -33,21 +33,21 @@ pub enum Kind {
     Fmu,
     /// A file of the program's own, the only one of its name: no other may be replaced.
     Own,
-    /// Whatever the caller likes: nothing that stands there is looked at.
+    /// Whatever the caller likes: existing files are not inspected.
     Any,
 }
 
 impl Kind {
-    /// Whether a file that begins so may be replaced by one of this kind without being asked.
+    /// True if a file that begins so may be replaced by one of this kind without being asked.
     pub(super) fn replaces(self, head: &[u8]) -> bool {
         match self {
             Self::Any => true,
             Self::Own => head.is_empty(),
-            kind => head.is_empty() || Looks::like(head) == Looks::Of(kind),
+            kind => head.is_empty() || Signature::like(head) == Signature::Of(kind),
         }
     }
 
-    /// Whether a file of this kind is flushed to the disk before it counts as written. Fields and tables are
+    /// True if a file of this kind is flushed to the disk before it counts as written. Fields and tables are
     /// many and soon made again.
     pub(super) fn is_flushed(self) -> bool {
         matches!(self, Self::Vademecum | Self::Html | Self::Fmu | Self::Any)
@@ -73,16 +73,16 @@ impl fmt::Display for Kind {
     }
 }
 
-/// What the first bytes of a file look like.
+/// Classification of a file by its first bytes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Looks {
+pub(super) enum Signature {
     /// One of the kinds that are written here.
     Of(Kind),
     /// Something else.
     Other(&'static str),
 }
 
-impl fmt::Display for Looks {
+impl fmt::Display for Signature {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::Of(Kind::Text) => f.write_str("a text"),
@@ -92,31 +92,31 @@ impl fmt::Display for Looks {
     }
 }
 
-/// First bytes of a ZIP archive, and where the name of its first entry stands.
+/// First bytes of a ZIP archive, and position of the name of its first entry.
 const ZIP: &[u8] = b"PK\x03\x04";
 const FIRST_NAME: usize = 30;
 /// The first entry of an FMU.
 const DESCRIPTION: &[u8] = b"modelDescription.xml";
 
 /// First bytes that tell what a file is.
-const MARKS: [(&[u8], Looks); 14] = [
-    (&vademecum_format::MAGIC, Looks::Of(Kind::Vademecum)),
-    (b"\x93NUMPY", Looks::Of(Kind::Npy)),
-    (b"%%MatrixMarket", Looks::Of(Kind::Market)),
-    (b"\x7fELF", Looks::Other("a program")),
-    (b"MZ", Looks::Other("a program")),
-    (b"#!", Looks::Other("a script")),
-    (b"\x89PNG", Looks::Other("a PNG picture")),
-    (b"%PDF", Looks::Other("a PDF document")),
-    (ZIP, Looks::Other("a ZIP archive")),
-    (b"\x1f\x8b", Looks::Other("a gzip archive")),
-    (b"$", Looks::Other("a Gmsh mesh")),
-    (b"# vtk DataFile", Looks::Other("a VTK mesh")),
-    (b"MFEM ", Looks::Other("an MFEM mesh")),
-    (b"MeshVersionFormatted", Looks::Other("a Medit mesh")),
+const MARKS: [(&[u8], Signature); 14] = [
+    (&vademecum_format::MAGIC, Signature::Of(Kind::Vademecum)),
+    (b"\x93NUMPY", Signature::Of(Kind::Npy)),
+    (b"%%MatrixMarket", Signature::Of(Kind::Market)),
+    (b"\x7fELF", Signature::Other("a program")),
+    (b"MZ", Signature::Other("a program")),
+    (b"#!", Signature::Other("a script")),
+    (b"\x89PNG", Signature::Other("a PNG picture")),
+    (b"%PDF", Signature::Other("a PDF document")),
+    (ZIP, Signature::Other("a ZIP archive")),
+    (b"\x1f\x8b", Signature::Other("a gzip archive")),
+    (b"$", Signature::Other("a Gmsh mesh")),
+    (b"# vtk DataFile", Signature::Other("a VTK mesh")),
+    (b"MFEM ", Signature::Other("an MFEM mesh")),
+    (b"MeshVersionFormatted", Signature::Other("a Medit mesh")),
 ];
 
-impl Looks {
+impl Signature {
     /// Judges the first bytes of a file.
     pub(super) fn like(head: &[u8]) -> Self {
         if head.starts_with(ZIP) && head.get(FIRST_NAME..).is_some_and(|name| name.starts_with(DESCRIPTION)) {
@@ -182,7 +182,7 @@ fn text(head: &[u8]) -> Option<&str> {
     (!text.contains('\0')).then_some(text)
 }
 
-/// Whether the first line that says something is a table's name or a key with its value.
+/// True if the first line that says something is a table's name or a key with its value.
 fn is_toml(text: &str) -> bool {
     let mut lines = text.lines().map(str::trim);
     let line = lines.find(|line| !line.is_empty() && !line.starts_with('#')).unwrap_or_default();
@@ -196,7 +196,7 @@ fn is_toml(text: &str) -> bool {
     }
 }
 
-/// Whether every whole line has as many commas as the first, and at least one.
+/// True if every whole line has as many commas as the first, and at least one.
 fn is_table(text: &str) -> bool {
     let whole = text.rfind('\n').map_or(text, |end| &text[..end]);
     let commas = |line: &str| {
@@ -242,7 +242,7 @@ mod tests {
             ("a text that is cut in the middle of an é".as_bytes().split_last().unwrap().1, "a text"),
         ];
         for (head, expected) in kinds {
-            assert_eq!(Looks::like(head).to_string(), expected, "{}", String::from_utf8_lossy(head));
+            assert_eq!(Signature::like(head).to_string(), expected, "{}", String::from_utf8_lossy(head));
         }
     }
 

@@ -9,7 +9,7 @@
 //!
 //! Here too is the one place where files are opened for writing ([`Outputs`]), for stages and for results.
 //!
-//! The store knows no stage: each value says itself what it contributes to an address ([`Hashed`]). Cheap
+//! The store knows no stage: each value says itself what it contributes to an address ([`StageInput`]). Cheap
 //! stages (mesh, matrices, factorisations, stage responses) are not kept.
 
 mod disk;
@@ -23,11 +23,12 @@ mod solves;
 
 pub use disk::{OutputError, Outputs, goes_through, is_same_place, write_atomic};
 pub use folder::Store;
-pub use growing::Growing;
-pub use inputs::{Hashed, Inputs};
+pub use growing::GrowingFile;
+pub use inputs::{Inputs, StageInput};
 pub use kind::Kind;
-pub use read::{TEXT_LIMIT, open_regular, read_regular, read_text, read_text_within};
-pub use solves::KeptSolves;
+pub(crate) use read::read_text_within;
+pub use read::{TEXT_LIMIT, open_regular, read_regular, read_text};
+pub use solves::CachedSolves;
 
 use std::fmt::Debug;
 
@@ -35,18 +36,18 @@ use serde::Serialize;
 use serde::de::DeserializeOwned;
 
 use crate::progress::Listener;
-use folder::Found;
+use folder::CachedStage;
 
 /// The finished stages of one build.
-pub struct Kept<'a> {
+pub struct StageCache<'a> {
     store: Option<(&'a Store, Inputs)>,
     /// Hears what was used again and what was not.
     pub listener: &'a dyn Listener,
 }
 
-impl<'a> Kept<'a> {
+impl<'a> StageCache<'a> {
     /// Of the build of one model; without a store every stage is computed.
-    pub fn new(store: Option<&'a Store>, model: &impl Hashed, listener: &'a dyn Listener) -> Self {
+    pub fn new(store: Option<&'a Store>, model: &impl StageInput, listener: &'a dyn Listener) -> Self {
         Self { store: store.map(|store| (store, Inputs::none().with(model))), listener }
     }
 
@@ -64,15 +65,17 @@ impl<'a> Kept<'a> {
         let Some((store, model)) = &self.store else { return work() };
         let address = inputs(model.clone().value(&name)).address();
         match store.read(name, address) {
-            Found::Whole(result) => {
+            CachedStage::Whole(result) => {
                 self.listener.note(&format!("{name}: reused"));
                 return Ok(result);
             }
-            Found::Damaged(path) => {
+            CachedStage::Damaged(path) => {
                 self.listener.note(&format!("{name}: {} is damaged, computed again", path.display()));
             }
-            Found::Other => self.listener.note(&format!("{name}: rebuilt, what it depends on has changed")),
-            Found::Nothing => {}
+            CachedStage::Other => {
+                self.listener.note(&format!("{name}: rebuilt, what it depends on has changed"))
+            }
+            CachedStage::Nothing => {}
         }
         let result = work()?;
         if let Err(error) = store.write(name, address, &result) {
@@ -82,9 +85,9 @@ impl<'a> Kept<'a> {
     }
 
     /// The solves of a search, as far as they are kept; `solver` is how they are done.
-    pub(crate) fn solves(&self, solver: &impl Debug) -> KeptSolves<'a> {
+    pub(crate) fn solves(&self, solver: &impl Debug) -> CachedSolves<'a> {
         let store = self.store.as_ref();
-        KeptSolves::new(store.map(|(store, model)| (*store, model.clone().value(solver))), self.listener)
+        CachedSolves::new(store.map(|(store, model)| (*store, model.clone().value(solver))), self.listener)
     }
 
     /// Removes the result of a stage, where another one that is kept has taken its place.

@@ -1,4 +1,4 @@
-//! Files that are being written, under a name of their own beside the one they are to have.
+//! Files that are being written, under a temporary name in the same folder.
 //!
 //! Each is locked for as long as it is written, so whoever finds one without a lock knows that its writer was
 //! killed. Where a system or a folder has no locks, a file that nobody has written to for an hour counts as
@@ -14,18 +14,18 @@ use std::time::{Duration, SystemTime};
 const PREFIX: &str = ".vademecum-";
 const SUFFIX: &str = ".part";
 
-/// Where there are no locks: a file that nobody has written to for so long was left by a program that was
+/// Without file locks: a file that nobody has written to for so long was left by a program that was
 /// killed.
 const ABANDONED: Duration = Duration::from_secs(3600);
 
 /// A file that is being written; removed unless it gets its name.
-pub(super) struct Part {
+pub(super) struct PartialFile {
     path: PathBuf,
     pub(super) file: File,
     named: bool,
 }
 
-impl Part {
+impl PartialFile {
     /// A new file in `folder`. It has the permissions of `old`, the file it will replace, and otherwise those
     /// that the system gives to a new file.
     pub(super) fn new(folder: &Path, old: Option<&Metadata>) -> io::Result<Self> {
@@ -56,7 +56,7 @@ impl Part {
     }
 }
 
-impl Drop for Part {
+impl Drop for PartialFile {
     fn drop(&mut self) {
         if !self.named {
             // The error before this one is the one to tell.
@@ -73,7 +73,7 @@ fn name() -> String {
     format!("{PREFIX}{:x}-{now:x}-{call:x}{SUFFIX}", std::process::id())
 }
 
-/// Whether a file of this name is one that is or was being written.
+/// True if a file of this name is one that is or was being written.
 pub(super) fn is_part(name: &OsStr) -> bool {
     name.to_str().is_some_and(|name| name.starts_with(PREFIX) && name.ends_with(SUFFIX))
 }
@@ -132,7 +132,7 @@ fn unlock(file: &File) {
 #[cfg(not(unix))]
 fn unlock(_: &File) {}
 
-/// Whether the path still leads to the open file.
+/// True if the path still leads to the open file.
 #[cfg(unix)]
 fn is_at(file: &File, path: &Path) -> bool {
     use std::os::unix::fs::MetadataExt;
@@ -145,7 +145,7 @@ fn is_at(_: &File, path: &Path) -> bool {
     path.exists()
 }
 
-/// What is private stays private while it is written: the mode is there from the start.
+/// Private files are private while they are written: the mode is set from the start.
 #[cfg(unix)]
 fn open_new(path: &Path, old: Option<&Metadata>) -> io::Result<File> {
     use std::os::unix::fs::{OpenOptionsExt, PermissionsExt};
@@ -186,7 +186,7 @@ mod tests {
     fn what_is_being_written_stays_and_what_was_left_behind_goes() {
         let folder = tempfile::tempdir().unwrap();
         let at = |name: &str| folder.path().join(name);
-        let written = Part::new(folder.path(), None).unwrap();
+        let written = PartialFile::new(folder.path(), None).unwrap();
         for name in [".vademecum-left.part", ".vademecum-notes", "a.part"] {
             std::fs::write(at(name), b"half").unwrap();
         }
@@ -200,9 +200,9 @@ mod tests {
     #[test]
     fn a_part_goes_unless_it_gets_its_name() {
         let folder = tempfile::tempdir().unwrap();
-        drop(Part::new(folder.path(), None).unwrap());
+        drop(PartialFile::new(folder.path(), None).unwrap());
         assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 0);
-        Part::new(folder.path(), None).unwrap().name(&folder.path().join("a")).unwrap();
+        PartialFile::new(folder.path(), None).unwrap().name(&folder.path().join("a")).unwrap();
         assert!(folder.path().join("a").exists());
         assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 1);
     }

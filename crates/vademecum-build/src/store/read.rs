@@ -15,7 +15,8 @@ pub const TEXT_LIMIT: u64 = 64 << 20;
 /// Opens a regular file; links are followed.
 ///
 /// # Errors
-/// What the system says, or [`io::ErrorKind::InvalidInput`] with what the path is instead of a regular file.
+/// The error of the system, or [`io::ErrorKind::InvalidInput`] with the kind of the path if it is no regular
+/// file.
 pub fn open_regular(path: &Path) -> io::Result<File> {
     // Asked before it is opened, because opening a FIFO waits; and again of what was opened.
     refuse_other(std::fs::metadata(path)?.file_type())?;
@@ -49,7 +50,7 @@ pub fn read_text(path: &Path) -> io::Result<String> {
 ///
 /// # Errors
 /// As [`read_text`].
-pub fn read_text_within(path: &Path, limit: u64) -> io::Result<String> {
+pub(crate) fn read_text_within(path: &Path, limit: u64) -> io::Result<String> {
     let file = if path == Path::new("/dev/stdin") { File::open(path)? } else { open_regular(path)? };
     text_of(file, limit)
 }
@@ -78,7 +79,7 @@ fn refuse_other(kind: FileType) -> io::Result<()> {
     Err(io::Error::new(io::ErrorKind::InvalidInput, found))
 }
 
-/// What is no regular file, in words.
+/// Kind of a path that is no regular file, in words.
 fn words(kind: FileType) -> &'static str {
     if kind.is_dir() {
         return "a folder";

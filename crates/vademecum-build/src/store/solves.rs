@@ -6,7 +6,7 @@ use std::time::Duration;
 use faer::{Mat, MatRef};
 use serde::{Deserialize, Serialize};
 
-use super::folder::{Found, Store};
+use super::folder::{CachedStage, Store};
 use super::inputs::Inputs;
 use crate::progress::Listener;
 
@@ -18,22 +18,22 @@ const NAME: &str = "solve";
 
 /// Kept solves of one search. A search is deterministic, so one that begins anew asks for the same solves as
 /// before it was stopped, and goes on behind the last one that is here.
-pub struct KeptSolves<'a> {
+pub struct CachedSolves<'a> {
     store: Option<(&'a Store, Inputs)>,
     listener: &'a dyn Listener,
     worth: Duration,
     /// Addresses of those that were found or written.
     own: RefCell<Vec<u128>>,
-    /// How many were found that an earlier run wrote.
+    /// Number of solves found that an earlier run wrote.
     found: Cell<usize>,
-    /// Whether it was told that one cannot be written.
+    /// True after the note that one cannot be written.
     told: Cell<bool>,
 }
 
 #[derive(Serialize, Deserialize)]
-struct Answers(#[serde(with = "crate::linalg::stored")] Mat<f64>);
+struct CachedSolution(#[serde(with = "crate::linalg::stored")] Mat<f64>);
 
-impl<'a> KeptSolves<'a> {
+impl<'a> CachedSolves<'a> {
     /// Of a model, whose address is begun; without a store nothing is kept.
     pub(crate) fn new(store: Option<(&'a Store, Inputs)>, listener: &'a dyn Listener) -> Self {
         let (own, found, told) = Default::default();
@@ -45,10 +45,10 @@ impl<'a> KeptSolves<'a> {
         self.store.as_ref().map_or(0, |(_, model)| model.clone().matrix(forces).address())
     }
 
-    /// What a solve gave, all rows, if it is kept. What is damaged is not there.
+    /// Cached solution, all rows; none if it is missing or damaged.
     pub(crate) fn find(&self, address: u128) -> Option<Mat<f64>> {
         let (store, _) = self.store.as_ref()?;
-        let Found::Whole(Answers(answers)) = store.read(NAME, address) else { return None };
+        let CachedStage::Whole(CachedSolution(answers)) = store.read(NAME, address) else { return None };
         if !self.own.borrow().contains(&address) {
             if self.found.replace(self.found.get() + 1) == 0 {
                 self.listener.note("the search for natural modes goes on where it was stopped");
@@ -58,15 +58,15 @@ impl<'a> KeptSolves<'a> {
         Some(answers)
     }
 
-    /// Whether a solve that took so long is to be kept.
+    /// True if a solve that took so long is to be kept.
     pub(crate) fn keeps(&self, took: Duration) -> bool {
         self.store.is_some() && took >= self.worth
     }
 
-    /// Keeps what a solve gave, all rows. What cannot be written is solved for again, which is told once.
+    /// Keeps what a solve gave, all rows. What cannot be written is solved for again, with one note.
     pub(crate) fn keep(&self, address: u128, answers: Mat<f64>) {
         let Some((store, _)) = &self.store else { return };
-        match store.write(NAME, address, &Answers(answers)) {
+        match store.write(NAME, address, &CachedSolution(answers)) {
             Ok(()) => self.own.borrow_mut().push(address),
             Err(error) if !self.told.replace(true) => self.listener.note(&format!(
                 "a solve of the search for natural modes cannot be kept in {}: {error}; where the build is stopped, \
@@ -77,7 +77,7 @@ impl<'a> KeptSolves<'a> {
         }
     }
 
-    /// Whether the user wants the search to stop.
+    /// True if the user wants the search to stop.
     pub(crate) fn cancelled(&self) -> bool {
         self.listener.cancelled()
     }
@@ -91,13 +91,13 @@ impl<'a> KeptSolves<'a> {
 }
 
 #[cfg(test)]
-impl<'a> KeptSolves<'a> {
+impl<'a> CachedSolves<'a> {
     /// Of all solves, however short, in a folder.
     pub(crate) fn of_all(store: &'a Store, listener: &'a dyn Listener) -> Self {
         Self { worth: Duration::ZERO, ..Self::new(Some((store, Inputs::none())), listener) }
     }
 
-    /// How many were found that an earlier run wrote.
+    /// Number of solves found that an earlier run wrote.
     pub(crate) fn found(&self) -> usize {
         self.found.get()
     }
@@ -111,9 +111,9 @@ mod tests {
 
     /// Keeps what is said.
     #[derive(Default)]
-    struct Said(Mutex<Vec<String>>);
+    struct Notes(Mutex<Vec<String>>);
 
-    impl Listener for Said {
+    impl Listener for Notes {
         fn stage(&self, _: &str) {}
         fn advance(&self, _: usize, _: usize) {}
         fn note(&self, text: &str) {
@@ -126,8 +126,8 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         let file = folder.path().join("a file");
         std::fs::write(&file, b"").unwrap();
-        let (store, said) = (Store::new(&file.join("work"), false), Said::default());
-        let solves = KeptSolves::of_all(&store, &said);
+        let (store, said) = (Store::new(&file.join("work"), false), Notes::default());
+        let solves = CachedSolves::of_all(&store, &said);
         (0..3).for_each(|address| solves.keep(address, Mat::zeros(2, 1)));
         assert!(solves.find(0).is_none());
         let said = said.0.into_inner().unwrap();

@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 
 use vademecum_build::field::{Cells, PVD_HEAD, PVD_TAIL, pvd_line, vtu_into};
 use vademecum_build::progress::Listener;
-use vademecum_build::store::{Growing, Kind, Outputs};
+use vademecum_build::store::{GrowingFile, Kind, Outputs};
 use vademecum_format::SectionKind;
 use vademecum_study::contents::Geometry;
 use vademecum_study::parameters::{self, ParameterValue};
@@ -213,7 +213,7 @@ const FILES: [(&str, Kind); 4] = [
 /// Time, energy and every probe, one line an instant; on the disk soon after they are computed.
 struct ProbeTable {
     path: PathBuf,
-    rows: Growing,
+    rows: GrowingFile,
     line: String,
 }
 
@@ -257,7 +257,7 @@ impl ProbeTable {
 struct StressTable<'a> {
     path: PathBuf,
     places: &'a [StressPlace],
-    rows: Growing,
+    rows: GrowingFile,
     line: String,
 }
 
@@ -312,7 +312,7 @@ struct FieldSeries<'a> {
     folder: &'a Path,
     geometry: Geometry,
     path: PathBuf,
-    collection: Growing,
+    collection: GrowingFile,
     count: usize,
 }
 

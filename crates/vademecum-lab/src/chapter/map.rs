@@ -5,7 +5,7 @@
 //! loads at some of those nodes. The odd thing: a map for six nodes is a smaller task than the one for a
 //! whole surface that a build is asked for, so the chapter is compared at its best.
 
-use vademecum_build::basis::{Basis, Runs};
+use vademecum_build::basis::{Basis, SnapshotSchedule};
 use vademecum_build::dynamics::FullOrder;
 use vademecum_build::export::NodeOrder;
 use vademecum_build::input::{ChapterEntry, Repair};
@@ -53,7 +53,7 @@ pub fn chapter_setting(
     let Prepared { body, scheme, symbolic, .. } = study.prepared();
     let dt = study.time_step();
     let directions = (0..3).map(|c| std::array::from_fn(|k| f64::from(u8::from(k == c)))).collect();
-    let runs = Runs { nodes: sites.marched.clone(), directions, ..study.runs().clone() };
+    let runs = SnapshotSchedule { nodes: sites.marched.clone(), directions, ..study.runs().clone() };
     Timed::of(|| {
         let full = FullOrder::new(body.model.pencil(), symbolic, scheme, dt, study.prepared().rayleigh())?;
         let entry = sites.entry(&[], None);

@@ -2,7 +2,9 @@
 
 use serde::Serialize;
 use vademecum_build::Matrix;
-use vademecum_build::dynamics::{DisplacedBy, FullOrder, INSTANTS, Truth, announce, seconds_per_step};
+use vademecum_build::dynamics::{
+    FullOrder, INSTANTS, MotionPart, ReferenceSolution, announce, seconds_per_step,
+};
 use vademecum_build::input::Problem;
 use vademecum_build::prepared::{Body, Prepared};
 use vademecum_build::progress::Listener;
@@ -140,11 +142,9 @@ pub fn verify_linear(
         0 => 0.0,
         step => loads[j].when.just_before(step as f64 * time_step),
     });
-    let mut motion = vec![DisplacedBy { columns: basis.as_ref(), amplitudes: coordinates.as_ref() }];
+    let mut motion = vec![MotionPart { columns: basis.as_ref(), amplitudes: coordinates.as_ref() }];
     motion.extend(
-        statics
-            .as_ref()
-            .map(|columns| DisplacedBy { columns: columns.as_ref(), amplitudes: acting.as_ref() }),
+        statics.as_ref().map(|columns| MotionPart { columns: columns.as_ref(), amplitudes: acting.as_ref() }),
     );
     let under = coordinate_matrix(entries.len(), &shown.under_contacts);
     let stress_error = stress.and_then(|stress| stress.error(&truth.trajectory(0), &shown.stresses));
@@ -230,7 +230,7 @@ struct FullMotion {
 }
 
 /// The motion that is exact in time; what a step at full order would take is measured on two of them.
-fn motion_of(truth: &Truth<'_>, full: &FullOrder<'_>, rows: &[Vec<(u32, f64)>]) -> FullMotion {
+fn motion_of(truth: &ReferenceSolution<'_>, full: &FullOrder<'_>, rows: &[Vec<(u32, f64)>]) -> FullMotion {
     let motion = truth.trajectory(0);
     let probes = motion.along(rows);
     // Column by column, an instant after the other.

@@ -28,7 +28,7 @@ pub(super) trait Balance {
 /// The derivative at the midpoint is not symmetric. With `D = 2 E₂(δ/2, ·)` it has `Gᵀ(G + D)`, whose
 /// symmetric part is `(G + D/2)ᵀ(G + D/2) − DᵀD/4`, so it is `GᵀG` at `u₀ + ¾ δ` but for the square of the
 /// increment. What is left out is of the first order in the rotation of one step.
-pub(super) struct Stage<'a> {
+pub(super) struct StageBalance<'a> {
     pub strain: &'a GreenStrain<'a>,
     pub start: &'a [f64],
     pub midpoint: bool,
@@ -40,14 +40,14 @@ pub(super) struct Stage<'a> {
     pub weight: f64,
     /// `h`; empty where there is none.
     pub history: Vec<f64>,
-    /// Energy beside that of the strain, in the unit of `r δ`.
+    /// Energy in addition to that of the strain, in the unit of `r δ`.
     pub energy: f64,
-    pub last: Last,
+    pub last: LastPoint,
 }
 
 /// The point of the last residual.
 #[derive(Default)]
-pub(super) struct Last {
+pub(super) struct LastPoint {
     increment: Vec<f64>,
     /// `z(u)`.
     pub strain: Vec<f64>,
@@ -58,14 +58,14 @@ pub(super) struct Last {
     energy: f64,
 }
 
-impl Stage<'_> {
+impl StageBalance<'_> {
     /// `u` of the last residual.
     pub fn displacement(&self) -> Vec<f64> {
         sum(self.start, 1.0, &self.last.increment)
     }
 }
 
-impl Balance for Stage<'_> {
+impl Balance for StageBalance<'_> {
     fn residual(&mut self, increment: &[f64], r: &mut [f64]) {
         let last = &mut self.last;
         last.increment.clear();
@@ -90,7 +90,7 @@ impl Balance for Stage<'_> {
     }
 
     fn tangent(&self, pulled: bool) -> SymmetricMatrix {
-        let Last { increment, stress, predicted, .. } = &self.last;
+        let LastPoint { increment, stress, predicted, .. } = &self.last;
         let stress = predicted.as_ref().unwrap_or(stress);
         let elastic = if self.midpoint {
             let half: Vec<f64> = stress.iter().map(|z| 0.5 * z).collect();

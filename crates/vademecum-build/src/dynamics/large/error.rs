@@ -83,13 +83,13 @@ pub enum LargeError {
     NoStep {
         /// The step, counted from 0.
         step: usize,
-        /// Where the part of it that failed begins \[s\].
+        /// Start of the part that failed \[s\].
         time: f64,
         /// Energy of the last correction as a part of the energy, its root.
         residual: f64,
         /// Iterations of the last attempt.
         iterations: usize,
-        /// How often the step was halved.
+        /// Number of halvings of the step.
         halvings: usize,
     },
     /// A relaxation failed.

@@ -8,13 +8,13 @@
 use faer::MatRef;
 use vademecum_format::scheme::{HISTORY, SchemeTable, Stage as TableStage};
 
-use super::balance::{Last, Stage};
+use super::balance::{LastPoint, StageBalance};
 use super::error::{LargeError, check_length};
-use super::newton::{Course, Newton, Stopped};
+use super::newton::{Newton, NewtonStop, NewtonWork};
 use super::scheme::{LargeDamping, LargeScheme};
-use super::space::{Space, SpaceFactor};
+use super::space::{MotionSpace, SpaceFactor};
 use super::vectors::{add, dot, sum, times};
-use crate::dynamics::{INSTANTS, TimedLoad};
+use crate::dynamics::INSTANTS;
 use crate::fem::{GreenStrain, Symbolic, SymmetricMatrix};
 use crate::progress::Listener;
 
@@ -24,7 +24,7 @@ const HALVINGS: usize = 6;
 /// A body marching at large displacements with one scheme, one step length and one damping.
 pub struct LargeMarch<'a> {
     strain: &'a GreenStrain<'a>,
-    space: Space<'a>,
+    space: MotionSpace<'a>,
     scheme: LargeScheme,
     time_step: f64,
     damping: LargeDamping,
@@ -46,7 +46,7 @@ pub struct LargeState {
     strain: [Vec<f64>; 3],
 }
 
-/// What the steps took, and the factors that are kept between them.
+/// Cost of the steps, and the factors that are reused between them.
 #[derive(Default)]
 pub struct LargeWork {
     /// Corrections of Newton's method, those of failed attempts left out.
@@ -59,7 +59,7 @@ pub struct LargeWork {
 }
 
 /// A force that depends on time alone: writes the load \[N\] over the free dofs at a time \[s\] into zeros.
-type Force<'f> = dyn FnMut(f64, &mut [f64]) + 'f;
+type ForceAt<'f> = dyn FnMut(f64, &mut [f64]) + 'f;
 
 impl<'a> LargeMarch<'a> {
     /// Sets up a march. Nothing is factorised yet.
@@ -83,7 +83,7 @@ impl<'a> LargeMarch<'a> {
         if !scheme.is_suitable() {
             return Err(LargeError::Scheme);
         }
-        Ok(LargeMarch { strain, space: Space::Whole(symbolic), scheme, time_step, damping, newton })
+        Ok(LargeMarch { strain, space: MotionSpace::Whole(symbolic), scheme, time_step, damping, newton })
     }
 
     /// The same among the motions of a basis alone, shape (n, r), orthonormal in the mass: Galerkin's method.
@@ -94,7 +94,7 @@ impl<'a> LargeMarch<'a> {
     /// [`LargeError::Length`]: a basis of another height.
     pub fn within(self, basis: MatRef<'a, f64>) -> Result<LargeMarch<'a>, LargeError> {
         check_length("the basis", basis.nrows(), self.strain.n_dof())?;
-        Ok(LargeMarch { space: Space::Span(basis), ..self })
+        Ok(LargeMarch { space: MotionSpace::Span(basis), ..self })
     }
 
     /// Step length \[s\].
@@ -110,7 +110,7 @@ impl<'a> LargeMarch<'a> {
         &self,
         displacement: &[f64],
         velocity: &[f64],
-        force: &mut Force<'_>,
+        force: &mut ForceAt<'_>,
     ) -> Result<LargeState, LargeError> {
         let n = self.strain.n_dof();
         check_length("the initial displacement", displacement.len(), n)?;
@@ -159,7 +159,7 @@ impl<'a> LargeMarch<'a> {
     pub fn step(
         &self,
         state: &mut LargeState,
-        force: &mut Force<'_>,
+        force: &mut ForceAt<'_>,
         work: &mut LargeWork,
     ) -> Result<(), LargeError> {
         let start = state.steps as f64 * self.time_step;
@@ -181,7 +181,7 @@ impl<'a> LargeMarch<'a> {
         state: &mut LargeState,
         [start, length]: [f64; 2],
         depth: usize,
-        force: &mut Force<'_>,
+        force: &mut ForceAt<'_>,
         work: &mut LargeWork,
     ) -> Result<(), LargeError> {
         let mut own = vec![];
@@ -197,8 +197,8 @@ impl<'a> LargeMarch<'a> {
                 work.factorisations += courses.iter().map(|course| course.factorisations).sum::<usize>();
                 Ok(())
             }
-            Err(Stopped::Factor(error)) => Err(error.into()),
-            Err(Stopped::Unbalanced { residual, iterations }) => {
+            Err(NewtonStop::Factor(error)) => Err(error.into()),
+            Err(NewtonStop::Unbalanced { residual, iterations }) => {
                 factors.fill(None);
                 if depth == HALVINGS {
                     let (step, halvings) = (state.steps, depth);
@@ -218,9 +218,9 @@ impl<'a> LargeMarch<'a> {
         table: &SchemeTable,
         state: &mut LargeState,
         [start, dt]: [f64; 2],
-        force: &mut Force<'_>,
+        force: &mut ForceAt<'_>,
         factors: &mut [Option<SpaceFactor>],
-    ) -> Result<Result<Vec<Course>, Stopped>, LargeError> {
+    ) -> Result<Result<Vec<NewtonWork>, NewtonStop>, LargeError> {
         let n = self.strain.n_dof();
         let instants = table.instants();
         let mut loads: [Option<Vec<f64>>; INSTANTS] = Default::default();
@@ -229,10 +229,13 @@ impl<'a> LargeMarch<'a> {
                 loads[j] = Some(load_at(start + at * dt, n, force)?);
             }
         }
-        let motion = History::new(dt, &state.velocity, &state.acceleration);
+        let motion = StepHistory::new(dt, &state.velocity, &state.acceleration);
         let damped = self.damping.strain_rate > 0.0;
-        let strains =
-            if damped { History::new(dt, &state.strain[1], &state.strain[2]) } else { History::default() };
+        let strains = if damped {
+            StepHistory::new(dt, &state.strain[1], &state.strain[2])
+        } else {
+            StepHistory::default()
+        };
         let (mut motion, mut strains) = (motion, strains);
         let mut courses = vec![];
         for (stage, factor) in table.active().iter().zip(factors) {
@@ -265,10 +268,10 @@ impl<'a> LargeMarch<'a> {
         stage: &TableStage,
         state: &'s LargeState,
         dt: f64,
-        motion: &History,
-        strains: &History,
+        motion: &StepHistory,
+        strains: &StepHistory,
         loads: &[Option<Vec<f64>>; INSTANTS],
-    ) -> Stage<'s> {
+    ) -> StageBalance<'s> {
         let pencil = self.strain.model().pencil();
         let n = self.strain.n_dof();
         let LargeDamping { mass: alpha, stiffness: beta, strain_rate } = self.damping;
@@ -293,7 +296,7 @@ impl<'a> LargeMarch<'a> {
             add(&mut history, scale * stage.damping, &state.strain[0]);
         }
         let velocity = &motion.parts[0];
-        Stage {
+        StageBalance {
             strain: self.strain,
             start: &state.displacement,
             midpoint: false,
@@ -302,7 +305,7 @@ impl<'a> LargeMarch<'a> {
             weight: dt * dt + strain_rate * dt * stage.damping,
             history,
             energy: 0.5 * dot(velocity, &times(pencil.mass(), velocity)),
-            last: Last::default(),
+            last: LastPoint::default(),
         }
     }
 
@@ -311,9 +314,9 @@ impl<'a> LargeMarch<'a> {
         &self,
         state: &mut LargeState,
         [start, dt]: [f64; 2],
-        force: &mut Force<'_>,
+        force: &mut ForceAt<'_>,
         factors: &mut [Option<SpaceFactor>],
-    ) -> Result<Result<Vec<Course>, Stopped>, LargeError> {
+    ) -> Result<Result<Vec<NewtonWork>, NewtonStop>, LargeError> {
         let pencil = self.strain.model().pencil();
         let n = self.strain.n_dof();
         let LargeDamping { mass: alpha, stiffness: beta, strain_rate } = self.damping;
@@ -327,7 +330,7 @@ impl<'a> LargeMarch<'a> {
         self.strain.strain(&state.displacement, &mut history);
         history.iter_mut().for_each(|z| *z *= 0.5 * dt * dt - strain_rate * dt);
         let parts = [(2.0 + alpha * dt, pencil.mass()), (beta * dt, pencil.stiffness())];
-        let mut balance = Stage {
+        let mut balance = StageBalance {
             strain: self.strain,
             start: &state.displacement,
             midpoint: true,
@@ -336,7 +339,7 @@ impl<'a> LargeMarch<'a> {
             weight: 0.5 * dt * dt + strain_rate * dt,
             history,
             energy: 0.5 * dot(&way, &momentum),
-            last: Last::default(),
+            last: LastPoint::default(),
         };
         let mut increment = way;
         // The tangent is not the derivative, so a new factor is no better than one of a few corrections ago.
@@ -357,14 +360,14 @@ impl<'a> LargeMarch<'a> {
 
 /// `(Δt ẋ, Δt² ẍ, x₁ − x, x₂ − x, …)`: what the forms of a table act on. The increments take `x` out of them.
 #[derive(Default)]
-struct History {
+struct StepHistory {
     parts: Vec<Vec<f64>>,
 }
 
-impl History {
-    fn new(dt: f64, rate: &[f64], second: &[f64]) -> History {
+impl StepHistory {
+    fn new(dt: f64, rate: &[f64], second: &[f64]) -> StepHistory {
         let scaled = |x: &[f64], w: f64| x.iter().map(|x| w * x).collect();
-        History { parts: vec![scaled(rate, dt), scaled(second, dt * dt)] }
+        StepHistory { parts: vec![scaled(rate, dt), scaled(second, dt * dt)] }
     }
 
     /// A form; its weight of `x` itself is left out.
@@ -387,22 +390,10 @@ impl History {
 }
 
 /// The load at a time.
-fn load_at(time: f64, n: usize, force: &mut Force<'_>) -> Result<Vec<f64>, LargeError> {
+fn load_at(time: f64, n: usize, force: &mut ForceAt<'_>) -> Result<Vec<f64>, LargeError> {
     let mut load = vec![0.0; n];
     force(time, &mut load);
     if load.iter().all(|f| f.is_finite()) { Ok(load) } else { Err(LargeError::Load { at: time }) }
-}
-
-/// The loads of one trajectory of the linear march as a force over time.
-pub fn timed_force(loads: &[TimedLoad], column: usize) -> impl FnMut(f64, &mut [f64]) + '_ {
-    move |time, force| {
-        for load in loads.iter().filter(|load| load.column == column) {
-            let factor = load.when.factor(time);
-            if factor != 0.0 {
-                add(force, factor, &load.force);
-            }
-        }
-    }
 }
 
 /// Marches from a displacement and velocity at time 0 and shows each state to `observe`, the start too.
@@ -412,7 +403,7 @@ pub fn timed_force(loads: &[TimedLoad], column: usize) -> impl FnMut(f64, &mut [
 pub fn march_large(
     march: &LargeMarch<'_>,
     [displacement, velocity]: [&[f64]; 2],
-    force: &mut Force<'_>,
+    force: &mut ForceAt<'_>,
     steps: usize,
     listener: &dyn Listener,
     mut observe: impl FnMut(&LargeState),

@@ -2,10 +2,7 @@
 
 use super::test_beam::{end_load, moved, nearest};
 use super::vectors::{add, dot, sum, times};
-use super::{
-    LargeDamping, LargeError, LargeMarch, LargeScheme, LargeState, Newton, Relaxation, march_large,
-    timed_force,
-};
+use super::{LargeDamping, LargeError, LargeMarch, LargeScheme, LargeState, Newton, Relaxation, march_large};
 use crate::dynamics::schemes::{SchemeKind, bathe};
 use crate::dynamics::{FullOrder, History, Interval, Rayleigh, TimedLoad, lowest_modes, march_full_order};
 use crate::fem::test_mesh::{block, hold, quadratic};
@@ -180,7 +177,7 @@ fn momenta(model: &Model, state: &LargeState) -> [f64; 6] {
         model.mesh().nodes.iter().zip(state.displacement.as_chunks::<3>().0).zip(p.as_chunks::<3>().0)
     {
         let at: [f64; 3] = std::array::from_fn(|i| x[i] + u[i]);
-        let moment = crate::fem::cross(at, *p);
+        let moment = crate::linalg::vec3::cross(at, *p);
         (0..3).for_each(|i| (out[i], out[3 + i]) = (out[i] + p[i], out[3 + i] + moment[i]));
     }
     out
@@ -199,7 +196,7 @@ fn a_free_body_keeps_its_momenta_and_strain_rate_damping_does_not_slow_its_turni
         .nodes
         .iter()
         .flat_map(|x| {
-            let spin = crate::fem::cross([3.0, 2.0, 25.0], *x);
+            let spin = crate::linalg::vec3::cross([3.0, 2.0, 25.0], *x);
             [spin[0] + 1.0, spin[1], spin[2]]
         })
         .map(|v| v + 2.0 * random.uniform())
@@ -388,4 +385,16 @@ fn a_march_within_a_basis_is_galerkins() {
     assert!((1e-3..0.9).contains(&apart), "{apart}");
     let short = march().within(modes.as_ref().subrows(0, 3));
     assert!(matches!(short.err(), Some(LargeError::Length { .. })));
+}
+
+/// The loads of one trajectory of the linear march as a force over time.
+fn timed_force(loads: &[TimedLoad], column: usize) -> impl FnMut(f64, &mut [f64]) + '_ {
+    move |time, force| {
+        for load in loads.iter().filter(|load| load.column == column) {
+            let factor = load.when.factor(time);
+            if factor != 0.0 {
+                add(force, factor, &load.force);
+            }
+        }
+    }
 }

@@ -53,10 +53,10 @@ mod space;
 mod vectors;
 
 pub use error::LargeError;
-pub use march::{LargeMarch, LargeState, LargeWork, march_large, timed_force};
+pub use march::{LargeMarch, LargeState, LargeWork, march_large};
 pub use newton::Newton;
-pub use relax::{Guess, Relaxation, Relaxed};
-pub use rest::{Rest, RestOptions, rest};
+pub use relax::{InitialGuess, Relaxation, RelaxedShape};
+pub use rest::{RestOptions, StaticSolution, rest};
 pub use scheme::{LargeDamping, LargeScheme};
 
 #[cfg(test)]

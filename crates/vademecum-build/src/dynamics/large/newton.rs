@@ -11,11 +11,11 @@
 //! The second form, where the first one fails, has the true stress and a line search: the step along `p` is
 //! cut where the slope `p·r` changes its sign, until the slope is half of what it was.
 //!
-//! Where a tangent is not positive definite, the first form stops; the second one leaves compression out of
+//! If a tangent is not positive definite, the first form stops; the second one leaves compression out of
 //! it, so that `p` still goes downhill.
 
 use super::balance::Balance;
-use super::space::{Space, SpaceFactor};
+use super::space::{MotionSpace, SpaceFactor};
 use super::vectors::{dot, sum};
 use crate::fem::FactorError;
 
@@ -38,9 +38,9 @@ impl Default for Newton {
     }
 }
 
-/// What a solution took.
+/// Cost of a solution.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub(super) struct Course {
+pub(super) struct NewtonWork {
     /// The relative size of each correction.
     pub corrections: Vec<f64>,
     pub factorisations: usize,
@@ -48,7 +48,7 @@ pub(super) struct Course {
 
 /// Newton's method stopped before its tolerance.
 #[derive(Clone, Debug, PartialEq)]
-pub(super) enum Stopped {
+pub(super) enum NewtonStop {
     Unbalanced { residual: f64, iterations: usize },
     Factor(FactorError),
 }
@@ -65,15 +65,15 @@ impl Newton {
     pub(super) fn solve(
         &self,
         balance: &mut impl Balance,
-        space: Space<'_>,
+        space: MotionSpace<'_>,
         factor: &mut Option<SpaceFactor>,
         increment: &mut Vec<f64>,
         search: bool,
-    ) -> Result<Course, Stopped> {
+    ) -> Result<NewtonWork, NewtonStop> {
         let start = increment.clone();
-        let mut course = Course::default();
+        let mut course = NewtonWork::default();
         match self.iterate(balance, space, factor, increment, true, &mut course) {
-            Err(Stopped::Unbalanced { .. }) if search => {
+            Err(NewtonStop::Unbalanced { .. }) if search => {
                 course.corrections.clear();
                 *factor = None;
                 *increment = start;
@@ -88,12 +88,12 @@ impl Newton {
     fn iterate(
         &self,
         balance: &mut impl Balance,
-        space: Space<'_>,
+        space: MotionSpace<'_>,
         factor: &mut Option<SpaceFactor>,
         increment: &mut Vec<f64>,
         mixed: bool,
-        course: &mut Course,
-    ) -> Result<(), Stopped> {
+        course: &mut NewtonWork,
+    ) -> Result<(), NewtonStop> {
         let n = increment.len();
         let mut memory = None;
         let mut r = vec![0.0; n];
@@ -111,9 +111,9 @@ impl Newton {
                     Some(kept) => kept,
                     None => {
                         course.factorisations += 1;
-                        let made = factorise(balance, space, mixed).map_err(Stopped::Factor)?;
+                        let made = factorise(balance, space, mixed).map_err(NewtonStop::Factor)?;
                         let Some(made) = made else {
-                            return Err(Stopped::Unbalanced { residual: previous, iterations: iteration });
+                            return Err(NewtonStop::Unbalanced { residual: previous, iterations: iteration });
                         };
                         factor.insert(made)
                     }
@@ -130,7 +130,7 @@ impl Newton {
             };
             course.corrections.push(size);
             if size.is_nan() || size > DIVERGED {
-                return Err(Stopped::Unbalanced { residual: size, iterations: iteration + 1 });
+                return Err(NewtonStop::Unbalanced { residual: size, iterations: iteration + 1 });
             }
             let length = if mixed {
                 balance.predict(Some(&p));
@@ -148,7 +148,7 @@ impl Newton {
                 *factor = None;
             }
         }
-        Err(Stopped::Unbalanced { residual: previous, iterations: self.iterations })
+        Err(NewtonStop::Unbalanced { residual: previous, iterations: self.iterations })
     }
 }
 
@@ -188,7 +188,7 @@ fn step(balance: &mut impl Balance, at: &mut Vec<f64>, p: &[f64], r: &mut [f64])
 /// tangent without compression.
 fn factorise(
     balance: &impl Balance,
-    space: Space<'_>,
+    space: MotionSpace<'_>,
     mixed: bool,
 ) -> Result<Option<SpaceFactor>, FactorError> {
     match space.factorise(balance.tangent(false)) {

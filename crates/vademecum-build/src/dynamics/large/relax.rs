@@ -37,7 +37,8 @@ pub struct Relaxation<'a> {
 
 /// A shape of least energy.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Relaxed {
+#[doc(alias("static condensation", "implicit condensation"))]
+pub struct RelaxedShape {
     /// Displacement over the free dofs \[m\].
     pub displacement: Vec<f64>,
     /// Multipliers `λ` of the constraints: the force is `G(u)ᵀ z(u) = M V λ`, so that `λ` is the gradient of
@@ -47,9 +48,9 @@ pub struct Relaxed {
     pub factorisations: usize,
 }
 
-/// Where a shape may be, from which Newton's method begins.
+/// Initial guess of a shape, from which Newton's method begins.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Guess {
+pub struct InitialGuess {
     /// Displacement over the free dofs \[m\].
     pub displacement: Vec<f64>,
     /// The stress of the first tangent, of the length of the strain. That of a prediction of second order is
@@ -87,7 +88,11 @@ impl<'a> Relaxation<'a> {
     ///
     /// # Errors
     /// [`LargeError::NoShape`], a length, memory.
-    pub fn relax(&mut self, guess: Option<Guess>, q: &[f64]) -> Result<Relaxed, LargeError> {
+    pub(crate) fn relax(
+        &mut self,
+        guess: Option<InitialGuess>,
+        q: &[f64],
+    ) -> Result<RelaxedShape, LargeError> {
         check_length("the prescribed coordinates", q.len(), self.momenta.ncols())?;
         if let Some(guess) = &guess {
             check_length("the guessed displacement", guess.displacement.len(), self.displacement.len())?;
@@ -108,8 +113,8 @@ impl<'a> Relaxation<'a> {
         }
     }
 
-    fn relaxed(&self, forces: Vec<f64>) -> Relaxed {
-        Relaxed { displacement: self.displacement.clone(), forces, factorisations: self.factorisations }
+    fn relaxed(&self, forces: Vec<f64>) -> RelaxedShape {
+        RelaxedShape { displacement: self.displacement.clone(), forces, factorisations: self.factorisations }
     }
 
     /// `VᵀM u`.
@@ -120,10 +125,10 @@ impl<'a> Relaxation<'a> {
 
     /// From the last shape, or from where `guess` says, to the one at `q`; the last shape stays where it
     /// fails.
-    fn go(&mut self, guess: Option<Guess>, q: &[f64]) -> Result<Vec<f64>, Failure> {
+    fn go(&mut self, guess: Option<InitialGuess>, q: &[f64]) -> Result<Vec<f64>, Failure> {
         let rows = self.strain.n_rows();
         let (mut u, stress) = match guess {
-            Some(Guess { displacement, stress }) => (displacement, Some(stress)),
+            Some(InitialGuess { displacement, stress }) => (displacement, Some(stress)),
             None => (self.displacement.clone(), None),
         };
         let (mut z, mut f) = (vec![0.0; rows], vec![0.0; u.len()]);

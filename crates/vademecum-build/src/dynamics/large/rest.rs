@@ -1,13 +1,13 @@
-//! Where a body rests under a load.
+//! Static equilibrium under a load at large displacements.
 
-use super::balance::{Last, Stage};
+use super::balance::{LastPoint, StageBalance};
 use super::error::{LargeError, check_length};
-use super::newton::{Newton, Stopped};
-use super::space::Space;
+use super::newton::{Newton, NewtonStop};
+use super::space::MotionSpace;
 use super::vectors::sum;
 use crate::fem::{GreenStrain, Symbolic};
 
-/// How a load is applied.
+/// Options of load stepping.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct RestOptions {
     /// Parts into which the load path is cut at first; longer ones are tried after parts that were easy.
@@ -27,7 +27,7 @@ impl Default for RestOptions {
 
 /// A body at rest.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Rest {
+pub struct StaticSolution {
     /// Displacement over the free dofs \[m\].
     pub displacement: Vec<f64>,
     /// Load steps that were taken.
@@ -41,7 +41,7 @@ pub struct Rest {
 /// The rest of a held body at the end of a load path: `load(s, f)` writes the load \[N\] at the part
 /// `s ∈ [0, 1]` of the path, and `start` is a rest at `s = 0`.
 ///
-/// Where a load step finds no balance it is halved, and the shortest ones are tried with a line search. A
+/// A load step without convergence is halved, and the shortest ones are tried with a line search. A
 /// factorisation for each correction.
 ///
 /// # Errors
@@ -52,14 +52,15 @@ pub fn rest(
     start: &[f64],
     load: &mut dyn FnMut(f64, &mut [f64]),
     options: &RestOptions,
-) -> Result<Rest, LargeError> {
+) -> Result<StaticSolution, LargeError> {
     let n = strain.n_dof();
     check_length("the start", start.len(), n)?;
     if strain.model().pencil().rigid().is_some() {
         return Err(LargeError::FreeBody);
     }
-    let mut found = Rest { displacement: start.to_vec(), load_steps: 0, iterations: 0, corrections: vec![] };
-    let space = Space::Whole(symbolic);
+    let mut found =
+        StaticSolution { displacement: start.to_vec(), load_steps: 0, iterations: 0, corrections: vec![] };
+    let space = MotionSpace::Whole(symbolic);
     let whole = 1.0 / options.parts.max(1) as f64;
     let (mut reached, mut part, mut force) = (0.0, whole, vec![0.0; n]);
     let mut way = vec![0.0; n];
@@ -71,7 +72,7 @@ pub fn rest(
         if !force.iter().all(|f| f.is_finite()) {
             return Err(LargeError::Load { at: next });
         }
-        let mut stage = Stage {
+        let mut stage = StageBalance {
             strain,
             start: &found.displacement,
             midpoint: false,
@@ -80,7 +81,7 @@ pub fn rest(
             weight: 1.0,
             history: vec![],
             energy: 0.0,
-            last: Last::default(),
+            last: LastPoint::default(),
         };
         // Where the last load step leads.
         let mut increment: Vec<f64> = way.iter().map(|d| (next - reached) * d).collect();
@@ -101,12 +102,12 @@ pub fn rest(
                 found.corrections = course.corrections;
                 reached = next;
             }
-            Err(Stopped::Factor(error)) => return Err(error.into()),
+            Err(NewtonStop::Factor(error)) => return Err(error.into()),
             failed => {
                 part = 0.5 * (next - reached);
                 match failed {
                     Ok(_) if shortest => return Err(LargeError::InsideOut { reached }),
-                    Err(Stopped::Unbalanced { residual, iterations }) if shortest => {
+                    Err(NewtonStop::Unbalanced { residual, iterations }) if shortest => {
                         return Err(LargeError::NoRest { reached, step: 2.0 * part, residual, iterations });
                     }
                     _ => {}

@@ -1,4 +1,4 @@
-//! How a march at large displacements is stepped and damped.
+//! Time schemes and damping of marches at large displacements.
 
 use vademecum_format::scheme::SchemeTable;
 
@@ -36,8 +36,8 @@ impl LargeScheme {
         Ok(LargeScheme::Table(kind.table()?))
     }
 
-    /// Whether each stage balances the forces at its own instant.
-    pub fn is_suitable(&self) -> bool {
+    /// True if each stage balances the forces at its own instant.
+    pub(crate) fn is_suitable(&self) -> bool {
         let LargeScheme::Table(table) = self else { return true };
         let own = table.active().iter().all(|stage| {
             stage.stiffness == 1.0 && stage.stiffness_history.iter().all(|&weight| weight == 0.0)
@@ -60,7 +60,7 @@ pub struct LargeDamping {
 }
 
 impl LargeDamping {
-    /// Whether no part is negative or infinite.
+    /// True if no part is negative or infinite.
     pub fn is_sound(&self) -> bool {
         [self.mass, self.stiffness, self.strain_rate].iter().all(|x| *x >= 0.0 && x.is_finite())
     }

@@ -14,7 +14,7 @@ use crate::linalg::{project, transposed_product};
 
 /// The motions among which a balance is sought.
 #[derive(Clone, Copy)]
-pub(super) enum Space<'a> {
+pub(super) enum MotionSpace<'a> {
     /// All of them, with the structure of their factor.
     Whole(&'a Symbolic),
     /// Those of a basis, shape (n, r), orthonormal in the mass.
@@ -30,11 +30,11 @@ pub(super) enum SpaceFactor {
     Span(Llt<f64>),
 }
 
-impl Space<'_> {
+impl MotionSpace<'_> {
     pub fn factorise(self, tangent: SymmetricMatrix) -> Result<SpaceFactor, FactorError> {
         let basis = match self {
-            Space::Whole(symbolic) => return Ok(SpaceFactor::Whole(symbolic.factorize(tangent)?)),
-            Space::Span(basis) => basis,
+            MotionSpace::Whole(symbolic) => return Ok(SpaceFactor::Whole(symbolic.factorize(tangent)?)),
+            MotionSpace::Span(basis) => basis,
         };
         let mut image = Mat::zeros(basis.nrows(), basis.ncols());
         tangent.mul_into(basis, image.as_mut());
@@ -49,10 +49,10 @@ impl Space<'_> {
         let mut p: Vec<f64> = r.iter().map(|r| -r).collect();
         let column = MatMut::from_column_major_slice_mut(&mut p, r.len(), 1);
         match (self, factor) {
-            (Space::Whole(symbolic), SpaceFactor::Whole(factor)) => {
+            (MotionSpace::Whole(symbolic), SpaceFactor::Whole(factor)) => {
                 memory.get_or_insert_with(|| Solve::new(symbolic, 1, false)).solve_in_place(factor, column);
             }
-            (Space::Span(basis), SpaceFactor::Span(factor)) => {
+            (MotionSpace::Span(basis), SpaceFactor::Span(factor)) => {
                 let mut reduced = basis.transpose() * &column;
                 factor.solve_in_place_with_conj(Conj::No, reduced.as_mut());
                 p = (basis * reduced).col_as_slice(0).to_vec();
@@ -66,10 +66,10 @@ impl Space<'_> {
     pub fn acceleration(self, pencil: &Pencil, f: &[f64]) -> Result<Vec<f64>, LargeError> {
         let mut a = vec![0.0; f.len()];
         match self {
-            Space::Whole(_) => {
+            MotionSpace::Whole(_) => {
                 solve_mass(pencil, f, &mut a).ok_or(FullOrderError::SingularMass)?;
             }
-            Space::Span(basis) => {
+            MotionSpace::Span(basis) => {
                 let shares = project(basis, f);
                 let column = MatRef::from_column_major_slice(&shares, shares.len(), 1);
                 a.copy_from_slice((basis * column).col_as_slice(0));

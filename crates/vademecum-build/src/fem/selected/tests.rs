@@ -19,7 +19,7 @@ fn held(mesh: Mesh) -> Model {
     Model::assemble(mesh, &[RUBBER], &held).expect("a model")
 }
 
-fn selected(pencil: &Pencil) -> (Symbolic, Selected) {
+fn selected(pencil: &Pencil) -> (Symbolic, SelectedInverse) {
     let symbolic = Symbolic::analyze(pencil).expect("a structure");
     let factor = symbolic.factorize(pencil.stiffness().clone()).expect("a factor");
     let selected = factor.select(pencil.mass(), &Silent).expect("no end");

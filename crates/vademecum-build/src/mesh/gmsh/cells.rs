@@ -2,7 +2,7 @@
 
 use crate::mesh::raw::CellKind;
 
-/// What Gmsh's element type numbers stand for.
+/// Meaning of Gmsh's element type numbers.
 pub(crate) fn cell_kind(code: i64) -> Option<CellKind> {
     use CellKind::{Line, OtherSurface, OtherVolume};
     Some(match code {

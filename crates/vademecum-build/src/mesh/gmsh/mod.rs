@@ -12,7 +12,7 @@ use std::path::Path;
 
 use crate::mesh::error::{MeshError, shown};
 use crate::mesh::raw::RawMesh;
-use crate::mesh::rows::Rows;
+use crate::mesh::rows::RowReader;
 use crate::mesh::text::{Endian, Text, tokens};
 
 /// Reads a Gmsh file of any supported version.
@@ -37,8 +37,8 @@ fn parse_sections(mut text: Text<'_>) -> Result<RawMesh, MeshError> {
     text.section = "$MeshFormat".into();
     let (version, name, endian) = format_header(&mut text)?;
     let mut raw = RawMesh::new(text.file, &name);
-    let mut rows = Rows::new(text, endian);
-    let mut model = v4::Model::default();
+    let mut rows = RowReader::new(text, endian);
+    let mut model = v4::EntityTable::default();
     let (mut has_nodes, mut has_elements) = (false, false);
     while let Some(line) = rows.text.next_line() {
         let section = String::from_utf8_lossy(line).into_owned();

@@ -5,7 +5,7 @@ use std::path::Path;
 use super::cells::{cell_kind, reorder};
 use crate::mesh::error::MeshError;
 use crate::mesh::raw::{CellKind, NodeIndex, RawMesh};
-use crate::mesh::rows::Rows;
+use crate::mesh::rows::RowReader;
 use crate::mesh::text::Text;
 
 const NODE: &str = "a node: number, x, y, z";
@@ -14,7 +14,7 @@ const COUNT: &str = "the number of entries alone on its line";
 /// Gmsh 1.0: `$NOD … $ENDNOD`, `$ELM … $ENDELM`.
 pub(crate) fn parse_version_1(file: &Path, bytes: &[u8]) -> Result<RawMesh, MeshError> {
     let mut raw = RawMesh::new(file, "Gmsh 1.0");
-    let mut rows = Rows::new(Text::new(file, bytes), None);
+    let mut rows = RowReader::new(Text::new(file, bytes), None);
     let mut index = NodeIndex::default();
     rows.text.section = "$NOD".into();
     rows.text.literal("$NOD")?;
@@ -30,7 +30,7 @@ pub(crate) fn parse_version_1(file: &Path, bytes: &[u8]) -> Result<RawMesh, Mesh
     Ok(raw)
 }
 
-fn count(rows: &mut Rows<'_>, what: &str) -> Result<usize, MeshError> {
+fn count(rows: &mut RowReader<'_>, what: &str) -> Result<usize, MeshError> {
     // The count is a line of text in binary files too.
     let line = rows.text.line(COUNT)?;
     let [count] = rows.text.exactly::<u64, 1>(line, COUNT)?;
@@ -38,7 +38,7 @@ fn count(rows: &mut Rows<'_>, what: &str) -> Result<usize, MeshError> {
 }
 
 fn element_version_1(
-    rows: &mut Rows<'_>,
+    rows: &mut RowReader<'_>,
     raw: &mut RawMesh,
     index: &NodeIndex,
     number: usize,
@@ -55,7 +55,11 @@ fn element_version_1(
     cell(rows, raw, index, kind, tag, &expected)
 }
 
-pub(crate) fn nodes(rows: &mut Rows<'_>, raw: &mut RawMesh, index: &mut NodeIndex) -> Result<(), MeshError> {
+pub(crate) fn nodes(
+    rows: &mut RowReader<'_>,
+    raw: &mut RawMesh,
+    index: &mut NodeIndex,
+) -> Result<(), MeshError> {
     let count = count(rows, "nodes")?;
     for _ in 0..count {
         rows.begin(NODE)?;
@@ -69,7 +73,11 @@ pub(crate) fn nodes(rows: &mut Rows<'_>, raw: &mut RawMesh, index: &mut NodeInde
     Ok(())
 }
 
-pub(crate) fn elements(rows: &mut Rows<'_>, raw: &mut RawMesh, index: &NodeIndex) -> Result<(), MeshError> {
+pub(crate) fn elements(
+    rows: &mut RowReader<'_>,
+    raw: &mut RawMesh,
+    index: &NodeIndex,
+) -> Result<(), MeshError> {
     let count = count(rows, "elements")?;
     if rows.is_binary() {
         return binary_elements(rows, raw, index, count);
@@ -87,7 +95,7 @@ pub(crate) fn elements(rows: &mut Rows<'_>, raw: &mut RawMesh, index: &NodeIndex
 
 /// Binary elements come in runs of one type and tag count.
 fn binary_elements(
-    rows: &mut Rows<'_>,
+    rows: &mut RowReader<'_>,
     raw: &mut RawMesh,
     index: &NodeIndex,
     count: usize,
@@ -112,7 +120,7 @@ fn binary_elements(
     Ok(())
 }
 
-fn kind_of(rows: &mut Rows<'_>, expected: &str) -> Result<CellKind, MeshError> {
+fn kind_of(rows: &mut RowReader<'_>, expected: &str) -> Result<CellKind, MeshError> {
     let code = rows.int(expected)?;
     cell_kind(code).ok_or_else(|| {
         let found = format!("element type {code}");
@@ -122,7 +130,7 @@ fn kind_of(rows: &mut Rows<'_>, expected: &str) -> Result<CellKind, MeshError> {
 
 /// The rest of an MSH 2 element: tags (the first one is the physical group), nodes.
 fn element(
-    rows: &mut Rows<'_>,
+    rows: &mut RowReader<'_>,
     raw: &mut RawMesh,
     index: &NodeIndex,
     kind: CellKind,
@@ -138,7 +146,7 @@ fn element(
 }
 
 fn cell(
-    rows: &mut Rows<'_>,
+    rows: &mut RowReader<'_>,
     raw: &mut RawMesh,
     index: &NodeIndex,
     kind: CellKind,

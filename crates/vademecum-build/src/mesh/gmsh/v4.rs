@@ -5,16 +5,16 @@ use std::collections::{HashMap, HashSet};
 use super::cells::{cell_kind, reorder};
 use crate::mesh::error::MeshError;
 use crate::mesh::raw::{CellKind, NodeIndex, RawMesh};
-use crate::mesh::rows::Rows;
+use crate::mesh::rows::RowReader;
 
-/// What the sections of a file know of each other.
+/// Numbers by which the sections of a file refer to each other.
 #[derive(Default)]
-pub(crate) struct Model {
+pub(crate) struct EntityTable {
     /// Physical tags by dimension and entity tag.
     physical: HashMap<(usize, i64), Vec<i64>>,
     /// Tags of the bounding entities (one dimension lower) by dimension and entity tag.
     boundary: HashMap<(usize, i64), Vec<i64>>,
-    /// Dimension and tag of the entity each node lies on.
+    /// Dimension and tag of the entity of each node.
     node_entity: Vec<(usize, i64)>,
     /// Node indices by number.
     pub index: NodeIndex,
@@ -23,7 +23,7 @@ pub(crate) struct Model {
 const HEADER: &str = "four counts: points, curves, surfaces, volumes";
 
 /// `$Entities`: only the physical tags are wanted.
-pub(crate) fn entities(rows: &mut Rows<'_>, model: &mut Model) -> Result<(), MeshError> {
+pub(crate) fn entities(rows: &mut RowReader<'_>, model: &mut EntityTable) -> Result<(), MeshError> {
     for (dimension, count) in counts(rows)?.into_iter().enumerate() {
         for _ in 0..count {
             const EXPECTED: &str = "an entity: tag, position or bounds, physical tags, boundary tags";
@@ -36,7 +36,7 @@ pub(crate) fn entities(rows: &mut Rows<'_>, model: &mut Model) -> Result<(), Mes
 }
 
 /// `$PartitionedEntities`: like `$Entities`, with parents and partitions before the bounds.
-pub(crate) fn partitioned(rows: &mut Rows<'_>, model: &mut Model) -> Result<(), MeshError> {
+pub(crate) fn partitioned(rows: &mut RowReader<'_>, model: &mut EntityTable) -> Result<(), MeshError> {
     const PARTITIONS: &str = "the number of partitions";
     rows.begin(PARTITIONS)?;
     rows.size(PARTITIONS)?;
@@ -64,7 +64,7 @@ pub(crate) fn partitioned(rows: &mut Rows<'_>, model: &mut Model) -> Result<(), 
     Ok(())
 }
 
-fn counts(rows: &mut Rows<'_>) -> Result<[usize; 4], MeshError> {
+fn counts(rows: &mut RowReader<'_>) -> Result<[usize; 4], MeshError> {
     rows.begin(HEADER)?;
     let mut out = [0; 4];
     for count in &mut out {
@@ -76,8 +76,8 @@ fn counts(rows: &mut Rows<'_>) -> Result<[usize; 4], MeshError> {
 }
 
 fn entity(
-    rows: &mut Rows<'_>,
-    model: &mut Model,
+    rows: &mut RowReader<'_>,
+    model: &mut EntityTable,
     dimension: usize,
     tag: i64,
     expected: &str,
@@ -97,14 +97,14 @@ fn entity(
 }
 
 /// A count and that many integers.
-fn integers(rows: &mut Rows<'_>, expected: &str) -> Result<Vec<i64>, MeshError> {
+fn integers(rows: &mut RowReader<'_>, expected: &str) -> Result<Vec<i64>, MeshError> {
     let count = rows.size(expected)?;
     let count = rows.text.bounded(count, if rows.is_binary() { 4 } else { 1 }, "tags")?;
     (0..count).map(|_| rows.int(expected)).collect()
 }
 
 /// The header of `$Nodes` and `$Elements`: blocks, entries, least and largest tag.
-fn block_header(rows: &mut Rows<'_>, what: &str) -> Result<[u64; 4], MeshError> {
+fn block_header(rows: &mut RowReader<'_>, what: &str) -> Result<[u64; 4], MeshError> {
     let expected = format!("four numbers: blocks, {what}, least and largest {what} tag");
     rows.begin(&expected)?;
     let header = [rows.size(&expected)?, rows.size(&expected)?, rows.size(&expected)?, rows.size(&expected)?];
@@ -114,7 +114,11 @@ fn block_header(rows: &mut Rows<'_>, what: &str) -> Result<[u64; 4], MeshError> 
     Ok(header)
 }
 
-pub(crate) fn nodes(rows: &mut Rows<'_>, raw: &mut RawMesh, model: &mut Model) -> Result<(), MeshError> {
+pub(crate) fn nodes(
+    rows: &mut RowReader<'_>,
+    raw: &mut RawMesh,
+    model: &mut EntityTable,
+) -> Result<(), MeshError> {
     let [blocks, total, least, largest] = block_header(rows, "node")?;
     let header_place = rows.text.place();
     for _ in 0..blocks {
@@ -138,7 +142,7 @@ pub(crate) fn nodes(rows: &mut Rows<'_>, raw: &mut RawMesh, model: &mut Model) -
     Ok(())
 }
 
-fn node_block(rows: &mut Rows<'_>, raw: &mut RawMesh, model: &mut Model) -> Result<(), MeshError> {
+fn node_block(rows: &mut RowReader<'_>, raw: &mut RawMesh, model: &mut EntityTable) -> Result<(), MeshError> {
     const BLOCK: &str = "a node block: dimension, entity, parametric, count";
     rows.begin(BLOCK)?;
     let dimension = rows.int(BLOCK)?;
@@ -172,7 +176,11 @@ fn node_block(rows: &mut Rows<'_>, raw: &mut RawMesh, model: &mut Model) -> Resu
     Ok(())
 }
 
-pub(crate) fn elements(rows: &mut Rows<'_>, raw: &mut RawMesh, model: &Model) -> Result<(), MeshError> {
+pub(crate) fn elements(
+    rows: &mut RowReader<'_>,
+    raw: &mut RawMesh,
+    model: &EntityTable,
+) -> Result<(), MeshError> {
     let [blocks, total, ..] = block_header(rows, "element")?;
     let header_place = rows.text.place();
     let mut read = 0;
@@ -187,7 +195,7 @@ pub(crate) fn elements(rows: &mut Rows<'_>, raw: &mut RawMesh, model: &Model) ->
     Ok(())
 }
 
-fn element_block(rows: &mut Rows<'_>, raw: &mut RawMesh, model: &Model) -> Result<u64, MeshError> {
+fn element_block(rows: &mut RowReader<'_>, raw: &mut RawMesh, model: &EntityTable) -> Result<u64, MeshError> {
     const BLOCK: &str = "an element block: dimension, entity, type, count";
     rows.begin(BLOCK)?;
     let dimension = rows.int(BLOCK)?;
@@ -213,9 +221,9 @@ fn element_block(rows: &mut Rows<'_>, raw: &mut RawMesh, model: &Model) -> Resul
 }
 
 fn element(
-    rows: &mut Rows<'_>,
+    rows: &mut RowReader<'_>,
     raw: &mut RawMesh,
-    model: &Model,
+    model: &EntityTable,
     kind: CellKind,
     tags: &[i64],
 ) -> Result<(), MeshError> {
@@ -235,7 +243,7 @@ fn element(
 
 /// Groups that were named, but of which no element was saved: their nodes are those on their entities and on
 /// what bounds these.
-pub(crate) fn groups_without_elements(raw: &mut RawMesh, model: &Model) {
+pub(crate) fn groups_without_elements(raw: &mut RawMesh, model: &EntityTable) {
     let missing: Vec<(usize, i64, String)> = raw.missing_groups();
     for (dimension, tag, name) in missing {
         let with_tag = model.physical.iter().filter(|(e, tags)| e.0 == dimension && tags.contains(&tag));

@@ -4,39 +4,39 @@
 use std::path::{Path, PathBuf};
 use std::rc::Rc;
 
-use crate::mesh::error::{At, MeshError, shown};
+use crate::mesh::error::{FaultSite, MeshError, shown};
 use crate::mesh::load::load;
-use crate::mesh::place::Place;
+use crate::mesh::place::Location;
 
 /// A keyword with its parameters and data lines.
 pub(crate) struct Card {
     /// In capitals, without the star.
     pub keyword: String,
     parameters: Vec<(String, String)>,
-    pub place: LinePlace,
+    pub place: LineLocation,
     pub data: Vec<DataLine>,
 }
 
 /// A line of data that is not blank.
 pub(crate) struct DataLine {
     pub text: String,
-    pub place: LinePlace,
+    pub place: LineLocation,
 }
 
 /// A line of one of the files of a deck.
 #[derive(Clone)]
-pub(crate) struct LinePlace {
+pub(crate) struct LineLocation {
     file: Rc<PathBuf>,
     line: usize,
 }
 
-impl LinePlace {
-    pub fn at<'a>(&'a self, section: &'a str) -> At<'a> {
-        At { file: &self.file, place: Place::Line(self.line), section }
+impl LineLocation {
+    pub fn at<'a>(&'a self, section: &'a str) -> FaultSite<'a> {
+        FaultSite { file: &self.file, place: Location::Line(self.line), section }
     }
 
-    pub fn place(&self) -> Place {
-        Place::Line(self.line)
+    pub fn place(&self) -> Location {
+        Location::Line(self.line)
     }
 }
 
@@ -64,19 +64,19 @@ impl DataLine {
 
 /// Reads the cards of a deck, with all files it includes.
 pub(crate) fn cards(file: &Path, bytes: &[u8]) -> Result<Vec<Card>, MeshError> {
-    let mut reader = Reader { cards: Vec::new(), open: Vec::new(), included: 0 };
+    let mut reader = DeckReader { cards: Vec::new(), open: Vec::new(), included: 0 };
     reader.read(file, bytes)?;
     Ok(reader.cards)
 }
 
-struct Reader {
+struct DeckReader {
     cards: Vec<Card>,
     /// Files being read, outermost first.
     open: Vec<PathBuf>,
     included: usize,
 }
 
-impl Reader {
+impl DeckReader {
     fn read(&mut self, file: &Path, bytes: &[u8]) -> Result<(), MeshError> {
         let name = Rc::new(file.to_path_buf());
         self.open.push(file.to_path_buf());
@@ -84,7 +84,7 @@ impl Reader {
         let mut lines = lossy.lines().zip(1..);
         while let Some((line, number)) = lines.next() {
             let line = line.trim();
-            let place = LinePlace { file: name.clone(), line: number };
+            let place = LineLocation { file: name.clone(), line: number };
             if line.is_empty() || line.starts_with("**") {
                 continue;
             }
@@ -103,7 +103,7 @@ impl Reader {
         Ok(())
     }
 
-    fn data_line(&mut self, line: &str, place: LinePlace) -> Result<(), MeshError> {
+    fn data_line(&mut self, line: &str, place: LineLocation) -> Result<(), MeshError> {
         match self.cards.last_mut() {
             Some(card) => {
                 card.data.push(DataLine { text: line.to_string(), place });
@@ -115,7 +115,7 @@ impl Reader {
         }
     }
 
-    fn keyword_line(&mut self, head: &str, place: LinePlace) -> Result<(), MeshError> {
+    fn keyword_line(&mut self, head: &str, place: LineLocation) -> Result<(), MeshError> {
         let mut parts = head.split(',');
         let keyword = one_space(parts.next().unwrap_or(""));
         let parameter = |part: &str| {
@@ -138,7 +138,7 @@ impl Reader {
     }
 
     /// Reads another file in place of its keyword; its path is relative to the including file.
-    fn include(&mut self, path: &str, place: &LinePlace) -> Result<(), MeshError> {
+    fn include(&mut self, path: &str, place: &LineLocation) -> Result<(), MeshError> {
         let path = place.file.parent().unwrap_or(Path::new("")).join(path);
         self.included += 1;
         // A deck that includes itself would never end; one that doubles at each level nearly so.

@@ -13,12 +13,12 @@ mod surfaces;
 use std::collections::{BTreeMap, HashMap};
 use std::path::Path;
 
-use self::deck::{Card, LinePlace, cards};
+use self::deck::{Card, LineLocation, cards};
 use self::model::{Deck, Element};
 use self::sets::{Family, Sets};
 use crate::mesh::error::{MeshError, shown};
 use crate::mesh::raw::{CellKind, NodeIndex, RawMesh};
-use crate::mesh::text::Number;
+use crate::mesh::text::ParsedNumber;
 
 /// Keywords that make or move nodes or elements in ways that are not supported.
 const REFUSED: [&str; 9] =
@@ -196,7 +196,7 @@ impl Deck {
         Ok(())
     }
 
-    fn element(&mut self, kind: CellKind, numbers: &[u64], place: &LinePlace) -> Result<usize, MeshError> {
+    fn element(&mut self, kind: CellKind, numbers: &[u64], place: &LineLocation) -> Result<usize, MeshError> {
         let at = place.at("*ELEMENT");
         let nodes: Result<Vec<u32>, MeshError> =
             numbers[1..].iter().map(|&id| self.index.find(id, &at)).collect();
@@ -224,7 +224,7 @@ impl Deck {
     }
 
     /// Removes the name of the instance in front of a set or number.
-    pub fn strip_instance<'t>(&self, text: &'t str) -> &'t str {
+    pub(crate) fn strip_instance<'t>(&self, text: &'t str) -> &'t str {
         match text.split_once('.') {
             Some((instance, rest)) if self.instances.iter().any(|i| i.eq_ignore_ascii_case(instance)) => rest,
             _ => text,
@@ -255,7 +255,7 @@ impl Deck {
     }
 }
 
-/// What the element types of both programs stand for.
+/// Meaning of the element types of both programs.
 fn element_kind(name: &str) -> Option<CellKind> {
     const SURFACES: [(&[&str], CellKind); 4] = [
         (

@@ -2,7 +2,7 @@
 
 use std::collections::HashMap;
 
-use super::deck::{DataLine, LinePlace};
+use super::deck::{DataLine, LineLocation};
 use super::sets::Sets;
 use crate::mesh::raw::{CellKind, NodeIndex, RawMesh};
 
@@ -10,7 +10,7 @@ use crate::mesh::raw::{CellKind, NodeIndex, RawMesh};
 pub(crate) struct Element {
     pub kind: CellKind,
     pub nodes: Vec<u32>,
-    pub place: LinePlace,
+    pub place: LineLocation,
 }
 
 /// A deck being read.
@@ -22,7 +22,7 @@ pub(crate) struct Deck {
     pub node_sets: Sets,
     pub element_sets: Sets,
     /// Element sets that *SOLID SECTION names.
-    pub sections: Vec<(String, LinePlace)>,
+    pub sections: Vec<(String, LineLocation)>,
     pub surfaces: Vec<(String, Vec<DataLine>)>,
     pub instances: Vec<String>,
     /// Outside an instance but inside the assembly, where sets have their own name space.

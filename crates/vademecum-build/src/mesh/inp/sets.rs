@@ -2,7 +2,7 @@
 
 use std::collections::HashMap;
 
-/// How a set came about.
+/// Origin of a set.
 #[derive(Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Family {
     /// By `ELSET=` or `NSET=` where its members are defined.

@@ -1,14 +1,14 @@
-//! What *NSET and *ELSET say, and the regions and groups that sets become.
+//! The keywords *NSET and *ELSET, and the regions and groups made of sets.
 
 use super::deck::{Card, DataLine};
 use super::model::{Deck, Element, is_volume};
 use super::sets::{Family, Sets};
 use crate::mesh::error::{MeshError, shown};
 use crate::mesh::raw::CellKind;
-use crate::mesh::text::Number;
+use crate::mesh::text::ParsedNumber;
 
 impl Deck {
-    pub fn node_set(&mut self, card: &Card) -> Result<(), MeshError> {
+    pub(crate) fn node_set(&mut self, card: &Card) -> Result<(), MeshError> {
         let name = set_name(card, "NSET")?;
         let mut members = match card.parameter("GENERATE") {
             Some(_) => {
@@ -28,7 +28,7 @@ impl Deck {
         Ok(())
     }
 
-    pub fn element_set(&mut self, card: &Card) -> Result<(), MeshError> {
+    pub(crate) fn element_set(&mut self, card: &Card) -> Result<(), MeshError> {
         let name = set_name(card, "ELSET")?;
         let members = match card.parameter("GENERATE") {
             Some(_) => {
@@ -46,12 +46,12 @@ impl Deck {
         Ok(())
     }
 
-    pub fn node_members(&self, data: &[DataLine], section: &str) -> Result<Vec<usize>, MeshError> {
+    pub(crate) fn node_members(&self, data: &[DataLine], section: &str) -> Result<Vec<usize>, MeshError> {
         self.members(data, section, &self.node_sets, |id| self.index.get(id).map(|i| i as usize))
     }
 
     /// Numbers and names of sets defined before.
-    pub fn members(
+    pub(crate) fn members(
         &self,
         data: &[DataLine],
         section: &str,

@@ -14,7 +14,7 @@ const ABAQUS_FACES: [[usize; 3]; 4] = [[0, 1, 2], [0, 3, 1], [1, 3, 2], [2, 3, 0
 
 impl Deck {
     /// Surfaces become facet groups.
-    pub fn surface_groups(&mut self) -> Result<(), MeshError> {
+    pub(crate) fn surface_groups(&mut self) -> Result<(), MeshError> {
         let surfaces = std::mem::take(&mut self.surfaces);
         if surfaces.is_empty() {
             return Ok(());
@@ -88,7 +88,7 @@ impl Deck {
         self.members(std::slice::from_ref(&field), "*SURFACE", &self.element_sets, find)
     }
 
-    /// How many tetrahedra each face belongs to.
+    /// Number of tetrahedra of each face.
     fn free_faces(&self) -> HashMap<[u32; 3], u32> {
         let mut count = HashMap::new();
         for element in self.elements.iter().filter(|e| is_volume(e) && matches!(e.nodes.len(), 4 | 10)) {

@@ -6,9 +6,9 @@ use base64::Engine as _;
 use base64::engine::general_purpose::STANDARD;
 use roxmltree::Node;
 
-use super::xml::{Appended, Shell, Storage};
-use crate::mesh::error::{At, MeshError};
-use crate::mesh::text::{Binary, Endian, Number};
+use super::xml::{AppendedData, ArrayStorage, Shell};
+use crate::mesh::error::{FaultSite, MeshError};
+use crate::mesh::text::{Binary, Endian, ParsedNumber};
 
 /// Values of an array: integers of any width, or reals.
 pub(crate) enum Values {
@@ -46,7 +46,7 @@ impl Values {
 /// Decodes an array; if `expected` is given, it must hold that many values.
 pub(crate) fn decode(
     shell: &Shell<'_>,
-    storage: Storage<'_>,
+    storage: ArrayStorage<'_>,
     node: Node<'_, '_>,
     expected: Option<usize>,
 ) -> Result<Values, MeshError> {
@@ -56,7 +56,7 @@ pub(crate) fn decode(
     let text = node.text().unwrap_or("").as_bytes();
     let values = match node.attribute("format").unwrap_or("ascii") {
         "ascii" => from_text(kind, text, &at)?,
-        "binary" => from_bytes(kind, &block(Source::base64(text), storage, &at)?, storage.endian, &at)?,
+        "binary" => from_bytes(kind, &block(ByteSource::base64(text), storage, &at)?, storage.endian, &at)?,
         "appended" => {
             let source = appended(storage, node.attribute("offset"), &at)?;
             from_bytes(kind, &block(source, storage, &at)?, storage.endian, &at)?
@@ -71,7 +71,11 @@ pub(crate) fn decode(
     }
 }
 
-fn appended<'a>(storage: Storage<'a>, offset: Option<&str>, at: &At<'_>) -> Result<Source<'a>, MeshError> {
+fn appended<'a>(
+    storage: ArrayStorage<'a>,
+    offset: Option<&str>,
+    at: &FaultSite<'_>,
+) -> Result<ByteSource<'a>, MeshError> {
     let offset: usize = offset
         .and_then(|o| o.trim().parse().ok())
         .ok_or_else(|| at.malformed("no offset", "an offset into the appended data"))?;
@@ -80,13 +84,13 @@ fn appended<'a>(storage: Storage<'a>, offset: Option<&str>, at: &At<'_>) -> Resu
         data.get(offset..).ok_or_else(|| at.malformed(found, format!("at most {} bytes", data.len())))
     };
     match storage.appended {
-        Appended::None => Err(at.malformed("appended format", "an AppendedData element")),
-        Appended::Raw(data) => Ok(Source::Raw(tail(data)?)),
-        Appended::Base64(data) => Ok(Source::base64(tail(data)?)),
+        AppendedData::None => Err(at.malformed("appended format", "an AppendedData element")),
+        AppendedData::Raw(data) => Ok(ByteSource::Raw(tail(data)?)),
+        AppendedData::Base64(data) => Ok(ByteSource::base64(tail(data)?)),
     }
 }
 
-fn from_text(kind: &str, text: &[u8], at: &At<'_>) -> Result<Values, MeshError> {
+fn from_text(kind: &str, text: &[u8], at: &FaultSite<'_>) -> Result<Values, MeshError> {
     let words = || crate::mesh::text::tokens(text);
     if kind.starts_with("Float") {
         let values = words()
@@ -98,7 +102,7 @@ fn from_text(kind: &str, text: &[u8], at: &At<'_>) -> Result<Values, MeshError> 
     Ok(Values::Int(values.collect::<Result<_, _>>()?))
 }
 
-fn from_bytes(kind: &str, bytes: &[u8], endian: Endian, at: &At<'_>) -> Result<Values, MeshError> {
+fn from_bytes(kind: &str, bytes: &[u8], endian: Endian, at: &FaultSite<'_>) -> Result<Values, MeshError> {
     Ok(match kind {
         "Int8" => Values::Int(all::<i8>(bytes, endian).map(i64::from).collect()),
         "UInt8" => Values::Int(all::<u8>(bytes, endian).map(i64::from).collect()),
@@ -120,7 +124,7 @@ fn all<T: Binary>(bytes: &[u8], endian: Endian) -> impl Iterator<Item = T> {
     bytes.chunks_exact(T::SIZE).map(move |chunk| T::from_bytes(chunk, endian))
 }
 
-fn finite(values: Vec<f64>, at: &At<'_>) -> Result<Values, MeshError> {
+fn finite(values: Vec<f64>, at: &FaultSite<'_>) -> Result<Values, MeshError> {
     match values.iter().position(|x| !x.is_finite()) {
         None => Ok(Values::Real(values)),
         Some(i) => Err(at.malformed(format!("value {i} is {}", values[i]), "finite numbers")),
@@ -128,7 +132,7 @@ fn finite(values: Vec<f64>, at: &At<'_>) -> Result<Values, MeshError> {
 }
 
 /// Bytes that come plain or through base64.
-enum Source<'a> {
+enum ByteSource<'a> {
     Raw(&'a [u8]),
     /// Groups of four characters; bytes already decoded but not yet taken.
     Base64 {
@@ -137,20 +141,20 @@ enum Source<'a> {
     },
 }
 
-impl<'a> Source<'a> {
+impl<'a> ByteSource<'a> {
     fn base64(text: &'a [u8]) -> Self {
-        Source::Base64 { text, pending: Vec::new() }
+        ByteSource::Base64 { text, pending: Vec::new() }
     }
 
     /// The next `n` bytes, or none if there are fewer.
     fn take(&mut self, n: usize) -> Option<Vec<u8>> {
         match self {
-            Source::Raw(bytes) => {
+            ByteSource::Raw(bytes) => {
                 let (head, tail) = bytes.split_at_checked(n)?;
                 *bytes = tail;
                 Some(head.to_vec())
             }
-            Source::Base64 { text, pending } => {
+            ByteSource::Base64 { text, pending } => {
                 if n / 3 > text.len() / 4 + 1 {
                     return None;
                 }
@@ -185,7 +189,11 @@ fn decode_group(text: &mut &[u8], out: &mut Vec<u8>) -> Option<()> {
 }
 
 /// The bytes of one array: a size and the data, or a table of block sizes and compressed blocks.
-fn block(mut source: Source<'_>, storage: Storage<'_>, at: &At<'_>) -> Result<Vec<u8>, MeshError> {
+fn block(
+    mut source: ByteSource<'_>,
+    storage: ArrayStorage<'_>,
+    at: &FaultSite<'_>,
+) -> Result<Vec<u8>, MeshError> {
     let short = || at.malformed("the end of the data", "the bytes that its header announces");
     let first = size(&mut source, storage).ok_or_else(short)?;
     if !storage.compressed {
@@ -197,7 +205,7 @@ fn block(mut source: Source<'_>, storage: Storage<'_>, at: &At<'_>) -> Result<Ve
     for _ in 0..first {
         sizes.push(size(&mut source, storage).ok_or_else(short)?);
     }
-    if let Source::Base64 { pending, .. } = &mut source {
+    if let ByteSource::Base64 { pending, .. } = &mut source {
         // The header is padded to a whole group; what its last group holds beyond it is nothing.
         pending.clear();
     }
@@ -216,7 +224,7 @@ fn block(mut source: Source<'_>, storage: Storage<'_>, at: &At<'_>) -> Result<Ve
     Ok(out)
 }
 
-fn size(source: &mut Source<'_>, storage: Storage<'_>) -> Option<usize> {
+fn size(source: &mut ByteSource<'_>, storage: ArrayStorage<'_>) -> Option<usize> {
     if storage.wide {
         usize::try_from(u64::from_bytes(&source.take(8)?, storage.endian)).ok()
     } else {

@@ -1,7 +1,7 @@
-//! What legacy VTK and VTU files share: cell types, and how their arrays become a mesh.
+//! Common parts of legacy VTK and VTU files: cell types, and the mesh made of their arrays.
 
-use crate::mesh::error::{At, MeshError};
-use crate::mesh::place::Place;
+use crate::mesh::error::{FaultSite, MeshError};
+use crate::mesh::place::Location;
 use crate::mesh::raw::{CellKind, RawMesh};
 
 /// Names under which programs store the material of a cell.
@@ -71,7 +71,7 @@ fn cell_kind(code: i64, nodes: usize) -> Option<CellKind> {
 }
 
 /// Builds the mesh from the arrays of a grid; faults are placed at `at`.
-pub(crate) fn build(mut raw: RawMesh, grid: &Grid, at: &At<'_>) -> Result<RawMesh, MeshError> {
+pub(crate) fn build(mut raw: RawMesh, grid: &Grid, at: &FaultSite<'_>) -> Result<RawMesh, MeshError> {
     if grid.types.len() != grid.offsets.len() {
         let found = format!("{} cell types", grid.types.len());
         return Err(at.malformed(found, format!("one for each of {} cells", grid.offsets.len())));
@@ -102,14 +102,20 @@ pub(crate) fn build(mut raw: RawMesh, grid: &Grid, at: &At<'_>) -> Result<RawMes
         let value = region.map_or(0, |(_, values)| values[cell]);
         let grouped = region.is_some() && (kind.dimension() == 3 || value != 0);
         let tags = [value];
-        raw.push(kind, &nodes, if grouped { &tags } else { &[] }, Place::Cell(cell));
+        raw.push(kind, &nodes, if grouped { &tags } else { &[] }, Location::Cell(cell));
         start = end;
     }
     raw.name_regions();
     Ok(raw)
 }
 
-fn cell_nodes(grid: &Grid, start: i64, end: i64, cell: usize, at: &At<'_>) -> Result<Vec<u32>, MeshError> {
+fn cell_nodes(
+    grid: &Grid,
+    start: i64,
+    end: i64,
+    cell: usize,
+    at: &FaultSite<'_>,
+) -> Result<Vec<u32>, MeshError> {
     let range = usize::try_from(start).ok().zip(usize::try_from(end).ok());
     let nodes = range.and_then(|(a, b)| grid.connectivity.get(a..b)).ok_or_else(|| {
         let found = format!("cell {cell} from {start} to {end}");

@@ -15,7 +15,7 @@ use std::path::Path;
 use self::cells::{Grid, build};
 use crate::mesh::error::MeshError;
 use crate::mesh::raw::RawMesh;
-use crate::mesh::text::{Endian, Number, Text, tokens};
+use crate::mesh::text::{Endian, ParsedNumber, Text, tokens};
 
 /// Reads a legacy VTK unstructured grid.
 pub(crate) fn parse(file: &Path, bytes: &[u8]) -> Result<RawMesh, MeshError> {
@@ -30,29 +30,29 @@ pub(crate) fn parse(file: &Path, bytes: &[u8]) -> Result<RawMesh, MeshError> {
         _ => return Err(text.malformed(written, "ASCII or BINARY")),
     };
     text.binary = binary;
-    let mut reader = Reader { text, binary, grid: Grid::default(), cells: 0, about: About::Nothing };
+    let mut reader = VtkReader { text, binary, grid: Grid::default(), cells: 0, about: ArrayOwner::Nothing };
     while let Some(line) = reader.text.next_line() {
         reader.section(line)?;
     }
-    let Reader { text, grid, .. } = reader;
+    let VtkReader { text, grid, .. } = reader;
     let name = if binary { "VTK legacy, binary" } else { "VTK legacy, ASCII" };
     build(RawMesh::new(file, name), &grid, &text.at())
 }
 
-/// What the data arrays at hand belong to.
+/// Owner of the current data arrays.
 #[derive(Clone, Copy, PartialEq, Eq)]
-enum About {
+enum ArrayOwner {
     Nothing,
     Points,
     Cells,
 }
 
-struct Reader<'a> {
+struct VtkReader<'a> {
     text: Text<'a>,
     binary: bool,
     grid: Grid,
     cells: usize,
-    about: About,
+    about: ArrayOwner,
 }
 
 /// One number of a data array.
@@ -71,7 +71,7 @@ impl Value {
     }
 }
 
-impl Reader<'_> {
+impl VtkReader<'_> {
     fn section(&mut self, line: &[u8]) -> Result<(), MeshError> {
         let words: Vec<String> = tokens(line).map(|w| String::from_utf8_lossy(w).into_owned()).collect();
         let keyword = words[0].to_ascii_uppercase();
@@ -86,8 +86,8 @@ impl Reader<'_> {
             "POINTS" => self.points(line, arg(1), arg(2)),
             "CELLS" => self.cells(line, arg(1), arg(2)),
             "CELL_TYPES" => self.types(line, arg(1)),
-            "CELL_DATA" => self.start_data(line, About::Cells, arg(1)),
-            "POINT_DATA" => self.start_data(line, About::Points, arg(1)),
+            "CELL_DATA" => self.start_data(line, ArrayOwner::Cells, arg(1)),
+            "POINT_DATA" => self.start_data(line, ArrayOwner::Points, arg(1)),
             "SCALARS" => {
                 let components = if arg(3).is_empty() { "1" } else { arg(3) };
                 self.lookup_table_name()?;
@@ -117,9 +117,9 @@ impl Reader<'_> {
 
     fn tuples(&self) -> usize {
         match self.about {
-            About::Cells => self.cells,
-            About::Points => self.grid.points.len(),
-            About::Nothing => 0,
+            ArrayOwner::Cells => self.cells,
+            ArrayOwner::Points => self.grid.points.len(),
+            ArrayOwner::Nothing => 0,
         }
     }
 
@@ -236,7 +236,7 @@ impl Reader<'_> {
         Ok(())
     }
 
-    fn start_data(&mut self, line: &[u8], about: About, count: &str) -> Result<(), MeshError> {
+    fn start_data(&mut self, line: &[u8], about: ArrayOwner, count: &str) -> Result<(), MeshError> {
         self.about = about;
         if u64::parse(count.as_bytes()) == Some(self.tuples() as u64) {
             return Ok(());
@@ -271,9 +271,9 @@ impl Reader<'_> {
         let integers: Option<Vec<i64>> = values.iter().map(whole).collect();
         if let (1, Some(integers)) = (width, integers) {
             let data = match self.about {
-                About::Cells => &mut self.grid.cell_data,
-                About::Points => &mut self.grid.point_data,
-                About::Nothing => return Ok(()),
+                ArrayOwner::Cells => &mut self.grid.cell_data,
+                ArrayOwner::Points => &mut self.grid.point_data,
+                ArrayOwner::Nothing => return Ok(()),
             };
             data.push((name.to_string(), integers));
         }

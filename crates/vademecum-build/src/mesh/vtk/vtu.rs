@@ -4,7 +4,7 @@ use std::path::Path;
 
 use super::array::{Values, decode};
 use super::cells::{Grid, build};
-use super::xml::{Appended, Shell, arrays};
+use super::xml::{AppendedData, Shell, arrays};
 use crate::mesh::error::MeshError;
 use crate::mesh::raw::RawMesh;
 
@@ -56,9 +56,9 @@ pub(crate) fn parse(file: &Path, bytes: &[u8]) -> Result<RawMesh, MeshError> {
         }
     }
     let written = match storage.appended {
-        Appended::None => "VTU",
-        Appended::Raw(_) => "VTU, appended raw",
-        Appended::Base64(_) => "VTU, appended base64",
+        AppendedData::None => "VTU",
+        AppendedData::Raw(_) => "VTU, appended raw",
+        AppendedData::Base64(_) => "VTU, appended base64",
     };
     build(RawMesh::new(file, written), &grid, &shell.at(piece, "Cells"))
 }

@@ -7,13 +7,13 @@ use std::path::{Path, PathBuf};
 
 use roxmltree::{Document, Node};
 
-use crate::mesh::error::{At, MeshError, shown};
-use crate::mesh::place::Place;
+use crate::mesh::error::{FaultSite, MeshError, shown};
+use crate::mesh::place::Location;
 use crate::mesh::text::Endian;
 
 /// Appended data of a file.
 #[derive(Clone, Copy)]
-pub(crate) enum Appended<'a> {
+pub(crate) enum AppendedData<'a> {
     None,
     Raw(&'a [u8]),
     Base64(&'a [u8]),
@@ -24,26 +24,26 @@ pub(crate) struct Shell<'a> {
     pub file: PathBuf,
     /// The document without appended data, closed properly.
     pub text: String,
-    pub appended: Appended<'a>,
+    pub appended: AppendedData<'a>,
 }
 
-/// How the arrays of a file are stored.
+/// Storage of the arrays of a file.
 #[derive(Clone, Copy)]
-pub(crate) struct Storage<'a> {
+pub(crate) struct ArrayStorage<'a> {
     pub endian: Endian,
     /// Sizes in headers are 64 bits wide, else 32.
     pub wide: bool,
     pub compressed: bool,
-    pub appended: Appended<'a>,
+    pub appended: AppendedData<'a>,
 }
 
 impl<'a> Shell<'a> {
     /// Splits a file into document and appended data.
     pub fn new(file: &Path, bytes: &'a [u8]) -> Result<Self, MeshError> {
-        let at = At { file, place: Place::Whole, section: "the XML document" };
+        let at = FaultSite { file, place: Location::Whole, section: "the XML document" };
         const TAG: &[u8] = b"<AppendedData";
         let (document, appended) = match find(bytes, TAG) {
-            None => (bytes.to_vec(), Appended::None),
+            None => (bytes.to_vec(), AppendedData::None),
             Some(start) => {
                 let end = find(&bytes[start..], b">").map(|n| start + n + 1);
                 let end = end.ok_or_else(|| at.malformed("an unclosed <AppendedData", "a `>`"))?;
@@ -52,8 +52,11 @@ impl<'a> Shell<'a> {
                 let mark = body.iter().position(|&b| b == b'_');
                 let mark = mark.ok_or_else(|| at.malformed("no `_`", "`_` before the appended data"))?;
                 let data = &body[mark + 1..];
-                let appended =
-                    if find(tag, b"raw").is_some() { Appended::Raw(data) } else { Appended::Base64(data) };
+                let appended = if find(tag, b"raw").is_some() {
+                    AppendedData::Raw(data)
+                } else {
+                    AppendedData::Base64(data)
+                };
                 let closing = if tag.ends_with(b"/>") { "" } else { "</AppendedData>" };
                 let mut document = bytes[..end].to_vec();
                 document.extend_from_slice(closing.as_bytes());
@@ -67,16 +70,16 @@ impl<'a> Shell<'a> {
     }
 
     /// Parses the document.
-    pub fn document(&self) -> Result<Document<'_>, MeshError> {
+    pub(crate) fn document(&self) -> Result<Document<'_>, MeshError> {
         Document::parse(&self.text).map_err(|e| {
-            let place = Place::Line(e.pos().row as usize);
-            let at = At { file: &self.file, place, section: "the XML document" };
+            let place = Location::Line(e.pos().row as usize);
+            let at = FaultSite { file: &self.file, place, section: "the XML document" };
             at.malformed(e.to_string(), "well-formed XML")
         })
     }
 
     /// The storage its root element declares; `kind` is the dataset wanted, for instance `UnstructuredGrid`.
-    pub fn storage(&self, document: &Document<'_>, kind: &str) -> Result<Storage<'a>, MeshError> {
+    pub fn storage(&self, document: &Document<'_>, kind: &str) -> Result<ArrayStorage<'a>, MeshError> {
         let root = document.root_element();
         let at = self.at(root, "VTKFile");
         if root.tag_name().name() != "VTKFile" {
@@ -99,13 +102,13 @@ impl<'a> Shell<'a> {
             }
         };
         let wide = root.attribute("header_type") == Some("UInt64");
-        Ok(Storage { endian, wide, compressed, appended: self.appended })
+        Ok(ArrayStorage { endian, wide, compressed, appended: self.appended })
     }
 
     /// A place in the document, for messages.
-    pub fn at<'s>(&'s self, node: Node<'_, '_>, section: &'s str) -> At<'s> {
+    pub fn at<'s>(&'s self, node: Node<'_, '_>, section: &'s str) -> FaultSite<'s> {
         let row = node.document().text_pos_at(node.range().start).row;
-        At { file: &self.file, place: Place::Line(row as usize), section }
+        FaultSite { file: &self.file, place: Location::Line(row as usize), section }
     }
 
     /// The only piece of the grid.

@@ -3,14 +3,15 @@
 use faer::{Mat, mat};
 use vademecum_format::exact::Propagator;
 
-use super::{DisplacedBy, Truth, TruthOptions};
-use crate::dynamics::krylov::symmetric_eigen;
+use super::{MotionPart, ReferenceOptions, ReferenceSolution};
 use crate::dynamics::{History, Interval, Rayleigh, TimedLoad, lowest_modes};
 use crate::fem::test_mesh::{block, hold};
 use crate::fem::{Material, Model, Pencil, Symbolic};
+use crate::linalg::symmetric_eigen;
 use crate::progress::Silent;
 
-const OPTIONS: TruthOptions = TruthOptions { tolerance: 1e-9, vectors_per_force: 400, bytes: u64::MAX };
+const OPTIONS: ReferenceOptions =
+    ReferenceOptions { tolerance: 1e-9, vectors_per_force: 400, bytes: u64::MAX };
 
 /// A held block of some hundred free dofs.
 fn small_block() -> Model {
@@ -119,13 +120,14 @@ fn estimate_and_error(loads: impl Fn(&Model, f64) -> Vec<TimedLoad>, damped: boo
     let damping = if damped { two_percent(all.lambda[0]) } else { Rayleigh::default() };
     let dt = std::f64::consts::TAU / all.lambda[0].sqrt() / 40.0;
     let (steps, loads) = (120, loads(&model, dt));
-    let options = TruthOptions { vectors_per_force: most, ..OPTIONS };
+    let options = ReferenceOptions { vectors_per_force: most, ..OPTIONS };
     let symbolic = Symbolic::analyze(pencil).unwrap();
     let decay = |lambda, _| damping.decay(lambda);
-    let truth = Truth::find(pencil, &symbolic, &decay, &loads, (dt, steps), &options, &Silent).unwrap();
+    let truth =
+        ReferenceSolution::find(pencil, &symbolic, &decay, &loads, (dt, steps), &options, &Silent).unwrap();
     // Jumps and kinks of all loads here are multiples of a twentieth of a step.
     let coordinates = all.coordinates(damping, &loads, (dt, steps), 20);
-    let exact = DisplacedBy { columns: all.vectors.as_ref(), amplitudes: coordinates.as_ref() };
+    let exact = MotionPart { columns: all.vectors.as_ref(), amplitudes: coordinates.as_ref() };
     let found = truth.trajectory(0);
     [found.estimate(), found.distance(&[exact]).error]
 }
@@ -187,7 +189,8 @@ fn oscillator(
         |&(force, when): &(f64, Interval)| TimedLoad { column: 0, force: vec![force], when: when.into() };
     let loads: Vec<_> = loads.iter().map(load).collect();
     let decay = |_, _| decay;
-    let truth = Truth::find(&pencil, &symbolic, &decay, &loads, (dt, steps), &OPTIONS, &Silent).unwrap();
+    let truth =
+        ReferenceSolution::find(&pencil, &symbolic, &decay, &loads, (dt, steps), &OPTIONS, &Silent).unwrap();
     let found = truth.trajectory(0);
     (found.along(&[vec![(0, 1.0)]]), found.norm())
 }
@@ -234,10 +237,11 @@ fn the_motion_does_not_depend_on_the_step_at_which_it_is_looked_at() {
     let symbolic = Symbolic::analyze(pencil).unwrap();
     let dt = 1e-3;
     let loads = pushes(&model, dt);
-    let options = TruthOptions { tolerance: 0.0, vectors_per_force: 20, ..OPTIONS };
+    let options = ReferenceOptions { tolerance: 0.0, vectors_per_force: 20, ..OPTIONS };
     let row = [vec![(3, 1.0), (200, -0.5)]];
     let find = |step: (f64, usize)| {
-        let truth = Truth::find(pencil, &symbolic, &|_, _| 0.0, &loads, step, &options, &Silent).unwrap();
+        let truth =
+            ReferenceSolution::find(pencil, &symbolic, &|_, _| 0.0, &loads, step, &options, &Silent).unwrap();
         assert_eq!(truth.vectors(), 40);
         truth.trajectory(0).along(&row)
     };
@@ -259,10 +263,11 @@ fn distances_keep_their_digits_and_split_into_floor_and_coordinates() {
     let loads = pushes(&model, dt);
     let damping = two_percent(modes.eigenvalues[0]);
     let decay = |lambda, _| damping.decay(lambda);
-    let truth = Truth::find(pencil, &symbolic, &decay, &loads, (dt, 150), &OPTIONS, &Silent).unwrap();
+    let truth =
+        ReferenceSolution::find(pencil, &symbolic, &decay, &loads, (dt, 150), &OPTIONS, &Silent).unwrap();
     let found = truth.trajectory(0);
     let coordinates = found.coordinates();
-    let part = |columns, amplitudes| DisplacedBy { columns, amplitudes };
+    let part = |columns, amplitudes| MotionPart { columns, amplitudes };
 
     // The truth itself with a part in 1e10 of a rough field beside it.
     let n = pencil.n_dof();
@@ -314,9 +319,9 @@ fn trajectories_share_a_space_and_a_force_counts_once() {
         force: force.clone(),
         when: when(start).into(),
     };
-    let options = TruthOptions { tolerance: 0.0, vectors_per_force: 30, ..OPTIONS };
+    let options = ReferenceOptions { tolerance: 0.0, vectors_per_force: 30, ..OPTIONS };
     let find = |loads: &[TimedLoad]| {
-        Truth::find(pencil, &symbolic, &|_, _| 0.0, loads, (1e-3, 50), &options, &Silent).unwrap()
+        ReferenceSolution::find(pencil, &symbolic, &|_, _| 0.0, loads, (1e-3, 50), &options, &Silent).unwrap()
     };
     let truth = find(&[load(0, &one, 0.0), load(1, &other, 0.0), load(2, &twice, 0.01), load(2, &one, 0.0)]);
     // Two independent forces.
@@ -348,8 +353,10 @@ fn the_modes_of_a_slender_beam_are_found_to_their_digits() {
         force: point_force(&model, node, [0.0, 1.0, 0.3]),
         when: Interval { start: 0.0, end: f64::INFINITY, ramp: 0.0 }.into(),
     };
-    let options = TruthOptions { tolerance: 0.0, vectors_per_force: 200, ..OPTIONS };
-    let truth = Truth::find(pencil, &symbolic, &|_, _| 0.0, &[load], (1e-3, 10), &options, &Silent).unwrap();
+    let options = ReferenceOptions { tolerance: 0.0, vectors_per_force: 200, ..OPTIONS };
+    let truth =
+        ReferenceSolution::find(pencil, &symbolic, &|_, _| 0.0, &[load], (1e-3, 10), &options, &Silent)
+            .unwrap();
     // The stiffest is 6e8 times as stiff as the first: where its rounding is a part in 1e16, the first keeps
     // half of its digits, and more than that because roundings average out.
     let lambda = truth.lambda();
@@ -367,8 +374,8 @@ fn a_space_serves_another_damping_and_many_motions_on_its_trajectories() {
     let dt = std::f64::consts::TAU / lowest.eigenvalues[0].sqrt() / 40.0;
     let loads = pushes(&model, dt);
     let find = |decay: &dyn Fn(f64, usize) -> f64, most: usize| {
-        let options = TruthOptions { vectors_per_force: most, ..OPTIONS };
-        Truth::find(pencil, &symbolic, decay, &loads, (dt, 60), &options, &Silent).unwrap()
+        let options = ReferenceOptions { vectors_per_force: most, ..OPTIONS };
+        ReferenceSolution::find(pencil, &symbolic, decay, &loads, (dt, 60), &options, &Silent).unwrap()
     };
     // A space that is not closed, so that the estimate is one.
     let free = find(&|_, _| 0.0, 20);
@@ -386,11 +393,11 @@ fn a_space_serves_another_damping_and_many_motions_on_its_trajectories() {
     // columns move.
     let trajectory = damped.trajectory(0);
     let coordinates = trajectory.coordinates();
-    let beside = damped.beside(lowest.vectors.clone());
+    let complement = damped.complement(lowest.vectors.clone());
     let zeta = Mat::from_fn(4, 61, |k, n| if k < 2 { 1e-5 * ((k + 1) * n) as f64 } else { 0.0 });
-    let squares = beside.squares_apart(coordinates.clone(), zeta.as_ref());
+    let squares = complement.squares_apart(coordinates.clone(), zeta.as_ref());
     let (columns, amplitudes) = (lowest.vectors.subcols(0, 2), zeta.subrows(0, 2));
-    let expected = trajectory.distance(&[DisplacedBy { columns, amplitudes }]).error;
+    let expected = trajectory.distance(&[MotionPart { columns, amplitudes }]).error;
     let found = (squares.iter().sum::<f64>() / coordinates.squared_norm_l2()).sqrt();
     assert_eq!(squares.len(), 61);
     assert!((found / expected - 1.0).abs() < 1e-12, "{found} {expected}");
@@ -408,13 +415,14 @@ fn modes_that_are_known_halve_the_space_and_leave_the_estimate_sound() {
     let symbolic = Symbolic::analyze(pencil).unwrap();
     let lowest = lowest_modes(pencil, &symbolic, 16).unwrap().vectors;
     let coordinates = all.coordinates(damping, &loads, (dt, steps), 20);
-    let exact = DisplacedBy { columns: all.vectors.as_ref(), amplitudes: coordinates.as_ref() };
-    let options = TruthOptions { tolerance: 1e-4, ..OPTIONS };
+    let exact = MotionPart { columns: all.vectors.as_ref(), amplitudes: coordinates.as_ref() };
+    let options = ReferenceOptions { tolerance: 1e-4, ..OPTIONS };
     let [without, with] = [0, 16].map(|known| {
         let model = (pencil, &symbolic, lowest.subcols(0, known));
-        let never = |_: &Truth<'_>| None::<()>;
+        let never = |_: &ReferenceSolution<'_>| None::<()>;
         let (truth, _) =
-            Truth::find_until(model, &decay, &loads, (dt, steps), &options, &Silent, never).unwrap();
+            ReferenceSolution::find_until(model, &decay, &loads, (dt, steps), &options, &Silent, never)
+                .unwrap();
         let found = truth.trajectory(0);
         let (estimate, error) = (found.estimate(), found.distance(&[exact]).error);
         assert!(estimate <= 1e-4 && error <= estimate, "{known} modes: {estimate:e} {error:e}");

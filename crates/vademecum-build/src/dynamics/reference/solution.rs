@@ -1,10 +1,10 @@
-//! The truth: its space, its modes, and the motion in them.
+//! The reference solution: its space, its modes, and the motion in them.
 
 use faer::linalg::matmul::matmul;
 use faer::{Accum, Mat, MatRef, Par};
 
 use super::motion::Motion;
-use super::space::{Ritz, Space, ritz};
+use super::space::{ProjectedModes, RitzSpace, ritz};
 use crate::dynamics::orthonormal::DEPENDENT;
 use crate::dynamics::{History, Rayleigh, TimedLoad};
 use crate::fem::{FactorError, Pencil, Symbolic};
@@ -27,7 +27,7 @@ pub type Decay<'a> = &'a dyn Fn(f64, usize) -> f64;
 
 /// When the space is good enough, and how large it may get.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct TruthOptions {
+pub struct ReferenceOptions {
     /// Estimated relative error, mass norm over all dofs and instants, at which the space grows no more.
     pub tolerance: f64,
     /// Most vectors per independent force.
@@ -36,14 +36,14 @@ pub struct TruthOptions {
     pub bytes: u64,
 }
 
-impl Default for TruthOptions {
+impl Default for ReferenceOptions {
     fn default() -> Self {
         Self { tolerance: 1e-6, vectors_per_force: 400, bytes: 2_000_000_000 }
     }
 }
 
-impl TruthOptions {
-    /// Most vectors for so many independent forces on a body of `n` dofs.
+impl ReferenceOptions {
+    /// Most vectors for `forces` independent forces on a body of `n` dofs.
     #[must_use]
     pub fn most_vectors(&self, forces: usize, n: usize) -> usize {
         let room = self.bytes / (8 * n.max(1) as u64);
@@ -52,9 +52,9 @@ impl TruthOptions {
     }
 }
 
-/// Why there is no truth.
+/// Why there is no reference solution.
 #[derive(Debug, thiserror::Error)]
-pub enum TruthError {
+pub enum ReferenceError {
     /// The stiffness does not factorise.
     #[error("the stiffness matrix, for the reference that is exact in time")]
     Factor(#[from] FactorError),
@@ -67,25 +67,26 @@ pub enum TruthError {
 }
 
 /// Trajectories from rest, exact in time, in a space made for their loads.
-pub struct Truth<'a> {
+#[doc(alias("truth", "load-dependent Ritz vectors"))]
+pub struct ReferenceSolution<'a> {
     pub(super) pencil: &'a Pencil,
     /// `V`, shape (n, m), orthonormal in the mass.
     space: Columns,
     /// `VᵀKV`, its upper triangle.
     stiffness: Mat<f64>,
-    modes: Modal,
-    loads: Loads,
+    modes: ModalPencil,
+    loads: ModalLoads,
     time_step: f64,
     steps: usize,
     /// Vectors that were known before, the first of the space.
     given: usize,
-    /// Whether nothing was left to add to the space.
+    /// True if nothing was left to add to the space.
     closed: bool,
     errors: Vec<f64>,
 }
 
 /// The pencil on a space, mode by mode.
-struct Modal {
+struct ModalPencil {
     /// `λ` and `σ` of each mode, `λ` ascending.
     modes: Vec<[f64; 2]>,
     /// Modes over the vectors of the space, shape (m, m), orthonormal.
@@ -93,14 +94,14 @@ struct Modal {
 }
 
 /// Loads on the vectors of a space.
-struct Loads {
+struct ModalLoads {
     /// `VᵀF`, shape (m, loads).
     shares: Mat<f64>,
-    /// How each load follows time, and on which trajectory it acts.
+    /// Time function of each load, and the trajectory on which it acts.
     when: Vec<(usize, History)>,
 }
 
-impl<'a> Truth<'a> {
+impl<'a> ReferenceSolution<'a> {
     /// Finds the space for the trajectories that `loads` drive over `steps` steps of `time_step` \[s\], on
     /// the pencil whose pattern `symbolic` analyses; each mode decays by `decay`.
     ///
@@ -109,8 +110,8 @@ impl<'a> Truth<'a> {
     /// that while vectors are moved, which begins with more than eight for each force. Deterministic.
     ///
     /// # Errors
-    /// [`TruthError`]. A space that reaches its largest size before the tolerance is no error: see
-    /// [`Trajectory::estimate`].
+    /// [`ReferenceError`]. A space that reaches its largest size before the tolerance is no error: see
+    /// [`ReferenceTrajectory::estimate`].
     ///
     /// ```
     /// use faer::mat;
@@ -135,36 +136,36 @@ impl<'a> Truth<'a> {
         decay: Decay<'_>,
         loads: &[TimedLoad],
         span: (f64, usize),
-        options: &TruthOptions,
+        options: &ReferenceOptions,
         listener: &dyn Listener,
-    ) -> Result<Truth<'a>, TruthError> {
-        let never = |_: &Truth<'_>| None::<()>;
+    ) -> Result<ReferenceSolution<'a>, ReferenceError> {
+        let never = |_: &ReferenceSolution<'_>| None::<()>;
         let none = Mat::zeros(pencil.n_dof(), 0);
         let model = (pencil, symbolic, none.as_ref());
         Ok(Self::find_until(model, decay, loads, span, options, listener, never)?.0)
     }
 
     /// The same, but the space grows no more once `enough` has an answer, which comes along: what is measured
-    /// against the truth may need less of it. It is asked at every size at which the error is estimated.
+    /// against the reference may need less of it. It is asked at every size at which the error is estimated.
     ///
     /// The space begins with natural modes of the pencil, shape (n, count), where they are known: what is
     /// left of the loads then moves faster than they do, and takes half as many vectors. They have to be
     /// modes, not any Ritz vectors: what `K⁻¹M` makes of them is not looked at.
     ///
     /// # Errors
-    /// As [`Truth::find`].
+    /// As [`ReferenceSolution::find`].
     pub fn find_until<T>(
         (pencil, symbolic, modes): (&'a Pencil, &Symbolic, MatRef<'_, f64>),
         decay: Decay<'_>,
         loads: &[TimedLoad],
         (time_step, steps): (f64, usize),
-        options: &TruthOptions,
+        options: &ReferenceOptions,
         listener: &dyn Listener,
-        mut enough: impl FnMut(&Truth<'a>) -> Option<T>,
-    ) -> Result<(Truth<'a>, Option<T>), TruthError> {
+        mut enough: impl FnMut(&ReferenceSolution<'a>) -> Option<T>,
+    ) -> Result<(ReferenceSolution<'a>, Option<T>), ReferenceError> {
         let factor = symbolic.factor_of(pencil.stiffness())?;
         let forces = loads.iter().map(|load| load.force.as_slice());
-        let mut space = Space::new(pencil, &factor, modes, forces);
+        let mut space = RitzSpace::new(pencil, &factor, modes, forces);
         let (given, n) = (space.given(), pencil.n_dof());
         let most = given + options.most_vectors(space.used() - given, n - given);
         let mut aim = (given + FIRST.max(3 * (space.used() - given))).min(most);
@@ -174,21 +175,21 @@ impl<'a> Truth<'a> {
                 listener.checkpoint(space.used(), most)?;
             }
             space.project();
-            let loads = Loads::new(space.vectors(), loads);
-            let modes = Modal::new(space.ritz(space.used())?, decay);
+            let loads = ModalLoads::new(space.vectors(), loads);
+            let modes = ModalPencil::new(space.ritz(space.used())?, decay);
             let closed = space.is_closed();
             let errors = if closed {
                 // What is missing was taken for rounding.
                 vec![DEPENDENT; loads.columns()]
             } else {
-                let fewer = Modal::new(space.ritz(fewer(space.used(), given))?, decay);
+                let fewer = ModalPencil::new(space.ritz(fewer(space.used(), given))?, decay);
                 estimate(&modes, &fewer, &loads, time_step, steps, listener)?
             };
             let converged = errors.iter().all(|&error| error <= options.tolerance);
             let last = closed || converged || space.used() >= most;
             aim = (space.used() + (space.used() - given).div_ceil(4)).min(most);
             let (vectors, stiffness) = space.lend();
-            let truth = Truth {
+            let truth = ReferenceSolution {
                 pencil,
                 space: vectors,
                 stiffness,
@@ -212,16 +213,20 @@ impl<'a> Truth<'a> {
     /// damping needs no larger space; less might.
     ///
     /// # Errors
-    /// [`TruthError`]: numbers that double precision does not hold; a stop.
-    pub fn damped(self, decay: Decay<'_>, listener: &dyn Listener) -> Result<Truth<'a>, TruthError> {
+    /// [`ReferenceError`]: numbers that double precision does not hold; a stop.
+    pub fn damped(
+        self,
+        decay: Decay<'_>,
+        listener: &dyn Listener,
+    ) -> Result<ReferenceSolution<'a>, ReferenceError> {
         let (vectors, projected) = (self.vectors(), self.stiffness.as_ref());
-        let modes = Modal::new(ritz(projected, vectors)?, decay);
+        let modes = ModalPencil::new(ritz(projected, vectors)?, decay);
         let mut errors = self.errors;
         if !self.closed {
-            let fewer = Modal::new(ritz(projected, fewer(vectors, self.given))?, decay);
+            let fewer = ModalPencil::new(ritz(projected, fewer(vectors, self.given))?, decay);
             errors = estimate(&modes, &fewer, &self.loads, self.time_step, self.steps, listener)?;
         }
-        Ok(Truth { modes, errors, ..self })
+        Ok(ReferenceSolution { modes, errors, ..self })
     }
 
     /// Number of vectors of the space.
@@ -240,19 +245,19 @@ impl<'a> Truth<'a> {
     }
 
     /// The trajectory that the loads of this column drive.
-    pub fn trajectory(&self, column: usize) -> Trajectory<'_> {
-        Trajectory { truth: self, column }
+    pub fn trajectory(&self, column: usize) -> ReferenceTrajectory<'_> {
+        ReferenceTrajectory { truth: self, column }
     }
 }
 
-/// One trajectory of a truth.
+/// One trajectory of a reference solution.
 #[derive(Clone, Copy)]
-pub struct Trajectory<'t> {
-    pub(super) truth: &'t Truth<'t>,
+pub struct ReferenceTrajectory<'t> {
+    pub(super) truth: &'t ReferenceSolution<'t>,
     column: usize,
 }
 
-impl<'t> Trajectory<'t> {
+impl<'t> ReferenceTrajectory<'t> {
     /// Number of instants, the start included.
     pub fn instants(&self) -> usize {
         self.truth.steps + 1
@@ -272,7 +277,7 @@ impl<'t> Trajectory<'t> {
     }
 
     /// Coordinates over the space at all instants, shape (vectors, instants): much memory for a long motion,
-    /// which [`Trajectory::windows`] does without.
+    /// which [`ReferenceTrajectory::windows`] does without.
     pub fn coordinates(&self) -> Mat<f64> {
         let mut all = Mat::zeros(self.truth.vectors(), self.instants());
         for (first, window) in self.windows() {
@@ -325,7 +330,13 @@ pub struct Windows<'t> {
 }
 
 impl<'t> Windows<'t> {
-    fn new(modes: &'t Modal, loads: &Loads, column: usize, time_step: f64, instants: usize) -> Self {
+    fn new(
+        modes: &'t ModalPencil,
+        loads: &ModalLoads,
+        column: usize,
+        time_step: f64,
+        instants: usize,
+    ) -> Self {
         let (shares, when) = loads.of(column, modes);
         let motion = Motion::new(&modes.modes, shares, when, time_step);
         Self { motion, vectors: modes.vectors.as_ref(), next: 0, instants }
@@ -348,20 +359,20 @@ impl Iterator for Windows<'_> {
     }
 }
 
-impl Modal {
-    fn new(ritz: Ritz, decay: Decay<'_>) -> Modal {
+impl ModalPencil {
+    fn new(ritz: ProjectedModes, decay: Decay<'_>) -> ModalPencil {
         let modes = ritz.values.iter().enumerate().map(|(k, &lambda)| [lambda, decay(lambda, k)]).collect();
-        Modal { modes, vectors: ritz.vectors }
+        ModalPencil { modes, vectors: ritz.vectors }
     }
 }
 
-impl Loads {
-    fn new(space: MatRef<'_, f64>, loads: &[TimedLoad]) -> Loads {
+impl ModalLoads {
+    fn new(space: MatRef<'_, f64>, loads: &[TimedLoad]) -> ModalLoads {
         let mut shares = Mat::zeros(space.ncols(), loads.len());
         for (j, load) in loads.iter().enumerate() {
             shares.col_as_slice_mut(j).copy_from_slice(&project(space, &load.force));
         }
-        Loads { shares, when: loads.iter().map(|load| (load.column, load.when.clone())).collect() }
+        ModalLoads { shares, when: loads.iter().map(|load| (load.column, load.when.clone())).collect() }
     }
 
     /// Number of trajectories.
@@ -370,7 +381,7 @@ impl Loads {
     }
 
     /// Shares of the modes in the loads of one trajectory, and how these follow time.
-    fn of(&self, column: usize, modes: &Modal) -> (Mat<f64>, Vec<History>) {
+    fn of(&self, column: usize, modes: &ModalPencil) -> (Mat<f64>, Vec<History>) {
         let mine: Vec<usize> = (0..self.when.len()).filter(|&j| self.when[j].0 == column).collect();
         let m = modes.vectors.nrows();
         let shares = Mat::from_fn(m, mine.len(), |i, j| self.shares[(i, mine[j])]);
@@ -387,9 +398,9 @@ fn fewer(vectors: usize, given: usize) -> usize {
 
 /// Distance of the answers in `fewer` vectors from those in all, relative, for each trajectory.
 fn estimate(
-    modes: &Modal,
-    fewer: &Modal,
-    loads: &Loads,
+    modes: &ModalPencil,
+    fewer: &ModalPencil,
+    loads: &ModalLoads,
     time_step: f64,
     steps: usize,
     listener: &dyn Listener,

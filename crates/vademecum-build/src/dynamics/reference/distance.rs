@@ -1,19 +1,19 @@
-//! How far other motions are from the truth, in the mass norm.
+//! Distance of other motions from the reference solution, in the mass norm.
 //!
-//! Distances are norms of differences: a motion is written over the vectors of the truth and, where it leaves
-//! their span, over more vectors orthonormal to them. Nothing is the difference of two squares, so an error
-//! of 1e-10 is measured as well as one of 1.
+//! Distances are norms of differences: a motion is written over the vectors of the reference and, where it
+//! leaves their span, over more vectors orthonormal to them. Nothing is the difference of two squares, so an
+//! error of 1e-10 is measured as well as one of 1.
 
 use faer::linalg::matmul::matmul;
 use faer::{Accum, Mat, MatRef, Par};
 
-use super::reference::{Trajectory, Truth, WINDOW, Windows};
-use crate::dynamics::orthonormal::{Joined, orthonormalise_here};
+use super::solution::{ReferenceSolution, ReferenceTrajectory, WINDOW, Windows};
+use crate::dynamics::orthonormal::{BlockSplit, orthonormalise_here};
 use crate::fem::SymmetricMatrix;
 
-/// A motion shown as `u(t) = Σ_j c_j a_j(t)`.
+/// A part of a motion, `u(t) = Σ_j c_j a_j(t)`.
 #[derive(Clone, Copy)]
-pub struct DisplacedBy<'m> {
+pub struct MotionPart<'m> {
     /// `c_j` over the free dofs, shape (n, k); any columns.
     pub columns: MatRef<'m, f64>,
     /// `a_j` at each instant, the start included; shape (k, instants).
@@ -22,34 +22,35 @@ pub struct DisplacedBy<'m> {
 
 /// Relative L2 distances over all dofs and instants, mass norm.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct TruthDistance {
-    /// Of the motion from the truth.
+#[doc(alias("floor", "projection error", "best-approximation error"))]
+pub struct ReferenceDistance {
+    /// Of the motion from the reference solution.
     pub error: f64,
-    /// Of the truth from its projection on the columns of the first part of the motion: what no coordinates
-    /// on that basis could mend.
+    /// Projection error: of the reference solution from its projection on the columns of the first part of
+    /// the motion.
     pub floor: f64,
 }
 
-/// Columns beside the space of a truth: many motions that they show, on any trajectory in that space, are
-/// compared for the price of writing the columns over its vectors once.
-pub struct Beside {
-    /// The columns over the vectors of the truth, shape (m, k).
+/// Columns split into their part in the space of a reference solution and the orthogonal complement: the
+/// comparison of many motions in these columns needs the split once.
+pub struct Complement {
+    /// The columns over the vectors of the reference, shape (m, k).
     onto_old: Mat<f64>,
-    /// What is left of them, over further orthonormal vectors; shape (k', k).
+    /// Their remainder, over further orthonormal vectors; shape (k', k).
     onto_new: Mat<f64>,
 }
 
-impl Truth<'_> {
-    /// Columns over the free dofs, shape (n, k), beside the space. Costs 8 n k products for each vector of
+impl ReferenceSolution<'_> {
+    /// Splits columns over the free dofs, shape (n, k). Costs 8 n k products for each vector of
     /// the space.
-    pub fn beside(&self, columns: Mat<f64>) -> Beside {
-        let Joined { onto_old, onto_new, .. } =
+    pub fn complement(&self, columns: Mat<f64>) -> Complement {
+        let BlockSplit { onto_old, onto_new, .. } =
             orthonormalise_here(self.pencil.mass(), self.space(), columns);
-        Beside { onto_old, onto_new }
+        Complement { onto_old, onto_new }
     }
 }
 
-impl Beside {
+impl Complement {
     /// Squares of the distance in the mass of the motion `Σ_j c_j a_j(t)` of the columns from a trajectory,
     /// at each instant. `coordinates` are those of the trajectory over the space, shape (m, instants), and
     /// `amplitudes` have shape (k, instants).
@@ -62,8 +63,8 @@ impl Beside {
         (0..instants).map(|t| inside.col(t).squared_norm_l2() + beyond.col(t).squared_norm_l2()).collect()
     }
 
-    /// Some instants of the truth less the columns with their amplitudes: what differs along its vectors and
-    /// what lies beyond them.
+    /// Some instants of the reference less the columns with their amplitudes: what differs along its vectors
+    /// and the part beyond them.
     fn apart(&self, window: Mat<f64>, amplitudes: MatRef<'_, f64>) -> [Mat<f64>; 2] {
         let mut apart = window;
         matmul(apart.as_mut(), Accum::Add, self.onto_old.as_ref(), amplitudes, -1.0, Par::Seq);
@@ -73,25 +74,32 @@ impl Beside {
     }
 }
 
-impl<'t> Trajectory<'t> {
+impl<'t> ReferenceTrajectory<'t> {
     /// Distance of a motion from this one. The motion is the sum of its parts: a basis with its coordinates,
     /// and perhaps columns that follow the loads statically. The floor is that of the first part.
     ///
     /// # Panics
     /// If a part has another number of dofs or of instants.
-    pub fn distance(&self, parts: &[DisplacedBy<'_>]) -> TruthDistance {
+    pub fn distance(&self, parts: &[MotionPart<'_>]) -> ReferenceDistance {
         let truth = self.truth;
         let count: usize = parts.iter().map(|part| part.columns.ncols()).sum();
         let mut columns = Mat::zeros(truth.space().nrows(), count);
         let mut at = 0;
         for part in parts {
-            assert_eq!(part.amplitudes.ncols(), self.instants(), "instants of a motion beside the truth");
+            assert_eq!(
+                part.amplitudes.ncols(),
+                self.instants(),
+                "instants of the motion and of the reference"
+            );
             columns.subcols_mut(at, part.columns.ncols()).copy_from(part.columns);
             at += part.columns.ncols();
         }
-        let beside = truth.beside(columns);
+        let complement = truth.complement(columns);
         let basis = parts.first().map_or(0, |part| part.columns.ncols());
-        let floor = Floor::new(beside.onto_old.subcols(0, basis), beside.onto_new.subcols(0, basis));
+        let floor = ProjectionError::new(
+            complement.onto_old.subcols(0, basis),
+            complement.onto_new.subcols(0, basis),
+        );
         let mut sums = [0.0; 3];
         for (first, window) in self.windows() {
             let width = window.ncols();
@@ -104,17 +112,17 @@ impl<'t> Trajectory<'t> {
             }
             sums[0] += window.squared_norm_l2();
             sums[1] += floor.squared(window.as_ref());
-            let [inside, beyond] = beside.apart(window, amplitudes.as_ref());
+            let [inside, beyond] = complement.apart(window, amplitudes.as_ref());
             sums[2] += inside.squared_norm_l2() + beyond.squared_norm_l2();
         }
         let [norm, floor, error] = sums;
-        TruthDistance { error: (error / norm).sqrt(), floor: (floor / norm).sqrt() }
+        ReferenceDistance { error: (error / norm).sqrt(), floor: (floor / norm).sqrt() }
     }
 
     /// A meter of the distance of a motion that is marched at full order.
-    pub fn marched_apart(&self) -> MarchedApart<'t> {
+    pub fn marched_apart(&self) -> MarchMeter<'t> {
         let n = self.truth.space().nrows();
-        MarchedApart {
+        MarchMeter {
             mass: self.truth.pencil.mass(),
             space: self.truth.space(),
             windows: self.windows(),
@@ -126,19 +134,19 @@ impl<'t> Trajectory<'t> {
     }
 }
 
-/// What is left of coordinates over the truth's space once they are projected on a basis.
-struct Floor {
+/// Projection error of coordinates over the reference space for a basis.
+struct ProjectionError {
     /// Orthonormal basis in those coordinates, its part beyond the space below; shape (m + k', r).
     basis: Mat<f64>,
 }
 
-impl Floor {
-    fn new(onto_old: MatRef<'_, f64>, onto_new: MatRef<'_, f64>) -> Floor {
+impl ProjectionError {
+    fn new(onto_old: MatRef<'_, f64>, onto_new: MatRef<'_, f64>) -> ProjectionError {
         let (m, beyond, r) = (onto_old.nrows(), onto_new.nrows(), onto_old.ncols());
         let mut columns = Mat::zeros(m + beyond, r);
         columns.subrows_mut(0, m).copy_from(onto_old);
         columns.subrows_mut(m, beyond).copy_from(onto_new);
-        Floor { basis: columns.qr().compute_thin_Q() }
+        ProjectionError { basis: columns.qr().compute_thin_Q() }
     }
 
     fn squared(&self, window: MatRef<'_, f64>) -> f64 {
@@ -151,8 +159,8 @@ impl Floor {
     }
 }
 
-/// Distance of a marched motion from the truth, collected instant by instant.
-pub struct MarchedApart<'t> {
+/// Distance of a marched motion from the reference solution, collected instant by instant.
+pub struct MarchMeter<'t> {
     mass: &'t SymmetricMatrix,
     space: MatRef<'t, f64>,
     windows: Windows<'t>,
@@ -161,15 +169,15 @@ pub struct MarchedApart<'t> {
     /// Displacements that wait for their window, shape (n, window).
     marched: Mat<f64>,
     filled: usize,
-    /// Squares of the distance and of the truth.
+    /// Squares of the distance and of the reference.
     sums: [f64; 2],
 }
 
-impl MarchedApart<'_> {
+impl MarchMeter<'_> {
     /// Adds the next instant, the start first; displacement over the free dofs.
     ///
     /// # Panics
-    /// If there are more instants than the truth has, or another number of dofs.
+    /// If there are more instants than the reference has, or another number of dofs.
     pub fn add(&mut self, displacement: &[f64]) {
         self.marched.col_as_slice_mut(self.filled).copy_from_slice(displacement);
         self.filled += 1;

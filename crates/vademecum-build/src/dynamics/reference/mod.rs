@@ -13,19 +13,19 @@
 //! vectors in one space per force would cost less to keep orthogonal, but the low modes that all forces
 //! excite would be found once for each, and an error against their sum would have to be measured on vectors
 //! that are not orthogonal. Natural modes that are known may stand first: they are their own images, so the
-//! space grows beside them as it would for the loads less their part.
+//! space grows orthogonal to them as it would for the loads less their part.
 //!
-//! How far the space has converged is measured: the answer with all of its vectors against the answer with
+//! The convergence of the space is measured: the answer with all of its vectors against the answer with
 //! the first two thirds of those that were added. A point force that jumps on a body without damping makes
 //! its highest modes ring. Their share falls slowly, and the estimate says so.
 
 mod distance;
 mod motion;
-mod reference;
+mod solution;
 mod space;
 
-pub use distance::{Beside, DisplacedBy, MarchedApart, TruthDistance};
-pub use reference::{Decay, Trajectory, Truth, TruthError, TruthOptions};
+pub use distance::{Complement, MarchMeter, MotionPart, ReferenceDistance};
+pub use solution::{Decay, ReferenceError, ReferenceOptions, ReferenceSolution, ReferenceTrajectory};
 
 #[cfg(test)]
 mod tests;

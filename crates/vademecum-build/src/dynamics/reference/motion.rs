@@ -21,7 +21,7 @@ pub(super) struct Motion<'a> {
     force: Vec<[f64; 2]>,
     /// Instant of the state.
     instant: usize,
-    /// Whether the state has been shown.
+    /// True if the state has been shown.
     shown: bool,
 }
 
@@ -62,7 +62,7 @@ impl<'a> Motion<'a> {
     }
 
     /// Energy at the next instant, the start first.
-    pub fn next_energy(&mut self) -> f64 {
+    pub(crate) fn next_energy(&mut self) -> f64 {
         if self.shown {
             self.step();
         }

@@ -8,9 +8,9 @@ use faer::linalg::matmul::matmul;
 use faer::linalg::triangular_solve::solve_lower_triangular_in_place;
 use faer::{Accum, Mat, MatRef, Par, Side};
 
-use crate::dynamics::krylov::symmetric_eigen;
 use crate::dynamics::orthonormal::orthonormalise_here;
 use crate::fem::{Factor, Pencil, Solve};
+use crate::linalg::symmetric_eigen;
 use crate::linalg::{Columns, NoConvergence};
 
 /// Columns solved for together.
@@ -20,11 +20,11 @@ const GROUP: usize = 24;
 /// vectors that are moved cost as much as new ones.
 const ROOM: usize = 8;
 
-/// What did not converge.
+/// Name of the decomposition in errors.
 const PROJECTED: &str = "the stiffness projected on the space of the loads";
 
 /// A growing space.
-pub(super) struct Space<'a> {
+pub(super) struct RitzSpace<'a> {
     pencil: &'a Pencil,
     factor: &'a Factor,
     solve: Solve,
@@ -40,25 +40,25 @@ pub(super) struct Space<'a> {
 }
 
 /// The modes of the pencil projected on the first `m` columns of a space.
-pub(super) struct Ritz {
+pub(super) struct ProjectedModes {
     /// `λ`, ascending.
     pub values: Vec<f64>,
     /// Coordinates over those columns, orthonormal; shape (m, m).
     pub vectors: Mat<f64>,
 }
 
-impl<'a> Space<'a> {
+impl<'a> RitzSpace<'a> {
     /// The space of natural modes that are known and of the static answers to the forces.
     pub fn new<'f>(
         pencil: &'a Pencil,
         factor: &'a Factor,
         modes: MatRef<'_, f64>,
         forces: impl Iterator<Item = &'f [f64]>,
-    ) -> Space<'a> {
+    ) -> RitzSpace<'a> {
         let n = pencil.n_dof();
         let forces: Vec<&[f64]> = forces.collect();
         let room = ROOM * (modes.ncols() + forces.len());
-        let mut space = Space {
+        let mut space = RitzSpace {
             pencil,
             factor,
             solve: Solve::new(factor.symbolic(), GROUP, false),
@@ -93,8 +93,8 @@ impl<'a> Space<'a> {
         self.given
     }
 
-    /// Whether `K⁻¹M` leads nowhere else.
-    pub fn is_closed(&self) -> bool {
+    /// True if `K⁻¹M` leads nowhere else.
+    pub(crate) fn is_closed(&self) -> bool {
         self.expanded == self.used() || self.used() == self.pencil.n_dof()
     }
 
@@ -125,7 +125,7 @@ impl<'a> Space<'a> {
     }
 
     /// Takes them back.
-    pub fn take_back(&mut self, (vectors, stiffness): (Columns, Mat<f64>)) {
+    pub(crate) fn take_back(&mut self, (vectors, stiffness): (Columns, Mat<f64>)) {
         (self.vectors, self.stiffness) = (vectors, stiffness);
     }
 
@@ -149,7 +149,7 @@ impl<'a> Space<'a> {
     ///
     /// # Errors
     /// As [`ritz`].
-    pub fn ritz(&self, m: usize) -> Result<Ritz, NoConvergence> {
+    pub fn ritz(&self, m: usize) -> Result<ProjectedModes, NoConvergence> {
         ritz(self.stiffness.as_ref(), m)
     }
 }
@@ -162,7 +162,7 @@ impl<'a> Space<'a> {
 ///
 /// # Errors
 /// [`NoConvergence`]: a stiffness that is not positive definite, or not of numbers.
-pub(super) fn ritz(projected: MatRef<'_, f64>, m: usize) -> Result<Ritz, NoConvergence> {
+pub(super) fn ritz(projected: MatRef<'_, f64>, m: usize) -> Result<ProjectedModes, NoConvergence> {
     let stiffness = Mat::from_fn(m, m, |i, j| projected[(i.min(j), i.max(j))]);
     let lower = stiffness.llt(Side::Lower).map_err(|_| NoConvergence { what: PROJECTED })?;
     let mut inverse = Mat::identity(m, m);
@@ -177,7 +177,7 @@ pub(super) fn ritz(projected: MatRef<'_, f64>, m: usize) -> Result<Ritz, NoConve
     let quotients: Vec<f64> = (0..m).map(|k| vectors.col(k).transpose() * forces.col(k)).collect();
     let mut order: Vec<usize> = (0..m).rev().collect();
     order.sort_by(|&a, &b| quotients[a].total_cmp(&quotients[b]));
-    Ok(Ritz {
+    Ok(ProjectedModes {
         values: order.iter().map(|&k| quotients[k]).collect(),
         vectors: Mat::from_fn(m, m, |i, k| vectors[(i, order[k])]),
     })
