@@ -3,8 +3,7 @@
 
 use vademecum_build::progress::Silent;
 use vademecum_eval::{
-    Batch, Contact, Loads, Modal, Place, Scalar, SceneOptions, State, Status, StepError, StructureChoice,
-    Surface,
+    Batch, Contact, Loads, Place, Scalar, SceneOptions, State, Status, StepError, StructureChoice, Surface,
 };
 use vademecum_format::File;
 use vademecum_study::player::{Track, play_in};
@@ -99,20 +98,6 @@ fn the_readme_gives_what_run_gives<T: Scalar>(structure: StructureChoice, modes_
             batch.step(scene).expect("a step");
             batch.get(17, state).expect("a state");
             assert_eq!(numbers(state.zeta()), *found, "{structure:?}: an instance of a batch");
-        }
-
-        if structure == StructureChoice::Block {
-            let lent = Modal::sizes(scene);
-            let (mut memory, mut work) = (vec![T::ZERO; lent.memory], vec![0.0; lent.work]);
-            let mut modal = Modal::bind(scene, 1e-5, &mut memory, &mut work).expect("modes");
-            state.rest();
-            let march = |_| {
-                modal.march(scene, state, loads, 10).expect("a march");
-                numbers(state.zeta())
-            };
-            let marched: Vec<_> = (0..STEPS / 10).map(march).collect();
-            let tenths: Vec<_> = expected.iter().skip(9).step_by(10).cloned().collect();
-            assert!(apart(&marched, &tenths) < modes_apart, "modes: {}", apart(&marched, &tenths));
         }
     });
 }

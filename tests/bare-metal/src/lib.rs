@@ -7,7 +7,7 @@ use core::panic::PanicInfo;
 use vademecum_eval::chapter::{ChapterLoads, ChapterScene, ChapterState};
 use vademecum_eval::format::File;
 use vademecum_eval::{
-    Batch, Contact, Field, Loads, Modal, Scalar, Scene, SceneOptions, State, StructureChoice, Surface,
+    Batch, Contact, Field, Loads, Scalar, Scene, SceneOptions, State, StructureChoice, Surface,
     SurfaceTree, Place,
 };
 
@@ -51,9 +51,6 @@ fn run<T: Scalar>(bytes: &[u8], memory: &mut [T], work: &mut [f64], block: bool)
     scene.set(&mut state, &[0.0], &[1.0], &loads).ok()?;
     scene.step(&mut state, &loads).ok()?;
     scene.increment_into(work.get_mut(..9 * scene.n_modes() * scene.n_modes())?).ok()?;
-    let (lent, memory) = memory.split_at_mut_checked(Modal::sizes(&scene).memory)?;
-    let mut modal = Modal::bind(&scene, 1e-5, lent, work).ok()?;
-    modal.march(&scene, &mut state, &loads, 10).ok()?;
     let (lent, out) = memory.split_at_mut_checked(Batch::len_for(&scene, 20))?;
     let mut batch = Batch::new(&scene, 20, lent).ok()?;
     batch.load(&scene, 17, &loads).ok()?;

@@ -272,7 +272,7 @@ fn fuse_block<'w>(
 
 /// `E_i = Σ_t g_t E_t` at each stage's place on the axes, `(n_stages, r, r)`, and the weights `g_t`,
 /// `(n_stages, n_terms)`.
-pub(crate) fn stage_responses(
+fn stage_responses(
     metadata: &Metadata<'_>,
     sections: &Sections<'_>,
     asked: &Asked,
@@ -495,7 +495,7 @@ pub(crate) const fn place_in_tiles(row: usize, column: usize, n_columns: usize) 
 }
 
 /// Column-major `(rows, any)` to tiles of [`TILE`] rows, each tile column by column.
-pub(crate) fn lay_out_columns<T: Scalar>(columns: &[f64], rows: usize, tiles: &mut [T]) -> Result<(), Short> {
+fn lay_out_columns<T: Scalar>(columns: &[f64], rows: usize, tiles: &mut [T]) -> Result<(), Short> {
     let n_columns = columns.len() / rows.max(1);
     for (c, column) in columns.chunks_exact(rows.max(1)).enumerate() {
         for (tile, part) in column.chunks(TILE).enumerate() {
