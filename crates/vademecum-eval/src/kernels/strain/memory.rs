@@ -2,6 +2,7 @@
 
 use crate::base::lend::{Lender, Short};
 use crate::base::scalar::Scalar;
+use crate::kernels::strain::tail::TAIL;
 
 /// Numbers of a row handled at once; rows are padded to multiples of it.
 pub(crate) const PANEL: usize = 8;
@@ -32,12 +33,6 @@ impl StrainShape {
             n if n.is_multiple_of(16) => 16,
             _ => PANEL,
         }
-    }
-
-    /// Coordinates that meet the numbers of a row from `start` on: those of the coupled coordinates meet the
-    /// interacting ones alone.
-    pub const fn columns(&self, start: usize) -> usize {
-        if start < self.interacting { self.leading } else { self.interacting }
     }
 
     /// Numbers of the quadratic part of a row.
@@ -71,8 +66,6 @@ impl StrainShape {
 
 /// Numbers of a row beside its map: of the force, and of the dissipation.
 pub(crate) const ROW: usize = 2;
-/// Numbers of a tail coordinate: see [`StrainMap::tail`].
-pub(crate) const TAIL: usize = 4;
 
 /// The map of a bound scene. With `w` the weight of a row, all of a row is multiplied by `√w`.
 #[derive(Clone, Copy)]
@@ -84,7 +77,7 @@ pub(crate) struct StrainMap<'s, T> {
     pub quadratic: &'s [T],
     /// `2/w` and `(W − 1)/w` of each row.
     pub rows: &'s [[T; ROW]],
-    /// Of each tail coordinate `x √w`, `2 x/√w`, `W x/(a √w)` and `1/a`.
+    /// [`TAIL`] numbers of each tail coordinate.
     pub tail: &'s [[T; TAIL]],
     /// Inertia `m` of each coordinate, 1 but for natural modes. Padding has some positive number.
     pub inertia: &'s [T],
