@@ -8,8 +8,9 @@
 use crate::base::error::OutputError;
 use crate::base::lend::{Lender, Short};
 use crate::base::scalar::Scalar;
+use crate::base::vec3::{cross, dot, minus};
 use crate::sections::place::Place;
-use crate::sections::surface::{Surface, SurfacePoint, cross, dot, minus, nearest_in_triangle};
+use crate::sections::surface::{Surface, SurfacePoint, nearest_in_triangle};
 
 /// Triangles of a leaf.
 const LEAF: usize = 4;

@@ -10,13 +10,14 @@
 use crate::base::error::{LoadError, OutputError, StepError};
 use crate::base::options::Status;
 use crate::base::scalar::Scalar;
+use crate::base::vec3::{add, cross, minus};
 use crate::flight::rigid::{RigidBody, RigidMotion, first_pattern};
 use crate::scene::loads::Loads;
 use crate::scene::scene::Scene;
 use crate::scene::state::State;
 use crate::sections::contact::Contact;
 use crate::sections::rows::Field;
-use crate::sections::surface::{SurfacePoint, add, cross, minus};
+use crate::sections::surface::SurfacePoint;
 use vademecum_format::scheme::MAX_STAGES;
 use vademecum_format::{BaseMotion, SectionKind};
 

@@ -8,7 +8,7 @@
 //! its energy stays near where it was, and it solves nothing.
 
 use crate::base::principal::{UNITS, principal};
-use crate::sections::surface::{add, cross, dot, minus};
+use crate::base::vec3::{add, cross, dot, minus};
 use vademecum_format::{File, SectionKind};
 
 /// Mass, centre and moments of inertia of a free body.

@@ -8,6 +8,7 @@
 use crate::base::error::LoadError;
 use crate::base::lend::{Lender, Short};
 use crate::base::scalar::Scalar;
+use crate::base::vec3::dot;
 use crate::sections::contact::Contact;
 use vademecum_format::{File, Numbers, SectionKind};
 
@@ -161,10 +162,6 @@ impl<'m> Residual<'m> {
 
 fn times(block: Block, force: [f64; 3]) -> [f64; 3] {
     block.map(|row| dot(row, force))
-}
-
-fn dot(a: [f64; 3], b: [f64; 3]) -> f64 {
-    a.iter().zip(b).map(|(a, b)| a * b).sum()
 }
 
 /// Forces on nodes and amplitudes of patterns, in lent memory.
