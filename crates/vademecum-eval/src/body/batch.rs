@@ -468,20 +468,16 @@ impl<'m, T: Scalar> Batch<'m, T> {
 
 /// Numbers of a group's states.
 const fn group_len(shape: Shape) -> usize {
-    match shape.structure() {
-        Structure::Diagonal | Structure::Exact => shape.n_parts() * shape.r * WIDTH,
-        Structure::Block | Structure::Strain => shape.padded() * WIDTH,
-    }
+    WIDTH * if shape.is_per_mode() { shape.n_parts() * shape.r } else { shape.padded() }
 }
 
 /// Where `instance` has number `k` of `ζ`, `Δt ζ̇` or `Δt² ζ̈`. Diagonal: `(group, mode, third, lane)`, so
 /// that the numbers of a mode lie side by side. Block: `(instance, third, mode)`, padded for the kernel.
 const fn place(shape: Shape, instance: usize, third: usize, k: usize) -> usize {
-    match shape.structure() {
-        Structure::Diagonal | Structure::Exact => {
-            ((instance / WIDTH * shape.r + k) * shape.n_parts() + third) * WIDTH + instance % WIDTH
-        }
-        Structure::Block | Structure::Strain => instance * shape.padded() + third * shape.r + k,
+    if shape.is_per_mode() {
+        ((instance / WIDTH * shape.r + k) * shape.n_parts() + third) * WIDTH + instance % WIDTH
+    } else {
+        instance * shape.padded() + third * shape.r + k
     }
 }
 

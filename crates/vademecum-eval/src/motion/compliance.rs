@@ -14,7 +14,6 @@
 
 use crate::base::error::{LoadError, StepError};
 use crate::base::lend::{Lender, Short};
-use crate::base::options::Structure;
 use crate::base::scalar::Scalar;
 use crate::kernels::kernel::add_row;
 use crate::scene::loads::Loads;
@@ -71,10 +70,10 @@ impl<T: Scalar> Scene<'_, T> {
         work: &mut [T],
     ) -> Result<(), LoadError> {
         let (n, r) = (3 * places.len(), self.shape.r);
-        if self.shape.structure() == Structure::Strain {
+        if self.shape.is_strain() {
             return Err(LoadError::NeedsState);
         }
-        if self.shape.structure() == Structure::Block || w.len() != n * n {
+        if self.shape.is_block() || w.len() != n * n {
             return Err(LoadError::Mismatch);
         }
         let mut work = Lender::new(work);
@@ -125,7 +124,7 @@ impl<T: Scalar> Scene<'_, T> {
         work: &mut [T],
     ) -> Result<(), StepError> {
         let shapes = state.shape == self.shape && loads.shape == self.shape;
-        if !shapes || self.shape.structure() == Structure::Block || out.len() != places.len() {
+        if !shapes || self.shape.is_block() || out.len() != places.len() {
             return Err(StepError::Mismatch);
         }
         self.check_carried(state)?;
@@ -134,7 +133,7 @@ impl<T: Scalar> Scene<'_, T> {
         let mut work = Lender::new(work);
         let rows = work.take(n * r)?;
         self.project(places, rows).map_err(|_| StepError::Mismatch)?;
-        if self.shape.structure() == Structure::Strain {
+        if self.shape.is_strain() {
             let moved = self.strain_ahead(state, loads, work.rest())?;
             show(rows, moved, out);
             return Ok(());

@@ -13,7 +13,7 @@
 
 use crate::base::error::{LoadError, OutputError, StepError};
 use crate::base::lend::{Lender, Short};
-use crate::base::options::{Status, Structure};
+use crate::base::options::Status;
 use crate::base::scalar::Scalar;
 use crate::kernels::strain::kernel::{Force, answer, dissipated, moved, prepare, strain_square, sub_step};
 use crate::kernels::strain::map::distance;
@@ -90,7 +90,7 @@ impl<T: Scalar> Scene<'_, T> {
         state: &mut State<'_, T>,
         loads: &Loads<'_, T>,
     ) -> Result<(Status, EnergyAccount), StepError> {
-        if self.shape.structure() != Structure::Strain || loads.shape != self.shape {
+        if !self.shape.is_strain() || loads.shape != self.shape {
             return Err(StepError::Mismatch);
         }
         self.check_carried(state)?;
@@ -174,7 +174,7 @@ impl<T: Scalar> Scene<'_, T> {
         w: &mut [f64],
         work: &mut [T],
     ) -> Result<(), LoadError> {
-        if self.shape.structure() != Structure::Strain {
+        if !self.shape.is_strain() {
             return self.compliance(places, w, work);
         }
         let (n, r) = (3 * places.len(), self.shape.r);
@@ -282,7 +282,7 @@ impl<T: Scalar> Scene<'_, T> {
     /// The energy that the scheme keeps.
     pub(crate) fn kept_energy(&self, state: &State<'_, T>) -> Result<Energy, OutputError> {
         self.check(state)?;
-        if self.shape.structure() != Structure::Strain {
+        if !self.shape.is_strain() {
             return Err(OutputError::NoTraining);
         }
         let (step, density) = (&self.strain, self.parameters.density);

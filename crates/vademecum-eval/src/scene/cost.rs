@@ -62,7 +62,7 @@ impl<T: Scalar> Scene<'_, T> {
         // A term is read once if some stage has a weight for it.
         let used =
             |t: usize| self.weights.iter().skip(t).step_by(shape.n_terms.max(1)).any(|&w| w != T::ZERO);
-        let separated_terms = if shape.structure() == Structure::Block { shape.n_terms } else { 0 };
+        let separated_terms = if shape.is_block() { shape.n_terms } else { 0 };
         let in_use = (0..separated_terms).filter(|&t| used(t)).count();
         let (surface, interior) = (row(sections.rows.surface), row(sections.rows.interior));
         let (n_surface, n_nodes) = (metadata.n_surface_nodes as usize, metadata.n_nodes as usize);

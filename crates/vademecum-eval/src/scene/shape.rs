@@ -58,12 +58,29 @@ impl Shape {
         if cfg!(feature = "full") { self.chosen } else { Structure::Exact }
     }
 
-    /// How many of ζ, Δt ζ̇ and Δt² ζ̈ a state holds.
+    /// `true` for the strain structure.
+    pub const fn is_strain(&self) -> bool {
+        matches!(self.structure(), Structure::Strain)
+    }
+
+    /// `true` for the block structure.
+    pub const fn is_block(&self) -> bool {
+        matches!(self.structure(), Structure::Block)
+    }
+
+    /// `true` where every mode steps by itself.
+    pub const fn is_per_mode(&self) -> bool {
+        matches!(self.structure(), Structure::Diagonal | Structure::Exact)
+    }
+
+    /// `true` where a step has no stages of a scheme, and a state no acceleration.
+    pub const fn is_exact(&self) -> bool {
+        matches!(self.structure(), Structure::Exact | Structure::Strain)
+    }
+
+    /// Number of parts of a state: ζ and Δt ζ̇, and Δt² ζ̈ with a scheme.
     pub const fn n_parts(&self) -> usize {
-        match self.structure() {
-            Structure::Diagonal | Structure::Block => 3,
-            Structure::Exact | Structure::Strain => 2,
-        }
+        if self.is_exact() { 2 } else { 3 }
     }
 
     /// Distance between ζ, Δt ζ̇ and Δt² ζ̈ in a state.

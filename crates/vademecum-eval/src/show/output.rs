@@ -2,7 +2,6 @@
 //! else.
 
 use crate::base::error::OutputError;
-use crate::base::options::Structure;
 use crate::base::scalar::Scalar;
 use crate::scene::equation::Energy;
 use crate::scene::scene::Scene;
@@ -175,7 +174,7 @@ impl<T: Scalar> Scene<'_, T> {
 
     fn energy_of_modes(&self, state: &State<'_, T>) -> Result<Energy, OutputError> {
         self.check(state)?;
-        if self.shape.structure() == Structure::Strain {
+        if self.shape.is_strain() {
             return self.kept_energy(state);
         }
         self.equation().energy(&state.y).ok_or(OutputError::Mismatch)

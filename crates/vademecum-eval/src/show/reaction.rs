@@ -81,7 +81,7 @@ impl<T: Scalar> Scene<'_, T> {
     /// taken from a batch, without the loads of its last step.
     pub fn reaction(&self, state: &State<'_, T>, index: usize) -> Result<Reaction, OutputError> {
         self.check(state)?;
-        if self.shape.structure() == Structure::Strain {
+        if self.shape.is_strain() {
             return Err(OutputError::NotWithStrain);
         }
         self.check_support(index)?;
