@@ -1,4 +1,4 @@
-//! What can go wrong, apart by who can act: binding (options or memory), loading, stepping, reading.
+//! Errors, apart by who can act: binding (options or memory), loading, stepping, reading.
 
 use core::fmt;
 
@@ -227,7 +227,7 @@ pub enum LoadError {
          that of one: bind it with one sub-step and a shorter step"
     )]
     Substeps {
-        /// How many.
+        /// Number of contacts.
         substeps: usize,
     },
     /// The body was bound without room for kept loads.
@@ -286,7 +286,7 @@ pub enum OutputError {
     OutOfRange {
         /// The index.
         index: usize,
-        /// How many there are.
+        /// Number in the file.
         count: usize,
     },
     /// The output slice has the wrong length.

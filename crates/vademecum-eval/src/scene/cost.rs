@@ -1,4 +1,4 @@
-//! What a bound scene costs: how much of the file each move reads and how many multiply-adds it takes.
+//! Costs of a bound scene: bytes of the file that each move reads, and multiply-adds.
 //! Computed from the sizes of things; nothing is counted while stepping.
 //!
 //! A test poisons every number of a file that is not in these counts and finds the same bits
@@ -38,7 +38,7 @@ pub struct Cost {
 }
 
 impl<T: Scalar> Scene<'_, T> {
-    /// What this scene costs, as it is bound now.
+    /// Costs of this scene, as it is bound now.
     #[must_use]
     pub fn cost(&self) -> Cost {
         let (shape, sections, metadata) = (&self.shape, &self.sections, &self.metadata);

@@ -1,4 +1,4 @@
-//! What acts on the body during a step, accumulated in reduced form.
+//! Loads on the body during a step, accumulated in reduced form.
 //!
 //! A point force enters through one row of `H` per loaded dof (reciprocity):
 //! `g_i = Σ_dof H_i[dof, ·] F[dof]`, and the fused step adds `Σ_i p_i L_i g_i` with `p_i = Σ_j f_ij F_j`, the
@@ -36,7 +36,7 @@ pub struct Loads<'m, T> {
     pub(crate) statics: Statics<'m, T>,
 }
 
-/// How a load's amplitude runs over a step.
+/// Course of a load's amplitude over a step.
 #[derive(Clone, Copy)]
 pub(crate) struct Amplitudes {
     pub start: f64,
@@ -154,7 +154,7 @@ impl<'m, T: Scalar> Loads<'m, T> {
         Ok(())
     }
 
-    /// Whether anything was added since the loads were cleared.
+    /// `true` if anything was added since the loads were cleared.
     #[must_use]
     pub const fn is_empty(&self) -> bool {
         !self.active

@@ -213,7 +213,7 @@ impl<'m, T: Scalar> Scene<'m, T> {
         self.shape.r
     }
 
-    /// What the file says about itself.
+    /// The file's metadata.
     #[must_use]
     pub const fn metadata(&self) -> &Metadata<'m> {
         &self.metadata

@@ -99,7 +99,7 @@ impl Shape {
         }
     }
 
-    /// Where the parts of a state lie.
+    /// Layout of the parts of a state.
     pub const fn parts(&self) -> Parts {
         Parts { count: self.n_parts(), r: self.r, stride: self.stride(), padded: self.padded() }
     }
@@ -228,7 +228,7 @@ pub(crate) fn terms(metadata: &Metadata<'_>, options: &SceneOptions) -> Result<u
     Err(BindError::Terms { asked, found })
 }
 
-/// What does not depend on the file.
+/// Checks what does not depend on the file.
 pub(crate) fn check(options: &SceneOptions) -> Result<(), BindError> {
     for value in [options.tolerance, options.rest_below] {
         if value.is_nan() || value < 0.0 {

@@ -22,7 +22,7 @@ pub struct Surface<'m> {
 pub struct SurfacePoint {
     /// Nodes of its triangle and their barycentric weights.
     pub place: Place,
-    /// Where it is \[m\].
+    /// Its position \[m\].
     pub position: [f64; 3],
     /// Distance \[m\] from the point that was asked for.
     pub distance: f64,

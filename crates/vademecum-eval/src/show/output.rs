@@ -180,7 +180,7 @@ impl<T: Scalar> Scene<'_, T> {
         self.equation().energy(&state.y).ok_or(OutputError::Mismatch)
     }
 
-    /// What the forces of the last step store in what the modes leave out.
+    /// Strain energy of the forces of the last step in the residual flexibility.
     fn residual_energy(&self, state: &State<'_, T>) -> f64 {
         if state.statics.is_empty() {
             return 0.0;
@@ -215,7 +215,7 @@ impl<T: Scalar> Scene<'_, T> {
     }
 }
 
-/// What the modes leave out is static: it has no velocity.
+/// The residual is static: it has no velocity.
 fn shows_statics<T: Scalar>(state: &State<'_, T>, field: Field) -> bool {
     field == Field::Displacement && !state.statics.is_empty()
 }

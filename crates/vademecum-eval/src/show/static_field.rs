@@ -18,6 +18,7 @@ use vademecum_format::SectionKind;
 
 /// The static answer of a body to the forces of a state, in lent memory.
 #[derive(Debug)]
+#[doc(alias = "static correction", alias = "mode acceleration")]
 pub struct StaticField<'m, T> {
     shape: Shape,
     /// `K⁻¹F` at the stiffness of the file, in the order of the factor.

@@ -68,7 +68,7 @@ impl Tensor {
 }
 
 impl<T: Scalar> Scene<'_, T> {
-    /// How many points the file knows the stress of.
+    /// Number of points whose stress the file has.
     #[must_use]
     pub const fn n_stress_points(&self) -> usize {
         self.sections.stress.points.len()

@@ -110,9 +110,9 @@ fn push<T: Scalar>(map: &StrainMap<'_, T>, mean: &[T], scratch: &mut Scratch<'_,
 pub(crate) struct Force<'s, T> {
     /// At the start of the step.
     pub start: &'s [T],
-    /// How much it grows over the step.
+    /// Its growth over the step.
     pub rise: &'s [T],
-    /// Where in the step the sub-step has its middle.
+    /// Middle of the sub-step, as a fraction of the step.
     pub fraction: T,
 }
 

@@ -1,7 +1,7 @@
 //! From the sections of the strain structure to the numbers of its step.
 //!
-//! With the sub-step `k` and `s = k/2 √(s_K/s_ρ)`, a row becomes `L̂ = s L` and `Q̂ = s (Q + Qᵀ)`. A row's strain
-//! rate is damped with the factor
+//! With the sub-step `k` and `s = k/2 √(s_K/s_ρ)`, a row becomes `L̂ = s L` and `Q̂ = s (Q + Qᵀ)`. A row's
+//! strain rate is damped with the factor
 //!
 //! ```text
 //! W = 1 + 2β/k + c (s σ)²      σ: length of a row of L, 0 without a linear part
@@ -10,8 +10,8 @@
 //! A natural mode of frequency `Ω` swings with it if its inertia is fitted to the sub-step: `m = x²/tan²x`
 //! with `x = s Ω`, and 1 for other coordinates and for modes with fewer than four sub-steps in a period.
 //!
-//! The weight `w` of a row is `W`, but for rows with a tail coordinate ([`tail`]). Rows are multiplied by `√w`
-//! here, once.
+//! The weight `w` of a row is `W`, but for rows with a tail coordinate ([`tail`]). Rows are multiplied by
+//! `√w` here, once.
 
 use crate::base::error::BindError;
 use crate::base::lend::{Short, put};
@@ -74,7 +74,7 @@ pub(crate) fn strain_shape(file: &File<'_>) -> Result<StrainShape, FormatError> 
     Ok(StrainShape { interacting, leading, tail, rows: sizes.rows })
 }
 
-/// What a step is made with; nothing for the other structures.
+/// Parameters of a step; zeros for the other structures.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(crate) struct StrainStep {
     /// Sub-steps of a step.
@@ -144,7 +144,7 @@ impl StrainStep {
         if x > 0.0 && x <= core::f64::consts::FRAC_PI_4 { over_tangent(x) } else { 1.0 }
     }
 
-    /// What a unit reduced force adds to the right-hand side of a sub-step: `k²/(2 s_ρ)`.
+    /// Addition of a unit reduced force to the right-hand side of a sub-step: `k²/(2 s_ρ)`.
     pub fn of_force(&self, density: f64) -> f64 {
         0.5 * self.step * self.step / density
     }
@@ -241,7 +241,8 @@ fn row_numbers(
     RowNumbers { factor, weight: factor, tail: None }
 }
 
-/// Where the quadratic part of a row has the factor of coordinate `column` in the product of number `row`.
+/// Index at which the quadratic part of a row has the factor of coordinate `column` in the product of number
+/// `row`.
 pub(crate) const fn place(shape: StrainShape, row: usize, column: usize) -> usize {
     let (width, mut start, mut at) = (shape.width(), 0, 0);
     while start + width <= row {

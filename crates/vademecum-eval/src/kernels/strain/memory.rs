@@ -1,4 +1,4 @@
-//! What a sub-step of the strain structure works on: the lengths of its parts, the map, and lent memory.
+//! Data of a sub-step of the strain structure: the lengths of its parts, the map, and lent memory.
 
 use crate::base::lend::{Lender, Short};
 use crate::base::scalar::Scalar;
@@ -83,9 +83,9 @@ pub(crate) struct StrainMap<'s, T> {
     pub inertia: &'s [T],
     /// `√m`.
     pub roots: &'s [T],
-    /// What the inertia has on the diagonal, `1 + k α/2`.
+    /// Factor of the inertia on the diagonal, `1 + k α/2`.
     pub mass: T,
-    /// Whether anything takes energy.
+    /// `true` if anything takes energy.
     pub damped: bool,
 }
 
@@ -123,10 +123,10 @@ pub(crate) struct Scratch<'s, T> {
     pub rows: &'s mut [[T; PANEL]],
     /// The matrix, `(padded, padded)`, of which the upper half is used, and its factor.
     pub matrix: &'s mut [T],
-    /// What is left of its numbers below their rounding, and of those of `solution`, where the factor is
+    /// Remainders of its numbers below their rounding, and of those of `solution`, where the factor is
     /// [`crate::strain_wide`].
     pub low: [&'s mut [T]; 2],
-    /// How good the factor is.
+    /// Quality of the factor.
     pub digits: Digits,
     /// `1/pivot`.
     pub inverse: &'s mut [T],
@@ -157,7 +157,7 @@ impl<'s, T: Scalar> Scratch<'s, T> {
     }
 }
 
-/// What rounding left of a factor, in which the mass stands beside the largest pivot.
+/// Quality of a factor after rounding, in which the mass is beside the largest pivot.
 #[derive(Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Digits {
     /// Rounding of the matrix does not show.

@@ -1,10 +1,10 @@
 //! Tail and coupled coordinates of the strain structure. The builder makes neither any more; files that have
 //! them step as before.
 //!
-//! Row `leading + l` has, beside its linear and quadratic part in the leading coordinates, the term `x q_l` of
-//! one tail coordinate. That coordinate is in no other row, so it is eliminated from the matrix of a sub-step,
-//! and what is left is the weight `w` of its row: with `μ = 1 + kα/2` and `a = μ m + x² W` it is `W μ m/a`,
-//! and `W` for all other rows.
+//! Row `leading + l` has, beside its linear and quadratic part in the leading coordinates, the term `x q_l`
+//! of one tail coordinate. That coordinate is in no other row, so it is eliminated from the matrix of a
+//! sub-step, and what is left is the weight `w` of its row: with `μ = 1 + kα/2` and `a = μ m + x² W` it is
+//! `W μ m/a`, and `W` for all other rows.
 //!
 //! A coupled coordinate is multiplied by interacting coordinates alone, so its products have fewer columns.
 
