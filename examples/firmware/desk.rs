@@ -7,7 +7,7 @@
 use std::error::Error;
 
 use vademecum_eval::format::{File, SectionKind};
-use vademecum_eval::{Contact, Field, Loads, Place, Scene, SceneOptions, State};
+use vademecum_eval::{Body, BodyOptions, Field, Place};
 
 fn main() -> Result<(), Box<dyn Error>> {
     let arguments: Vec<String> = std::env::args().collect();
@@ -34,26 +34,21 @@ fn main() -> Result<(), Box<dyn Error>> {
         return Ok(());
     }
 
-    let options = SceneOptions::default();
-    let sizes = Scene::<f32>::sizes(&file, &options)?;
-    let (mut memory, mut work) = (vec![0.0; sizes.scene], vec![0.0; sizes.work]);
-    let (mut of_state, mut of_loads) = (vec![0.0; sizes.state], vec![0.0; sizes.loads]);
-    let scene = Scene::<f32>::bind(&file, &options, &mut memory, &mut work)?;
-    let mut state = State::new(&scene, &mut of_state)?;
-    let mut loads = Loads::new(&scene, &mut of_loads)?;
+    let options = BodyOptions::default();
+    let mut memory = vec![0.0; Body::<f32>::len_for(&file, &options)?];
+    let mut body = Body::<f32>::bind(&file, &options, &mut memory)?;
     for tick in 0..1000 {
         for &(_, node, force) in touches.iter().filter(|&&(at, ..)| at == tick) {
-            loads.clear();
+            body.clear();
             if force != [0.0; 3] {
-                loads
-                    .add_contact(&scene, &Contact::new(Place::triangle([node; 3], [1.0, 0.0, 0.0]), force))?;
+                body.push(&Place::node(node), force)?;
             }
         }
-        scene.step(&mut state, &loads)?;
+        body.step()?;
         let step = tick + 1;
         for probe in (0..file.metadata().n_probes as usize).filter(|_| step % 50 == 0) {
-            let moved = scene.probe(&state, probe, Field::Displacement)?;
-            let speed = scene.probe(&state, probe, Field::Velocity)?;
+            let moved = body.probe(probe, Field::Displacement)?;
+            let speed = body.probe(probe, Field::Velocity)?;
             println!("step {step} probe {probe} moved {} speed {}", shown(moved), shown(speed));
         }
     }

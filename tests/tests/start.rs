@@ -14,6 +14,7 @@ use vademecum_tests::stage::{with_chapter, with_scene};
 const STEPS: usize = 500;
 const FINGER: [f64; 3] = [0.1, 0.05, 0.0];
 const FORCE: [f64; 3] = [3.0, -8.0, -20.0];
+
 /// A body of 3 modes in both structures, with a surface.
 fn body() -> Vec<u8> {
     golden("fixed-f64.vdm")

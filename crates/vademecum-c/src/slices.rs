@@ -2,13 +2,13 @@
 
 use core::ffi::{CStr, c_char};
 
-/// Bytes that live as long as the caller says.
+/// Bytes of a file, which live as long as the caller says; `None` for null.
 ///
 /// # Safety
 /// `data` is null or points to `length` bytes that stay unchanged for `'a`.
 pub unsafe fn borrowed<'a>(data: *const u8, length: usize) -> Option<&'a [u8]> {
     // SAFETY: as the caller promises.
-    unsafe { lent(data, length) }
+    unsafe { lent(data, length) }.filter(|_| !data.is_null())
 }
 
 /// Values to read; `None` for null, unless there are none of them.

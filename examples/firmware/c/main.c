@@ -147,7 +147,7 @@ int main(void) {
         }
     }
     print_named("modes ", needs.modes);
-    print_named("lent ", own + needs.work * sizeof(double));
+    print_named("lent ", needs.memory);
     print_named("stack ", board_stack());
     print_named("counts ", sum);
     print_named("worst ", worst);

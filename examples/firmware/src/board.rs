@@ -148,19 +148,14 @@ pub fn between(earlier: u32, later: u32) -> u32 {
     if later >= earlier { later - earlier } else { later + RELOAD + 1 - earlier }
 }
 
-/// All RAM that nothing else uses, so many doubles of it first; empty if they do not fit. To be called once.
-pub fn memory(doubles: usize) -> (&'static mut [f32], &'static mut [f64]) {
+/// All RAM that nothing else uses. To be called once.
+pub fn memory() -> &'static mut [f64] {
     // SAFETY: the linker script leaves this memory to nobody else; it is aligned to 16, and every pattern of
     // bits is a number.
     unsafe {
         let start = addr_of_mut!(pool_start);
         let bytes = addr_of_mut!(stack_bottom).addr() - start.addr();
-        let doubles = if doubles <= bytes / 8 { doubles } else { 0 };
-        let singles = start.add(2 * doubles).cast::<f32>();
-        (
-            core::slice::from_raw_parts_mut(singles, bytes / 4 - 2 * doubles),
-            core::slice::from_raw_parts_mut(start.cast::<f64>(), doubles),
-        )
+        core::slice::from_raw_parts_mut(start.cast::<f64>(), bytes / 8)
     }
 }
 

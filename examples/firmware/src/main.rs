@@ -9,7 +9,7 @@
 mod board;
 
 use vademecum_eval::format::File;
-use vademecum_eval::{Contact, Field, Loads, Scene, SceneOptions, State, Place};
+use vademecum_eval::{Body, BodyOptions, Field, Place, SceneOptions};
 
 const TICKS: u32 = 1000;
 const EVERY: u32 = 50;
@@ -54,37 +54,24 @@ impl Numbers<'_> {
 }
 
 /// Takes the loads away and touches the body anew.
-fn touch(scene: &Scene<'_, f32>, loads: &mut Loads<'_, f32>, asked: &Touch) -> Option<()> {
-    loads.clear();
+fn touch(body: &mut Body<'_, f32>, asked: &Touch) -> Option<()> {
+    body.clear();
     let force = asked.force.map(|force| f64::from(force) / 1000.0);
     if asked.force == [0; 3] {
         return Some(());
     }
-    let contact = Contact::new(Place::triangle([asked.node; 3], [1.0, 0.0, 0.0]), force);
-    loads.add_contact(scene, &contact).ok()
-}
-
-/// The next numbers of the memory that is lent.
-fn take<'m, T: Copy>(memory: &mut &'m mut [T], length: usize) -> Option<&'m mut [T]> {
-    let (taken, rest) = core::mem::take(memory).split_at_mut_checked(length)?;
-    *memory = rest;
-    Some(taken)
+    body.push(&Place::node(asked.node), force).ok()
 }
 
 /// Runs the loop; the words say what was refused.
 fn run() -> Result<(), &'static str> {
-    // Ask, lend, bind. Work is needed while binding and for parameters.
+    // Ask, lend, bind.
     let file = File::parse(&FILE).map_err(|_| "the file")?;
-    let options = SceneOptions { contacts: 1, ..SceneOptions::default() };
-    let sizes = Scene::<f32>::sizes(&file, &options).map_err(|_| "the options")?;
-    let (mut singles, mut doubles) = board::memory(sizes.work);
-    let too_long = "the body does not fit into RAM";
-    let work = take(&mut doubles, sizes.work).ok_or(too_long)?;
-    let scene = take(&mut singles, sizes.scene).ok_or(too_long)?;
-    let (state, loads) = (take(&mut singles, sizes.state), take(&mut singles, sizes.loads));
-    let scene = Scene::bind(&file, &options, scene, work).map_err(|_| "binding")?;
-    let mut state = State::new(&scene, state.ok_or(too_long)?).map_err(|_| "a state")?;
-    let mut loads = Loads::new(&scene, loads.ok_or(too_long)?).map_err(|_| "loads")?;
+    let scene = SceneOptions { contacts: 1, ..SceneOptions::default() };
+    let options = BodyOptions { scene, places: 0, ..BodyOptions::default() };
+    let lent = Body::<f32>::len_for(&file, &options).map_err(|_| "the options")?;
+    let memory = board::memory().get_mut(..lent).ok_or("the body does not fit into RAM")?;
+    let mut body = Body::<f32>::bind(&file, &options, memory).map_err(|_| "binding")?;
 
     let mut text = [0; 1024];
     let read = board::read_file(c"contacts.txt", &mut text).ok_or("no file contacts.txt on the host")?;
@@ -97,17 +84,17 @@ fn run() -> Result<(), &'static str> {
         late += u32::from(board::wait_for_tick() != tick + 1);
         let began = board::count();
         while let Some(asked) = next.take_if(|asked| asked.tick <= tick) {
-            touch(&scene, &mut loads, &asked).ok_or("a contact")?;
+            touch(&mut body, &asked).ok_or("a contact")?;
             next = numbers.touch();
         }
         let before = board::count();
-        scene.step(&mut state, &loads).map_err(|_| "a step")?;
+        body.step().map_err(|_| "a step")?;
         let after = board::count();
         sum += board::between(before, after);
         worst = worst.max(board::between(began, after));
         if (tick + 1) % EVERY == 0 {
             for probe in 0..file.metadata().n_probes {
-                let read = |field| scene.probe(&state, probe as usize, field).map_err(|_| "a probe");
+                let read = |field| body.probe(probe as usize, field).map_err(|_| "a probe");
                 let (moved, speed) = (read(Field::Displacement)?, read(Field::Velocity)?);
                 board::print(b"step \0");
                 print_number(u64::from(tick + 1), 10, 1);
@@ -119,9 +106,8 @@ fn run() -> Result<(), &'static str> {
             }
         }
     }
-    let lent = 4 * (sizes.scene + sizes.state + sizes.loads) + 8 * sizes.work;
-    print_named(b"modes \0", scene.n_modes() as u32);
-    print_named(b"lent \0", lent as u32);
+    print_named(b"modes \0", body.scene().n_modes() as u32);
+    print_named(b"lent \0", 8 * lent as u32);
     print_named(b"stack \0", board::stack());
     print_named(b"counts \0", sum);
     print_named(b"worst \0", worst);

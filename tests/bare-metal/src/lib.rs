@@ -7,8 +7,8 @@ use core::panic::PanicInfo;
 use vademecum_eval::chapter::{ChapterLoads, ChapterScene, ChapterState};
 use vademecum_eval::format::File;
 use vademecum_eval::{
-    Batch, Contact, Field, Loads, Scalar, Scene, SceneOptions, State, StructureChoice, Surface,
-    SurfaceTree, Place,
+    Batch, Body, BodyOptions, Contact, Field, Place, Quantity, Scalar, SceneOptions, StructureChoice,
+    Surface, SurfaceTree,
 };
 
 unsafe extern "C" {
@@ -27,42 +27,58 @@ fn run<T: Scalar>(bytes: &[u8], memory: &mut [T], work: &mut [f64], block: bool)
     let file = File::parse(bytes).ok()?;
     file.verify_all().ok()?;
     let structure = if block { StructureChoice::Block } else { StructureChoice::Auto };
-    let options = SceneOptions { structure, ..SceneOptions::default() };
-    let sizes = Scene::<T>::sizes(&file, &options).ok()?;
-    let (scene, memory) = memory.split_at_mut_checked(sizes.scene)?;
-    let (state, memory) = memory.split_at_mut_checked(sizes.state)?;
-    let (loads, memory) = memory.split_at_mut_checked(sizes.loads)?;
-    let mut scene = Scene::bind(&file, &options, scene, work).ok()?;
-    let mut state = State::new(&scene, state).ok()?;
-    let mut loads = Loads::new(&scene, loads).ok()?;
+    let scene = SceneOptions { structure, ..SceneOptions::default() };
+    let options = BodyOptions { scene, keep_loads: true, static_field: true, ..BodyOptions::default() };
+    let (lent, work) = work.split_at_mut_checked(Body::<T>::len_for(&file, &options).ok()?)?;
+    let mut body = Body::<T>::bind(&file, &options, lent).ok()?;
     let index = SceneOptions::find(file.metadata(), "stiffness")?;
-    scene.set_parameters(&[(index, 1.1)], &mut state, work).ok()?;
-    scene.rebind(&options, work).ok()?;
-    state.carry(&scene).ok()?;
-    let point = Surface::new(&file).ok()?.locate([0.0; 3])?;
+    let _ = body.set_parameters(&[(index, 1.1)]).ok()?;
+    let _ = body.rebind(&scene).ok()?;
     let surface = Surface::whole(&file).ok()?;
     let (mut order, mut boxes) = ([0; 64], [0.0; 256]);
     let mut tree = SurfaceTree::new(&surface, &mut order, &mut boxes).ok()?;
     tree.refit(memory, 2.0).ok()?;
+    let point = body.locate([0.0; 3])?;
     let point = tree.pick(point.position, [0.0, 0.0, -1.0]).or(tree.locate(point.position))?;
-    let contact = Contact::new(point.place, [0.0, 0.0, -1.0]);
-    loads.add_contact(&scene, &contact).ok()?;
-    loads.add_pattern_staged(&scene, 0, &[0.0, 0.5, 1.0, 0.0]).ok()?;
-    scene.set(&mut state, &[0.0], &[1.0], &loads).ok()?;
-    scene.step(&mut state, &loads).ok()?;
-    scene.increment_into(work.get_mut(..9 * scene.n_modes() * scene.n_modes())?).ok()?;
-    let (lent, out) = memory.split_at_mut_checked(Batch::len_for(&scene, 20))?;
-    let mut batch = Batch::new(&scene, 20, lent).ok()?;
-    batch.load(&scene, 17, &loads).ok()?;
-    batch.set(17, &state).ok()?;
-    batch.step(&scene).ok()?;
-    batch.carry(&scene).ok()?;
-    batch.status(17).ok()?;
-    batch.get(17, &mut state).ok()?;
+    body.push(&Place::new(&[0, 1, 2, 3], &[0.25; 4]).ok()?, [0.0, 0.0, -1.0]).ok()?;
+    body.push_ramp(&point, [0.0; 3], [0.0, 0.0, -1.0]).ok()?;
+    body.push_pattern_staged(0, &[0.0, 0.5, 1.0, 0.0]).ok()?;
+    body.keep_loads().ok()?;
+    body.set(&[0.0], &[1.0]).ok()?;
+    body.march(10).ok()?;
+    body.recall_loads().ok()?;
+    body.compliance(&[point], work.get_mut(..9)?).ok()?;
+    let mut gone = [[0.0; 3]];
+    body.free_motion(&[point], &mut gone).ok()?;
+    body.scene().increment_into(work.get_mut(..9 * body.scene().n_modes() * body.scene().n_modes())?).ok()?;
+    let (lent, out) = memory.split_at_mut_checked(Batch::len_for(body.scene(), 20))?;
+    let mut batch = Batch::new(body.scene(), 20, lent).ok()?;
+    body.with(|parts| {
+        batch.load(parts.scene, 17, parts.loads).ok()?;
+        batch.set(17, parts.state).ok()?;
+        batch.step(parts.scene).ok()?;
+        batch.carry(parts.scene).ok()?;
+        batch.status(17).ok()?;
+        batch.get_under(17, parts.state, parts.loads).ok()
+    })?;
     batch.clear();
-    scene.body_into(&state, Field::Velocity, out).ok()?;
-    let at_point = scene.point(&state, &point, Field::Displacement).ok()?;
-    Some(scene.probe(&state, 0, Field::Displacement).ok()? + scene.energy(&state).ok()? + at_point[0])
+    let mut saved = [0; 4096];
+    let written = body.save_into(&mut saved).ok()?;
+    body.restore(saved.get(..written)?).ok()?;
+    body.body_into(Field::Velocity, out).ok()?;
+    body.solve_static_field().ok()?;
+    body.body_with_statics(Field::Displacement, out).ok()?;
+    body.throw([1.0; 3], [0.0; 3])?;
+    body.pull([0.0; 3]).ok()?;
+    let mut sum = body.in_space(&point, Field::Velocity).ok()?[0] + gone[0][0];
+    for quantity in Quantity::ALL {
+        let numbers = work.get_mut(..body.length(quantity))?;
+        for index in 0..body.count(quantity) {
+            body.read(quantity, index, Field::Displacement, numbers).ok()?;
+            sum += numbers.iter().sum::<f64>();
+        }
+    }
+    Some(sum + body.point(&point, Field::Displacement).ok()?[0])
 }
 
 /// The same for a file of the chapter's structure.
