@@ -1,16 +1,14 @@
-//! What is compared is run in turns, in one process: batch and loop, modes and dense map, fields and a plain
-//! copy, one need and another.
-//! `cargo bench -p vademecum-tests --bench pairs [-- batch modes fields needs terms]` prints the tables of
+//! Paired timings in one process, run in turns: batch and loop, fields and a plain copy, one need and another.
+//! `cargo bench -p vademecum-tests --bench pairs [-- batch fields needs terms]` prints the tables of
 //! `docs/measurements/step.md`.
 
 use std::hint::black_box;
 use std::time::Instant;
 use vademecum_eval::{
-    Batch, Contact, Field, Loads, Modal, Place, Scalar, Scene, SceneOptions, State, StructureChoice,
+    Batch, Contact, Field, Loads, Place, Scalar, Scene, SceneOptions, State, StructureChoice,
 };
 use vademecum_format::scheme::StepParameters;
 use vademecum_format::{Element, File};
-use vademecum_tests::galerkin::galerkin_file;
 use vademecum_tests::random_terms::random_terms;
 use vademecum_tests::stage::with_scene;
 use vademecum_tests::synthetic::{Body, Layout, bathe};
@@ -114,63 +112,6 @@ fn batch<T: Scalar + Send + Sync>(structure: StructureChoice, r: usize) {
             two.0,
             two.1,
             1e3 / two.0
-        );
-    });
-}
-
-/// Dense steps, and modes in calls of 1, 16 and 1000 steps.
-fn modes<T: Scalar>(r: usize) {
-    let bytes = galerkin_file(r, &STEP);
-    let file = File::parse(&bytes).expect("a file");
-    let options = options(StructureChoice::Block);
-    let sizes = Scene::<T>::sizes(&file, &options).expect("sizes");
-    let (mut memory, mut work) = (vec![T::ZERO; sizes.scene], vec![0.0; sizes.work]);
-    let binding = in_turns(
-        4,
-        &mut [&mut || {
-            black_box(Scene::bind(&file, &options, &mut memory, &mut work).expect("bound").n_modes());
-        }],
-    )[0];
-    with_scene::<T, ()>(&bytes, &options, |scene, dense, loads| {
-        loads.add_contact(scene, &CONTACT).expect("contact");
-        let sizes = Modal::sizes(scene);
-        let (mut memory, mut work) = (vec![T::ZERO; sizes.memory], vec![0.0; sizes.work]);
-        let diagonalising = in_turns(
-            1,
-            &mut [&mut || {
-                black_box(Modal::bind(scene, 1e-8, &mut memory, &mut work).expect("modes").remainder());
-            }],
-        )[0];
-        let mut modal = Modal::bind(scene, 1e-8, &mut memory, &mut work).expect("modes");
-        let mut other = vec![T::ZERO; 2 * (3 * r).next_multiple_of(24)];
-        let mut state = State::new(scene, &mut other).expect("memory");
-        let mut of_calls = [0.0; 3];
-        let mut dense_step = f64::MAX;
-        for (out, steps) in of_calls.iter_mut().zip([1, 16, 1000]) {
-            let times = in_turns(
-                1 + 64 / steps,
-                &mut [&mut || (0..steps).for_each(|_| keep(scene.step(dense, loads))), &mut || {
-                    keep(modal.march(scene, &mut state, loads, steps))
-                }],
-            );
-            *out = times[1].0 / steps as f64;
-            dense_step = dense_step.min(times[0].0 / steps as f64);
-        }
-        let pays = |step: f64| match diagonalising.0 / (dense_step - step) {
-            steps if steps > 0.0 => format!("{steps:.0}"),
-            _ => "never".into(),
-        };
-        println!(
-            "| {} | {r} | {:.1} | {:.1} | {:.0} | {:.0} | {:.0} | {:.0} | {} | {} |",
-            name::<T>(),
-            1e6 * binding.0,
-            1e6 * diagonalising.0,
-            1e9 * dense_step,
-            1e9 * of_calls[0],
-            1e9 * of_calls[1],
-            1e9 * of_calls[2],
-            pays(of_calls[1]),
-            pays(of_calls[2])
         );
     });
 }
@@ -327,17 +268,6 @@ fn main() {
             }
             batch::<f32>(StructureChoice::Block, 8);
             batch::<f64>(StructureChoice::Block, 8);
-        },
-    );
-    table(
-        "modes",
-        "| precision | modes | bind, µs | diagonalise, µs | dense, ns | modes, 1 a call, ns | 16 a call | \
-         1000 a call | pays after, 16 a call | 1000 a call |",
-        &|| {
-            for r in [8, 16, 32, 64, 96] {
-                modes::<f32>(r);
-                modes::<f64>(r);
-            }
         },
     );
     table("fields", "| file | field | modes | ms | GB/s | copy, GB/s | ratio | of the medians |", &|| {

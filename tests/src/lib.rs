@@ -8,7 +8,6 @@ pub mod canonical;
 pub mod denormals;
 pub mod exact_beam;
 pub mod fused;
-pub mod galerkin;
 pub mod golden;
 pub mod held_rows;
 pub mod hostile;

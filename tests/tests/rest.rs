@@ -1,9 +1,7 @@
 //! A body at rest: the energy its rest takes away, what wakes it, and that quiet bodies do rest and meet no
 //! denormal number before.
 
-use vademecum_eval::{
-    Contact, Loads, Modal, Place, Scalar, Scene, SceneOptions, State, Status, StructureChoice,
-};
+use vademecum_eval::{Contact, Loads, Place, Scalar, Scene, SceneOptions, State, Status, StructureChoice};
 use vademecum_format::scheme::StepParameters;
 use vademecum_format::{Element, File};
 use vademecum_tests::denormals::{Denormals, watch};
@@ -180,20 +178,4 @@ fn the_size_of_a_load_changes_nothing_but_the_size_of_the_answer() {
             });
         }
     }
-}
-
-#[test]
-fn a_modal_march_rests_by_the_same_rule() {
-    let (_, bytes) = file(1e-3, 30.0);
-    let options =
-        SceneOptions { structure: StructureChoice::Block, rest_below: 1e-6, ..SceneOptions::default() };
-    with_scene::<f64, ()>(&bytes, &options, |scene, state, loads| {
-        let sizes = Modal::sizes(scene);
-        let (mut memory, mut work) = (vec![0.0; sizes.memory], vec![0.0; sizes.work]);
-        let mut modal =
-            Modal::bind(scene, 1.0, &mut memory, &mut work).expect("an open basis, taken all the same");
-        scene.set(state, &[1e-3; R], &[0.0; R], loads).expect("set");
-        let calls = (1..10_000).find(|_| modal.march(scene, state, loads, 10) == Ok(Status::AtRest));
-        assert!(calls.is_some() && state.zeta().iter().all(|&z| z == 0.0));
-    });
 }

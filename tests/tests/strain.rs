@@ -2,8 +2,8 @@
 //! kept to rounding, a bound that no load passes, and never a number that is not finite.
 
 use vademecum_eval::{
-    Batch, BindError, Contact, Field, LoadError, Loads, Modal, OutputError, Place, Scalar, Scene,
-    SceneOptions, State, Status, StepError, Structure, StructureChoice,
+    Batch, BindError, Contact, Field, LoadError, Loads, OutputError, Place, Scalar, Scene, SceneOptions,
+    State, Status, StepError, Structure, StructureChoice,
 };
 use vademecum_format::scheme::StepParameters;
 use vademecum_format::{File, FormatError, SectionKind};
@@ -519,10 +519,6 @@ fn what_the_structure_cannot_do_is_refused_by_name() {
         assert_eq!(scene.increment_into(&mut [0.0; 1600]), Err(OutputError::NotWithStrain));
         assert_eq!(scene.stress(state, 0), Err(OutputError::NotWithStrain));
         assert_eq!(scene.reaction(state, 0), Err(OutputError::NotWithStrain));
-        let lent = Modal::sizes(scene);
-        let (mut memory, mut work) = (vec![0.0; lent.memory], vec![0.0; lent.work]);
-        let refused = Modal::bind(scene, 1.0, &mut memory, &mut work).err();
-        assert_eq!(refused, Some(BindError::OtherStructure));
         // A load beyond all numbers moves the body too far for their squares; that step changes nothing.
         loads.add_pattern(scene, 0, 1e300).expect("a pattern");
         assert_eq!(scene.step(state, loads), Ok(Status::Moving));

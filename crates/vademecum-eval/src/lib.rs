@@ -153,7 +153,6 @@ pub use body::simulation::{Simulation, SimulationError};
 pub use body::tree::{SurfaceTree, TreeSizes};
 pub use flight::free::FreeBody;
 pub use flight::rigid::{RigidBody, RigidMotion};
-pub use motion::modal::{Modal, ModalSizes};
 pub use motion::strain::{EnergyAccount, Training};
 pub use scene::cost::Cost;
 pub use scene::loads::Loads;

@@ -1,4 +1,4 @@
-//! What can go wrong, apart by who can act: binding (options or memory), loading, stepping, reading.
+//! Errors, apart by who can act: binding (options or memory), loading, stepping, reading.
 
 use core::fmt;
 
@@ -134,17 +134,6 @@ pub enum BindError {
         /// Terms there are.
         found: usize,
     },
-    /// The stages of the block structure have no eigenvectors in common; step it dense.
-    #[error(
-        "the stages share their modes only up to {remainder:.1e}, {tolerance:.1e} was asked for: step \
-         dense"
-    )]
-    NotDiagonalisable {
-        /// What is left beside the diagonals.
-        remainder: f64,
-        /// What was accepted.
-        tolerance: f64,
-    },
     /// A coefficient of the fused step, or the state carried over to it, is not finite in the chosen
     /// precision.
     #[error("the fused step is not finite in this precision; use f64")]
@@ -238,7 +227,7 @@ pub enum LoadError {
          that of one: bind it with one sub-step and a shorter step"
     )]
     Substeps {
-        /// How many.
+        /// Number of contacts.
         substeps: usize,
     },
     /// The body was bound without room for kept loads.
@@ -277,9 +266,6 @@ pub enum StepError {
     /// The batch has no such instance.
     #[error("the batch has no such instance")]
     NoInstance,
-    /// The modes were found before the scene's parameters changed; find them again.
-    #[error("the modes are from before the parameters changed; bind them again")]
-    StaleModes,
 }
 
 /// Why an output could not be given.
@@ -300,7 +286,7 @@ pub enum OutputError {
     OutOfRange {
         /// The index.
         index: usize,
-        /// How many there are.
+        /// Number in the file.
         count: usize,
     },
     /// The output slice has the wrong length.

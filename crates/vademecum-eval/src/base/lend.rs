@@ -10,7 +10,7 @@ use crate::base::error::{BindError, LoadError, OutputError, StepError};
 pub(crate) trait Cut: Default {
     /// The first `n` numbers and the rest; `None` if there are fewer.
     fn cut(self, n: usize) -> Option<(Self, Self)>;
-    /// How many numbers there are.
+    /// Length.
     fn count(&self) -> usize;
 }
 

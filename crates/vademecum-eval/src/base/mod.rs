@@ -5,4 +5,5 @@ pub(crate) mod lend;
 pub(crate) mod options;
 pub(crate) mod principal;
 pub(crate) mod scalar;
+pub(crate) mod vec3;
 pub(crate) mod vectors;

@@ -1,4 +1,4 @@
-//! What a scene is asked for, and how much memory it wants for it.
+//! Options of a scene, and the memory it wants.
 
 use crate::base::error::ParameterError;
 use crate::base::scalar::Scalar;
@@ -37,7 +37,7 @@ pub enum StructureChoice {
     Strain,
 }
 
-/// What a scene is bound to; [`SceneOptions::default`] is the file as it was built.
+/// Options of a scene; [`SceneOptions::default`] is the file as it was built.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SceneOptions {
     /// Structure of the step.
@@ -67,7 +67,8 @@ pub struct SceneOptions {
     /// `vademecum info --terms-for`, and no certificate of the file speaks of it. Binding, parameters,
     /// contacts and patterns then neither read nor add up the other terms.
     pub terms: Option<usize>,
-    /// Whether outputs add what the modes leave out of the static answer to the loads, where the file has it.
+    /// Residual flexibility in outputs, where the file has it.
+    #[doc(alias = "residual flexibility", alias = "residual attachment modes", alias = "mode acceleration")]
     pub residual: bool,
     /// With a residual or with reactions: for so many contacts with nodes of their own there is room.
     /// Contacts on the same nodes share it.
@@ -175,7 +176,7 @@ impl SceneOptions {
         if asked < T::REST { T::REST } else { asked }
     }
 
-    /// Whether the scale of a region is not 1.
+    /// `true` if the scale of a region is not 1.
     pub(crate) fn moves_a_region(&self) -> bool {
         self.regions.stiffness.iter().chain(&self.regions.density).any(|&scale| scale != 1.0)
     }
@@ -223,7 +224,7 @@ impl RegionScales {
     }
 }
 
-/// How much memory to lend, in numbers.
+/// Memory to lend, in numbers.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Sizes {
     /// Of `T`, to the scene.
@@ -237,7 +238,7 @@ pub struct Sizes {
     pub loads: usize,
 }
 
-/// What a step found.
+/// Result of a step.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum Status {

@@ -1,6 +1,6 @@
 //! The principal values and axes of a symmetric 3×3 matrix.
 
-use crate::sections::surface::{add, dot};
+use crate::base::vec3::{add, dot};
 
 /// Sweeps of turns; three are enough for rounding.
 const SWEEPS: usize = 8;

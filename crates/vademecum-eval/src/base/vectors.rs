@@ -2,7 +2,7 @@
 
 /// An inner loop and what it works on.
 pub(crate) trait Kernel {
-    /// What comes of it.
+    /// Its result.
     type Output;
 
     /// Inlined, with all that it calls, or it stays as it was compiled for every machine.

@@ -185,6 +185,7 @@ impl<'m> AnyBody<'m> {
     ///
     /// # Errors
     /// [`LoadError`].
+    #[doc(alias = "Delassus operator")]
     pub fn compliance(&mut self, places: &[impl AsRef<Place>], w: &mut [f64]) -> Result<(), LoadError> {
         either!(self, body => body.compliance(places, w))
     }

@@ -50,15 +50,15 @@ pub struct Batch<'m, T> {
     loaded: &'m mut [T],
     /// 1 for an instance that has been neither stepped nor set, see [`Scene::step`]; 0 for one that has.
     unstarted: &'m mut [T],
-    /// Whether there may be such an instance.
+    /// `true` if there may be such an instance.
     some_unstarted: bool,
-    /// What a step of the strain structure works in.
+    /// Scratch of a step of the strain structure.
     scratch: &'m mut [T],
-    /// Where the new states go; then the two change places. Zero where an instance rests.
+    /// Memory of the new states; then the two change places. Zero where an instance rests.
     next: &'m mut [T],
 }
 
-/// What a step of a batch found.
+/// Status of an instance after a step.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct BatchStatus {
     /// Instances that moved or are loaded.
@@ -140,7 +140,7 @@ impl<'m, T: Scalar> Batch<'m, T> {
         })
     }
 
-    /// How many instances there are.
+    /// Number of instances.
     #[must_use]
     pub const fn n_instances(&self) -> usize {
         self.n_instances
@@ -287,7 +287,7 @@ impl<'m, T: Scalar> Batch<'m, T> {
         Ok(())
     }
 
-    /// What the last step found of `instance`.
+    /// Status of `instance` after the last step.
     ///
     /// # Errors
     /// [`StepError::NotFinite`] if it was refused (its state is the one before), [`StepError::NoInstance`].
@@ -468,20 +468,16 @@ impl<'m, T: Scalar> Batch<'m, T> {
 
 /// Numbers of a group's states.
 const fn group_len(shape: Shape) -> usize {
-    match shape.structure() {
-        Structure::Diagonal | Structure::Exact => shape.n_parts() * shape.r * WIDTH,
-        Structure::Block | Structure::Strain => shape.padded() * WIDTH,
-    }
+    WIDTH * if shape.is_per_mode() { shape.n_parts() * shape.r } else { shape.padded() }
 }
 
-/// Where `instance` has number `k` of `ζ`, `Δt ζ̇` or `Δt² ζ̈`. Diagonal: `(group, mode, third, lane)`, so
-/// that the numbers of a mode lie side by side. Block: `(instance, third, mode)`, padded for the kernel.
+/// Index at which `instance` has number `k` of `ζ`, `Δt ζ̇` or `Δt² ζ̈`. Diagonal: `(group, mode, third,
+/// lane)`, so that the numbers of a mode are side by side. Block: `(instance, third, mode)`, padded for the kernel.
 const fn place(shape: Shape, instance: usize, third: usize, k: usize) -> usize {
-    match shape.structure() {
-        Structure::Diagonal | Structure::Exact => {
-            ((instance / WIDTH * shape.r + k) * shape.n_parts() + third) * WIDTH + instance % WIDTH
-        }
-        Structure::Block | Structure::Strain => instance * shape.padded() + third * shape.r + k,
+    if shape.is_per_mode() {
+        ((instance / WIDTH * shape.r + k) * shape.n_parts() + third) * WIDTH + instance % WIDTH
+    } else {
+        instance * shape.padded() + third * shape.r + k
     }
 }
 

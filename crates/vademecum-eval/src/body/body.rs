@@ -24,20 +24,20 @@ use crate::show::static_field::{StaticField, static_field_sizes};
 use vademecum_format::scheme::MAX_STAGES;
 use vademecum_format::{BaseMotion, File, SectionKind};
 
-/// What a [`Body`] is bound to and what it has room for.
+/// Options of a [`Body`] and the room it has.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct BodyOptions {
     /// Structure and parameters of the step.
     pub scene: SceneOptions,
     /// Places that [`Body::compliance`] and [`Body::free_motion`] take at most.
     pub places: usize,
-    /// Whether [`Body::keep_loads`] has room.
+    /// Room for [`Body::keep_loads`].
     pub keep_loads: bool,
-    /// Whether there is room for the static answer of the whole body, where the file has the factor of its
-    /// stiffness; with the feature `full` only.
+    /// Room for the static answer of the whole body, where the file has the factor of its stiffness; with the
+    /// feature `full` only.
     pub static_field: bool,
-    /// True for a body without supports to fly: [`Body::step`] then moves its frame, too. Without it, and
-    /// without the feature `full`, the host moves the frame and gives its angular velocity to [`Body::push_spin`].
+    /// Flight of a body without supports: [`Body::step`] then moves its frame, too. Without it, and without the
+    /// feature `full`, the host moves the frame and gives its angular velocity to [`Body::push_spin`].
     pub flight: bool,
 }
 
@@ -53,7 +53,7 @@ impl Default for BodyOptions {
     }
 }
 
-/// What became of the loads when parameters changed.
+/// Validity of the loads after a change of parameters.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[must_use]
 pub enum LoadsAfter {
@@ -97,7 +97,7 @@ pub struct Body<'m, T> {
     kept: Option<Kept<'m, T>>,
     statics: Option<StaticField<'m, T>>,
     pub(crate) work: &'m mut [f64],
-    /// What a saved state tells the file by.
+    /// Identity of the file in a saved state.
     pub(crate) identity: [u8; 8],
 }
 
@@ -116,7 +116,7 @@ pub struct BodyParts<'b, 'm, T> {
     pub scene: &'b mut Scene<'m, T>,
     /// The elastic motion.
     pub state: &'b mut State<'m, T>,
-    /// What acts on it.
+    /// The loads on it.
     pub loads: &'b mut Loads<'m, T>,
     /// The rigid motion of a body that flies.
     pub flight: &'b mut Option<FreeBody>,
@@ -224,7 +224,7 @@ impl<'m, T: Scalar> Body<'m, T> {
         &self.state
     }
 
-    /// What acts on the elastic motion.
+    /// The loads on the elastic motion.
     #[must_use]
     pub const fn loads(&self) -> &Loads<'m, T> {
         &self.loads
@@ -259,7 +259,7 @@ impl<'m, T: Scalar> Body<'m, T> {
         self.surface.as_ref()?.locate(point)
     }
 
-    /// Where a place is at rest \[m\].
+    /// Position of a place at rest \[m\].
     ///
     /// # Errors
     /// [`OutputError::Place`]; [`OutputError::Missing`] in a file without coordinates,
@@ -519,15 +519,16 @@ impl<'m, T: Scalar> Body<'m, T> {
         if self.loads.is_empty() { LoadsAfter::Empty } else { LoadsAfter::Stale }
     }
 
-    /// How the elastic motion yields at places, from the state it is in, as [`Scene::compliance_at`].
+    /// Delassus operator of the elastic motion at places, in its present state, as [`Scene::compliance_at`].
     ///
     /// # Errors
     /// [`LoadError`]; [`LoadError::Mismatch`] also for more places than the body has room for.
+    #[doc(alias = "Delassus operator")]
     pub fn compliance(&mut self, places: &[impl AsRef<Place>], w: &mut [f64]) -> Result<(), LoadError> {
         self.scene.compliance_at(&self.state, places, w, T::of_words(self.work))
     }
 
-    /// Where places will be at the end of the coming step, as [`Scene::free_motion`].
+    /// Displacements of places at the end of the coming step, as [`Scene::free_motion`].
     ///
     /// # Errors
     /// [`StepError`]; [`StepError::Mismatch`] also for more places than the body has room for.
@@ -636,7 +637,7 @@ impl<'m, T: Scalar> Body<'m, T> {
         self.scene.solve_static_field(&self.state, statics)
     }
 
-    /// Whether there is room for the static answer of the whole body.
+    /// `true` if there is room for the static answer of the whole body.
     #[must_use]
     pub const fn has_static_field(&self) -> bool {
         self.statics.is_some()
@@ -685,7 +686,7 @@ const fn flying(flight: &mut Option<FreeBody>) -> Option<&mut FreeBody> {
     if FULL { flight.as_mut() } else { None }
 }
 
-/// What acts over a step of a flight under a load that is linear in it.
+/// Loads over a step of a flight under a load that is linear in it.
 fn mean(amplitudes: &[f64; 1 + MAX_STAGES]) -> f64 {
     let [start, end, ..] = *amplitudes;
     0.5 * (start + end)

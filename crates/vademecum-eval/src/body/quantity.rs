@@ -1,4 +1,4 @@
-//! What can be read of a body, as one table: name, number, how many there are, how long each is, its unit.
+//! The outputs of a body, as one table: name, number, count, length and unit.
 //!
 //! A program that offers everything to its user goes through [`Quantity::ALL`] and asks [`Body::count`],
 //! [`Body::length`] and [`Body::read`]; a row more here is then a quantity more there.
@@ -10,7 +10,7 @@ use crate::sections::place::Place;
 use crate::sections::rows::Field;
 use vademecum_format::SectionKind;
 
-/// What can be read of a body. The number of a quantity stays; new ones come last.
+/// An output of a body. The number of a quantity stays; new ones come last.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum Quantity {
@@ -40,9 +40,9 @@ pub enum Quantity {
     KineticEnergy = 11,
     /// Strain energy, with that of the residual flexibility.
     StrainEnergy = 12,
-    /// Where the centre of a body that flies is.
+    /// Position of the centre of a body that flies.
     FramePosition = 13,
-    /// How it is turned: a quaternion, the real part first.
+    /// Its attitude: a quaternion, the real part first.
     FrameAttitude = 14,
     /// Velocity of its centre.
     FrameVelocity = 15,
@@ -176,7 +176,7 @@ impl Quantity {
         }
     }
 
-    /// Whether it has a velocity beside its value.
+    /// `true` if it has a velocity beside its value.
     #[must_use]
     pub fn has_velocity(self) -> bool {
         self.unit(Field::Velocity).is_some()
@@ -191,7 +191,7 @@ impl Quantity {
             .filter(|quantity| matches!(quantity, Q::Energy | Q::KineticEnergy | Q::StrainEnergy))
     }
 
-    /// Whether one number is all of it.
+    /// `true` if it is one number.
     #[must_use]
     pub const fn is_scalar(self) -> bool {
         use Quantity as Q;
@@ -221,7 +221,7 @@ impl<'p, P: AsRef<Place>> From<&'p P> for At<'p> {
 }
 
 impl<T: Scalar> Body<'_, T> {
-    /// How many of a quantity the body has; 0 where the file does not have it. Places have no numbers:
+    /// Number of outputs of a quantity; 0 where the file does not have it. Places have no numbers:
     /// [`Quantity::Point`] counts one.
     #[must_use]
     pub fn count(&self, quantity: Quantity) -> usize {

@@ -23,7 +23,7 @@ const FLIGHT: u8 = 8;
 /// Every flag that this version knows.
 const KNOWN: u8 = UNSTARTED | AT_REST | FORCES | FLIGHT;
 
-/// What [`Body::restore`] did.
+/// Result of [`Body::restore`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Restored {
     /// Every bit is as it was saved.

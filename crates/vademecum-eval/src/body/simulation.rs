@@ -57,13 +57,13 @@ type Bytes = Arc<dyn AsRef<[u8]> + Send + Sync>;
 pub struct Simulation<T: Scalar + 'static> {
     // Fields are dropped in this order: what borrows goes first.
     body: Body<'static, T>,
-    /// What was loaded, for the next parameters.
+    /// Loads as they were added, for the next parameters.
     applied: Vec<Applied>,
     /// Made when something is picked for the first time.
     picking: Option<Picking<T>>,
     /// Counts what may have moved the body.
     moves: u64,
-    /// What the body was bound to; its parameters may have changed since.
+    /// Options of the binding; the parameters may have changed since.
     options: BodyOptions,
     _numbers: Numbers<f64>,
     bytes: Bytes,
@@ -284,8 +284,8 @@ impl<T: Scalar + 'static> Simulation<T> {
         self.body.locate(point)
     }
 
-    /// What a ray meets first on the whole surface as it has moved, magnified by `scale` in the picture, as
-    /// [`SurfaceTree::pick`]. `None` where it meets nothing, and where the file does not have its whole
+    /// First point that a ray meets on the whole surface as it has moved, magnified by `scale` in the picture,
+    /// as [`SurfaceTree::pick`]. `None` where it meets nothing, and where the file does not have its whole
     /// surface. A force can be added there if the point is loadable; elsewhere [`Simulation::push`] refuses.
     ///
     /// The first search after a move fits the tree to the surface, `O(n)` with a small constant; each search
@@ -423,7 +423,7 @@ impl<T: Scalar + 'static> Simulation<T> {
         self.body.file.support_names().position(|known| known == name)
     }
 
-    /// What a support exerts on the body, as [`Scene::reaction`].
+    /// Reaction of a support on the body, as [`Scene::reaction`].
     ///
     /// # Errors
     /// [`OutputError`].

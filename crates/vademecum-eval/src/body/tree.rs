@@ -8,8 +8,9 @@
 use crate::base::error::OutputError;
 use crate::base::lend::{Lender, Short};
 use crate::base::scalar::Scalar;
+use crate::base::vec3::{cross, dot, minus};
 use crate::sections::place::Place;
-use crate::sections::surface::{Surface, SurfacePoint, cross, dot, minus, nearest_in_triangle};
+use crate::sections::surface::{Surface, SurfacePoint, nearest_in_triangle};
 
 /// Triangles of a leaf.
 const LEAF: usize = 4;
@@ -20,7 +21,7 @@ const WAITING: usize = 40;
 /// So far outside of a triangle a ray still meets it, in weights: none passes between two of them.
 const EDGE: f64 = 1e-9;
 
-/// How much memory to lend to a [`SurfaceTree`].
+/// Memory to lend to a [`SurfaceTree`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct TreeSizes {
     /// Of `u32`.
@@ -54,7 +55,7 @@ pub struct SurfaceTree<'m> {
     surface: Surface<'m>,
     /// Triangles in the order of the curve.
     order: &'m mut [u32],
-    /// Where the nodes are \[m\], three numbers each.
+    /// Positions of the nodes \[m\], three numbers each.
     positions: &'m mut [f32],
     /// Lower and upper corner of each box; the two below box `i` are `2 i + 1` and `2 i + 2`.
     boxes: &'m mut [[f32; 6]],
@@ -225,7 +226,7 @@ impl<'m> SurfaceTree<'m> {
     }
 }
 
-/// Where the box of a leaf is: from left to right, the lowest level comes first.
+/// Index of the box of a leaf: from left to right, the lowest level comes first.
 const fn place_of_leaf(leaf: usize, leaves: usize) -> usize {
     let turned = leaf + leaves.next_power_of_two() - leaves;
     leaves - 1 + if turned < leaves { turned } else { turned - leaves }
@@ -241,7 +242,7 @@ fn weighted(weights: [f64; 3], a: [f64; 3], b: [f64; 3], c: [f64; 3]) -> [f64; 3
     core::array::from_fn(|k| weights[0] * a[k] + weights[1] * b[k] + weights[2] * c[k])
 }
 
-/// Where the corners of a triangle are.
+/// Corners of a triangle.
 fn corners(surface: &Surface<'_>, positions: &[f32], triangle: u32) -> Option<[[f64; 3]; 3]> {
     let at = |node: u32| {
         let three = positions.as_chunks::<3>().0.get(node as usize)?;
@@ -251,7 +252,7 @@ fn corners(surface: &Surface<'_>, positions: &[f32], triangle: u32) -> Option<[[
     Some([at(a)?, at(b)?, at(c)?])
 }
 
-/// How far along a ray a box begins; infinite if the ray passes it.
+/// Distance along a ray at which a box begins; infinite if the ray passes it.
 fn entered(around: &[f32; 6], origin: [f64; 3], along: [f64; 3]) -> f64 {
     let (mut enters, mut leaves) = (0.0_f64, f64::INFINITY);
     for k in 0..3 {

@@ -1,4 +1,4 @@
-//! What can go wrong with the chapter's structure beside what can go wrong with any.
+//! Errors of the chapter's structure beside those of any structure.
 
 use core::fmt;
 

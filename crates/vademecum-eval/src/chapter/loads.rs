@@ -1,4 +1,4 @@
-//! What acts on the body during a step: forces in the direction, at the nodes and of the size the file was
+//! Loads on the body during a step: forces in the direction, at the nodes and of the size the file was
 //! built for.
 
 use super::error::{ChapterBindError, ChapterLoadError};
@@ -16,7 +16,7 @@ use vademecum_format::{Chapter, ChapterAxis, ChapterRole};
 #[derive(Debug)]
 pub struct ChapterLoads<'m, T> {
     pub(super) shape: Shape,
-    /// What the loads add to each stage where state and load are apart, `(n_stages, r)`.
+    /// Additions of the loads to each stage where state and load are apart, `(n_stages, r)`.
     pub(super) increment: &'m mut [T],
     /// `BᵀF` at the start of the step, length r.
     pub(super) force: &'m mut [T],
@@ -25,7 +25,7 @@ pub struct ChapterLoads<'m, T> {
     pub(super) active: bool,
     /// Row of `B` of the contact that is being added, length r.
     direct: &'m mut [T],
-    /// What that contact adds to each stage, `(n_stages, r)`.
+    /// Additions of that contact to each stage, `(n_stages, r)`.
     stages: &'m mut [T],
     /// Weights of the terms of a part.
     weights: &'m mut [T],
@@ -34,7 +34,7 @@ pub struct ChapterLoads<'m, T> {
 /// The one load that terms over state *and* load can stand under.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Held {
-    /// Whether there is one.
+    /// `true` if there is one.
     present: bool,
     position: usize,
     magnitudes: [f64; MAX_STAGES],
@@ -88,7 +88,7 @@ impl<'m, T: Scalar> ChapterLoads<'m, T> {
         self.active = false;
     }
 
-    /// Whether anything was added since the loads were cleared.
+    /// `true` if anything was added since the loads were cleared.
     #[must_use]
     pub const fn is_empty(&self) -> bool {
         !self.active
@@ -186,7 +186,7 @@ impl<'m, T: Scalar> ChapterLoads<'m, T> {
     }
 }
 
-/// Whether a load stands on the axes that all parts have for it.
+/// `true` if a load is on the axes that all parts have for it.
 fn check_on_axes(chapter: &Chapter<'_>, own: &Held) -> Result<(), ChapterLoadError> {
     for part in chapter.parts().filter(|part| part.has_load()) {
         for axis in part.axes().filter(|axis| !axis.is_state()) {

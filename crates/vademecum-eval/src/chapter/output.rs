@@ -1,4 +1,4 @@
-//! What can be read of a state: probes, nodes, the surface, the body and the energy.
+//! Outputs of a state: probes, nodes, the surface, the body and the energy.
 
 use super::scene::ChapterScene;
 use super::state::ChapterState;

@@ -16,7 +16,7 @@ use vademecum_format::{Chapter, File, MAX_REGIONS, Metadata, SectionKind};
 /// The scales of the regions: the structure knows the body as it was built.
 const AS_BUILT: [f64; MAX_REGIONS] = [1.0; MAX_REGIONS];
 
-/// What a scene, its states and its loads agree on.
+/// The lengths a scene, its states and its loads agree on.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Shape {
     pub r: usize,
@@ -41,7 +41,7 @@ impl Shape {
         }
     }
 
-    /// Where the parts of a state lie.
+    /// Layout of the parts of a state.
     pub const fn parts(&self) -> Parts {
         Parts { count: 3, r: self.r, stride: self.r, padded: 3 * self.r }
     }
@@ -51,7 +51,8 @@ impl Shape {
         (6 + self.n_stages) * self.r + self.n_terms
     }
 
-    /// What loads add to each stage and to the force at the start, twice, and the weights of a part's terms.
+    /// Additions of the loads to each stage and to the force at the start, twice, and the weights of a part's
+    /// terms.
     pub const fn loads_len(&self) -> usize {
         2 * (self.n_stages + 1) * self.r + self.n_terms
     }
@@ -136,7 +137,7 @@ impl<'m, T: Scalar> ChapterScene<'m, T> {
         self.shape.r
     }
 
-    /// What the file says about itself.
+    /// The file's metadata.
     #[must_use]
     pub const fn metadata(&self) -> &Metadata<'m> {
         &self.metadata

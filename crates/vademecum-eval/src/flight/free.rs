@@ -10,13 +10,14 @@
 use crate::base::error::{LoadError, OutputError, StepError};
 use crate::base::options::Status;
 use crate::base::scalar::Scalar;
+use crate::base::vec3::{add, cross, minus};
 use crate::flight::rigid::{RigidBody, RigidMotion, first_pattern};
 use crate::scene::loads::Loads;
 use crate::scene::scene::Scene;
 use crate::scene::state::State;
 use crate::sections::contact::Contact;
 use crate::sections::rows::Field;
-use crate::sections::surface::{SurfacePoint, add, cross, minus};
+use crate::sections::surface::SurfacePoint;
 use vademecum_format::scheme::MAX_STAGES;
 use vademecum_format::{BaseMotion, SectionKind};
 
@@ -56,6 +57,7 @@ use vademecum_format::{BaseMotion, SectionKind};
 /// # }
 /// ```
 #[derive(Clone, Copy, Debug)]
+#[doc(alias = "floating frame of reference")]
 pub struct FreeBody {
     /// At the density it was last stepped with.
     body: RigidBody,
@@ -160,7 +162,7 @@ impl FreeBody {
         (self.force, self.moment) = (other.force, other.moment);
     }
 
-    /// Where the rigid motion will be at the end of the coming step under what pushes it so far.
+    /// Rigid motion at the end of the coming step under what pushes it so far.
     #[must_use]
     pub fn ahead<T: Scalar>(&self, scene: &Scene<'_, T>) -> RigidMotion {
         let time = scene.parameters.time_step;
@@ -221,7 +223,7 @@ impl FreeBody {
         }
     }
 
-    /// Where a point of the surface is in space \[m\], deformed as it is.
+    /// Position in space \[m\] of a point of the deformed surface.
     ///
     /// # Errors
     /// [`OutputError`].

@@ -8,7 +8,7 @@
 //! its energy stays near where it was, and it solves nothing.
 
 use crate::base::principal::{UNITS, principal};
-use crate::sections::surface::{add, cross, dot, minus};
+use crate::base::vec3::{add, cross, dot, minus};
 use vademecum_format::{File, SectionKind};
 
 /// Mass, centre and moments of inertia of a free body.
@@ -29,9 +29,9 @@ pub struct RigidBody {
 /// The rigid motion of a body: what a state is to its elastic motion.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct RigidMotion {
-    /// Where the centre is in space \[m\].
+    /// Position of the centre in space \[m\].
     pub position: [f64; 3],
-    /// How the body is turned, as a quaternion of length one, the real part first: a direction `d` of the
+    /// Attitude of the body, a quaternion of length one, the real part first: a direction `d` of the
     /// body points along `q d q*` in space.
     pub attitude: [f64; 4],
     /// Momentum in space \[kg m/s\].
@@ -82,8 +82,8 @@ impl RigidBody {
         each.fold([0.0; 3], |sum, (axis, moment)| add(sum, scaled(dot(*axis, vector), moment), *axis))
     }
 
-    /// How the rigid motion yields at points of the body to forces held over a step of `time_step` \[s\]:
-    /// adds to `w` what [`Scene::compliance`](crate::Scene::compliance), which is of the elastic motion
+    /// Adds the Delassus operator of the rigid motion at points of the body, for forces held over `time_step`
+    /// \[s\], to `w`: what [`Scene::compliance`](crate::Scene::compliance), which is of the elastic motion
     /// alone, leaves out. Points \[m\] and directions are those of the body; `w` has shape `(3n, 3n)` for `n`
     /// points, row by row \[m/N\]; what is beyond its end is left out.
     ///
@@ -150,7 +150,7 @@ impl RigidMotion {
         turned([w, -x, -y, -z], direction)
     }
 
-    /// Where a point of the body is in space \[m\]: `point` at rest, in the coordinates of the file, has
+    /// Position in space \[m\] of a point of the body: `point` at rest, in the coordinates of the file, has
     /// moved by `displacement` in the body.
     #[must_use]
     pub fn place(&self, body: &RigidBody, point: [f64; 3], displacement: [f64; 3]) -> [f64; 3] {
@@ -218,7 +218,7 @@ impl RigidMotion {
         motion.is_finite().then_some(motion)
     }
 
-    /// Whether every number is finite.
+    /// `true` if every number is finite.
     #[must_use]
     pub fn is_finite(&self) -> bool {
         let all = self.position.iter().chain(&self.attitude).chain(&self.momentum);

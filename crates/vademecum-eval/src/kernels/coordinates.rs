@@ -7,10 +7,10 @@ use crate::base::lend::{Lender, Short};
 use crate::base::options::Status;
 use crate::base::scalar::Scalar;
 
-/// Where the three parts of `y` lie.
+/// Layout of the three parts of `y`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct Parts {
-    /// How many of the three there are; without an acceleration 2.
+    /// Number of parts; 2 without an acceleration.
     pub count: usize,
     /// Length of each.
     pub r: usize,
@@ -21,7 +21,7 @@ pub(crate) struct Parts {
 }
 
 impl Parts {
-    /// Whether a step starts from an acceleration.
+    /// `true` if a step starts from an acceleration.
     const fn has_acceleration(&self) -> bool {
         self.count > 2
     }
@@ -53,7 +53,7 @@ impl<'m, T: Scalar> Coordinates<'m, T> {
         Ok(Self { parts, time_step, now, next, at_rest: true, unstarted: parts.has_acceleration() })
     }
 
-    /// Whether a step starts from an acceleration.
+    /// `true` if a step starts from an acceleration.
     pub const fn has_acceleration(&self) -> bool {
         self.parts.has_acceleration()
     }

@@ -5,7 +5,7 @@
 //! ```
 //!
 //! `H_c` shares a force among the nodes of contact `c`, `P₀` is the answer of each mode to a unit load held
-//! over the step, and `R` is the static residual, which is a contact's own: between two contacts it is left
+//! over the step, and `R` is the residual flexibility, which is a contact's own: between two contacts it is left
 //! out, so that `W` stays positive semidefinite whatever the file holds of it. Of contacts that share no
 //! triangle, `W` says exactly what a step does; of contacts that share one, a step shows the residual between
 //! them too. This is the Delassus operator of contact mechanics. With it a loop of its caller can solve for
@@ -14,7 +14,6 @@
 
 use crate::base::error::{LoadError, StepError};
 use crate::base::lend::{Lender, Short};
-use crate::base::options::Structure;
 use crate::base::scalar::Scalar;
 use crate::kernels::kernel::add_row;
 use crate::scene::loads::Loads;
@@ -31,7 +30,7 @@ impl<T: Scalar> Scene<'_, T> {
         self.shape.compliance_work(contacts)
     }
 
-    /// How the body yields at contacts to forces held over the coming step: `w` of shape `(3n, 3n)` for `n`
+    /// Delassus operator of contacts, for forces held over the coming step: `w` of shape `(3n, 3n)` for `n`
     /// contacts, row by row \[m/N\]; number `(3c + i, 3d + j)` is the displacement of contact `c` in
     /// direction `i` at the end of the step for each newton at contact `d` in direction `j`. The forces of
     /// `contacts` are not looked at. Symmetric and positive semidefinite. `O(n² r)`; for the diagonal and the
@@ -64,6 +63,7 @@ impl<T: Scalar> Scene<'_, T> {
     /// # Errors
     /// [`LoadError::Mismatch`] for the block structure and for lent memory that is too short,
     /// [`LoadError::NeedsState`] for the strain structure, and the errors of a contact that cannot be added.
+    #[doc(alias = "Delassus operator")]
     pub fn compliance(
         &self,
         places: &[impl AsRef<Place>],
@@ -71,10 +71,10 @@ impl<T: Scalar> Scene<'_, T> {
         work: &mut [T],
     ) -> Result<(), LoadError> {
         let (n, r) = (3 * places.len(), self.shape.r);
-        if self.shape.structure() == Structure::Strain {
+        if self.shape.is_strain() {
             return Err(LoadError::NeedsState);
         }
-        if self.shape.structure() == Structure::Block || w.len() != n * n {
+        if self.shape.is_block() || w.len() != n * n {
             return Err(LoadError::Mismatch);
         }
         let mut work = Lender::new(work);
@@ -109,13 +109,14 @@ impl<T: Scalar> Scene<'_, T> {
         Ok(())
     }
 
-    /// Where contacts will be at the end of the coming step if `loads` act over it and nothing else does: the
-    /// displacement of each \[m\]. State and loads stay as they are. `O(n r)`.
+    /// Displacements of contacts at the end of the coming step if `loads` act over it and nothing else does
+    /// \[m\]. State and loads stay as they are. `O(n r)`.
     ///
     /// # Errors
     /// [`StepError::Mismatch`] for the block structure, for a state or loads of another scene, for contacts
     /// that cannot be added, and for lent memory that is too short; [`StepError::NotCarried`],
     /// [`StepError::StaleLoads`].
+    #[doc(alias = "free velocity")]
     pub fn free_motion(
         &self,
         state: &State<'_, T>,
@@ -125,7 +126,7 @@ impl<T: Scalar> Scene<'_, T> {
         work: &mut [T],
     ) -> Result<(), StepError> {
         let shapes = state.shape == self.shape && loads.shape == self.shape;
-        if !shapes || self.shape.structure() == Structure::Block || out.len() != places.len() {
+        if !shapes || self.shape.is_block() || out.len() != places.len() {
             return Err(StepError::Mismatch);
         }
         self.check_carried(state)?;
@@ -134,7 +135,7 @@ impl<T: Scalar> Scene<'_, T> {
         let mut work = Lender::new(work);
         let rows = work.take(n * r)?;
         self.project(places, rows).map_err(|_| StepError::Mismatch)?;
-        if self.shape.structure() == Structure::Strain {
+        if self.shape.is_strain() {
             let moved = self.strain_ahead(state, loads, work.rest())?;
             show(rows, moved, out);
             return Ok(());

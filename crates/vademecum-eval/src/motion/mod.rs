@@ -2,8 +2,6 @@
 
 pub(crate) mod base;
 pub(crate) mod compliance;
-pub(crate) mod eigen;
-pub(crate) mod modal;
 pub(crate) mod rebind;
 pub(crate) mod set;
 pub(crate) mod step;

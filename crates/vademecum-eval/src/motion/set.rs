@@ -1,4 +1,4 @@
-//! Where a body of a scene is put: displacement, velocity, and the acceleration that goes with them.
+//! Placing of a body: displacement, velocity, and the acceleration that goes with them.
 
 use crate::base::error::StepError;
 use crate::base::scalar::Scalar;

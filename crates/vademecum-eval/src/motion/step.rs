@@ -70,7 +70,7 @@ impl<T: Scalar> Scene<'_, T> {
 
     #[inline(always)]
     fn advance(&self, state: &mut State<'_, T>, loads: &Loads<'_, T>) -> Result<Status, StepError> {
-        if self.shape.structure() == Structure::Strain {
+        if self.shape.is_strain() {
             return self.march_strain(state, loads, None);
         }
         let (old, new, load) = (&*state.y.now, &mut *state.y.next, &*loads.increment);

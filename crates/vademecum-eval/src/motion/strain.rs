@@ -13,7 +13,7 @@
 
 use crate::base::error::{LoadError, OutputError, StepError};
 use crate::base::lend::{Lender, Short};
-use crate::base::options::{Status, Structure};
+use crate::base::options::Status;
 use crate::base::scalar::Scalar;
 use crate::kernels::strain::kernel::{Force, answer, dissipated, moved, prepare, strain_square, sub_step};
 use crate::kernels::strain::map::distance;
@@ -24,7 +24,7 @@ use crate::scene::scene::Scene;
 use crate::scene::state::State;
 use crate::sections::place::Place;
 
-/// What a step did with the energy \[J\], see [`Scene::step_metered`].
+/// Energy balance of a step \[J\], see [`Scene::step_metered`].
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct EnergyAccount {
     /// Energy before the step.
@@ -33,22 +33,22 @@ pub struct EnergyAccount {
     pub after: f64,
     /// Work of the loads.
     pub work: f64,
-    /// What damping took; never negative.
+    /// Energy that damping took; never negative.
     pub dissipated: f64,
 }
 
 impl EnergyAccount {
-    /// What the account does not explain: `after − before − work + dissipated`, which is rounding.
+    /// Rest of the balance: `after − before − work + dissipated`, which is rounding.
     #[must_use]
     pub fn violation(&self) -> f64 {
         self.after - self.before - self.work + self.dissipated
     }
 }
 
-/// Where a state stands against those of the training, see [`Scene::training`].
+/// Comparison of a state with those of the training, see [`Scene::training`].
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Training {
-    /// How far the state is from rest, `|W q|`.
+    /// Distance of the state from rest, `|W q|`.
     pub distance: f64,
     /// The largest of the training.
     pub largest_distance: f64,
@@ -59,7 +59,7 @@ pub struct Training {
 }
 
 impl Training {
-    /// Whether the training has seen states as far from rest, and as much energy. Outside, a step is as
+    /// `true` if the training has seen states as far from rest, and as much energy. Outside, a step is as
     /// stable as inside, but nobody has measured how accurate.
     #[must_use]
     pub fn is_inside(&self) -> bool {
@@ -90,7 +90,7 @@ impl<T: Scalar> Scene<'_, T> {
         state: &mut State<'_, T>,
         loads: &Loads<'_, T>,
     ) -> Result<(Status, EnergyAccount), StepError> {
-        if self.shape.structure() != Structure::Strain || loads.shape != self.shape {
+        if !self.shape.is_strain() || loads.shape != self.shape {
             return Err(StepError::Mismatch);
         }
         self.check_carried(state)?;
@@ -106,7 +106,7 @@ impl<T: Scalar> Scene<'_, T> {
         Ok((status, account))
     }
 
-    /// Whether the training of the file has seen such states. A scaled stiffness or density is taken into
+    /// Comparison of the state with those of the file's training. A scaled stiffness or density is taken into
     /// account. Costs `O(r²)` and about a step.
     ///
     /// ```
@@ -134,7 +134,7 @@ impl<T: Scalar> Scene<'_, T> {
         })
     }
 
-    /// How the body yields at contacts to forces held over the coming step, from the state it is in:
+    /// Delassus operator of contacts, for forces held over the coming step, in the present state:
     /// [`Scene::compliance`], which is the same for every state of a linear body. With the strain structure
     /// the matrix is that of the coming step's own solve, so it is exactly what this step does, and another
     /// one for the next step. `O(n r²)` there.
@@ -174,7 +174,7 @@ impl<T: Scalar> Scene<'_, T> {
         w: &mut [f64],
         work: &mut [T],
     ) -> Result<(), LoadError> {
-        if self.shape.structure() != Structure::Strain {
+        if !self.shape.is_strain() {
             return self.compliance(places, w, work);
         }
         let (n, r) = (3 * places.len(), self.shape.r);
@@ -206,7 +206,7 @@ impl<T: Scalar> Scene<'_, T> {
         Ok(())
     }
 
-    /// Where the coordinates are at the end of the coming step, `(r)`, and the rest of the work.
+    /// Coordinates at the end of the coming step, `(r)`, and the rest of the work.
     pub(crate) fn strain_ahead<'w>(
         &self,
         state: &State<'_, T>,
@@ -282,7 +282,7 @@ impl<T: Scalar> Scene<'_, T> {
     /// The energy that the scheme keeps.
     pub(crate) fn kept_energy(&self, state: &State<'_, T>) -> Result<Energy, OutputError> {
         self.check(state)?;
-        if self.shape.structure() != Structure::Strain {
+        if !self.shape.is_strain() {
             return Err(OutputError::NoTraining);
         }
         let (step, density) = (&self.strain, self.parameters.density);

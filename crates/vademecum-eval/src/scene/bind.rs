@@ -38,7 +38,7 @@ pub(crate) struct Sections<'m> {
     pub residual: Residual<'m>,
     /// The reactions of the supports.
     pub supports: Supports<'m>,
-    /// Where a base that moves turns.
+    /// Centre about which a moving base turns.
     pub base: Option<&'m [[u8; 8]]>,
     /// The factor of the stiffness.
     pub factor: Factor<'m>,
@@ -60,7 +60,7 @@ pub(crate) struct Separated<'m> {
     pub factors: &'m [[u8; 8]],
 }
 
-/// What a scene is asked to stand at.
+/// The parameters that a scene is asked for.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Asked {
     pub step: StepParameters,
@@ -272,7 +272,7 @@ fn fuse_block<'w>(
 
 /// `E_i = Σ_t g_t E_t` at each stage's place on the axes, `(n_stages, r, r)`, and the weights `g_t`,
 /// `(n_stages, n_terms)`.
-pub(crate) fn stage_responses(
+fn stage_responses(
     metadata: &Metadata<'_>,
     sections: &Sections<'_>,
     asked: &Asked,
@@ -329,7 +329,7 @@ fn check_moved(metadata: &Metadata<'_>, sections: &Sections<'_>, asked: &Asked) 
     Ok(())
 }
 
-/// Whether the coordinate of some axis depends on what this parameter moves: a region's scale, or `θ`.
+/// `true` if the coordinate of some axis depends on what this parameter moves: a region's scale, or `θ`.
 fn on_an_axis(metadata: &Metadata<'_>, role: ParameterRole) -> bool {
     use ParameterRole as R;
     use vademecum_format::AxisRole as A;
@@ -484,18 +484,18 @@ fn growth([a, b, c, d]: [f64; 4]) -> f64 {
     sum + lost
 }
 
-/// Where the kernels want number `(row, column)` of the N×N block of mode `k`.
+/// Index at which the kernels want number `(row, column)` of the N×N block of mode `k`.
 pub(crate) const fn place_in_modes<const N: usize>(k: usize, row: usize, column: usize) -> usize {
     (k / LANES * N * N + N * row + column) * LANES + k % LANES
 }
 
-/// Where the dense kernel wants number `(row, column)` of a matrix of `n_columns`.
+/// Index at which the dense kernel wants number `(row, column)` of a matrix of `n_columns`.
 pub(crate) const fn place_in_tiles(row: usize, column: usize, n_columns: usize) -> usize {
     (row / TILE * n_columns + column) * TILE + row % TILE
 }
 
 /// Column-major `(rows, any)` to tiles of [`TILE`] rows, each tile column by column.
-pub(crate) fn lay_out_columns<T: Scalar>(columns: &[f64], rows: usize, tiles: &mut [T]) -> Result<(), Short> {
+fn lay_out_columns<T: Scalar>(columns: &[f64], rows: usize, tiles: &mut [T]) -> Result<(), Short> {
     let n_columns = columns.len() / rows.max(1);
     for (c, column) in columns.chunks_exact(rows.max(1)).enumerate() {
         for (tile, part) in column.chunks(TILE).enumerate() {

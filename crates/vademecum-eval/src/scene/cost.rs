@@ -1,4 +1,4 @@
-//! What a bound scene costs: how much of the file each move reads and how many multiply-adds it takes.
+//! Costs of a bound scene: bytes of the file that each move reads, and multiply-adds.
 //! Computed from the sizes of things; nothing is counted while stepping.
 //!
 //! A test poisons every number of a file that is not in these counts and finds the same bits
@@ -38,7 +38,7 @@ pub struct Cost {
 }
 
 impl<T: Scalar> Scene<'_, T> {
-    /// What this scene costs, as it is bound now.
+    /// Costs of this scene, as it is bound now.
     #[must_use]
     pub fn cost(&self) -> Cost {
         let (shape, sections, metadata) = (&self.shape, &self.sections, &self.metadata);
@@ -62,7 +62,7 @@ impl<T: Scalar> Scene<'_, T> {
         // A term is read once if some stage has a weight for it.
         let used =
             |t: usize| self.weights.iter().skip(t).step_by(shape.n_terms.max(1)).any(|&w| w != T::ZERO);
-        let separated_terms = if shape.structure() == Structure::Block { shape.n_terms } else { 0 };
+        let separated_terms = if shape.is_block() { shape.n_terms } else { 0 };
         let in_use = (0..separated_terms).filter(|&t| used(t)).count();
         let (surface, interior) = (row(sections.rows.surface), row(sections.rows.interior));
         let (n_surface, n_nodes) = (metadata.n_surface_nodes as usize, metadata.n_nodes as usize);

@@ -14,7 +14,7 @@ use vademecum_format::scheme::StepParameters;
 pub(crate) struct Matrices<'m> {
     /// `BᵀKB`.
     pub stiffness: Stiffness<'m>,
-    /// How many regions there are.
+    /// Number of regions.
     pub n_regions: usize,
     /// `BᵀK_qB` of each region, `(n_regions, r, r)`; `None` if absent or compressed.
     pub region_stiffness: Option<&'m [[u8; 8]]>,

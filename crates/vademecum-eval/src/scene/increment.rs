@@ -40,7 +40,7 @@ impl<T: Scalar> Scene<'_, T> {
     /// [`OutputError::NotWithStrain`] for the strain structure, whose step is not a map;
     /// [`OutputError::Length`] if `out` does not have `9r²` numbers, or `4r²` for the exact structure.
     pub fn increment_into(&self, out: &mut [f64]) -> Result<(), OutputError> {
-        if self.shape.structure() == Structure::Strain {
+        if self.shape.is_strain() {
             return Err(OutputError::NotWithStrain);
         }
         let n = self.shape.n_parts() * self.shape.r;

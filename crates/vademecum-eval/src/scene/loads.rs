@@ -1,4 +1,4 @@
-//! What acts on the body during a step, accumulated in reduced form.
+//! Loads on the body during a step, accumulated in reduced form.
 //!
 //! A point force enters through one row of `H` per loaded dof (reciprocity):
 //! `g_i = Σ_dof H_i[dof, ·] F[dof]`, and the fused step adds `Σ_i p_i L_i g_i` with `p_i = Σ_j f_ij F_j`, the
@@ -8,7 +8,6 @@
 
 use crate::base::error::{BindError, LoadError};
 use crate::base::lend::Lender;
-use crate::base::options::Structure;
 use crate::base::scalar::Scalar;
 use crate::kernels::kernel::{add_dense, add_row};
 use crate::scene::scene::Scene;
@@ -37,7 +36,7 @@ pub struct Loads<'m, T> {
     pub(crate) statics: Statics<'m, T>,
 }
 
-/// How a load's amplitude runs over a step.
+/// Course of a load's amplitude over a step.
 #[derive(Clone, Copy)]
 pub(crate) struct Amplitudes {
     pub start: f64,
@@ -155,7 +154,7 @@ impl<'m, T: Scalar> Loads<'m, T> {
         Ok(())
     }
 
-    /// Whether anything was added since the loads were cleared.
+    /// `true` if anything was added since the loads were cleared.
     #[must_use]
     pub const fn is_empty(&self) -> bool {
         !self.active
@@ -308,10 +307,7 @@ impl<'m, T: Scalar> Loads<'m, T> {
         numbers: Option<Numbers<'n>>,
         kind: SectionKind,
     ) -> Result<Numbers<'n>, LoadError> {
-        match self.shape.structure() {
-            Structure::Diagonal | Structure::Exact | Structure::Strain => Ok(Numbers::F64(&[])),
-            Structure::Block => numbers.ok_or(LoadError::Missing { kind }),
-        }
+        if self.shape.is_block() { numbers.ok_or(LoadError::Missing { kind }) } else { Ok(Numbers::F64(&[])) }
     }
 
     /// Starts every stage's row of `H` from the row of `B`.
@@ -349,13 +345,12 @@ impl<'m, T: Scalar> Loads<'m, T> {
             let amplitude = T::from_f64(amplitude);
             row.iter_mut().for_each(|g| *g = *g * amplitude);
             let map = maps.take(self.shape.load_map_len())?;
-            match self.shape.structure() {
-                Structure::Diagonal | Structure::Exact | Structure::Strain => {
-                    for (out, map) in self.increment.chunks_exact_mut(stride).zip(map.chunks_exact(stride)) {
-                        out.iter_mut().zip(map).zip(row.iter()).for_each(|((out, &map), &g)| *out += map * g);
-                    }
-                }
-                Structure::Block => add_dense(map.as_chunks().0, row, self.increment),
+            if self.shape.is_block() {
+                add_dense(map.as_chunks().0, row, self.increment);
+                continue;
+            }
+            for (out, map) in self.increment.chunks_exact_mut(stride).zip(map.chunks_exact(stride)) {
+                out.iter_mut().zip(map).zip(row.iter()).for_each(|((out, &map), &g)| *out += map * g);
             }
         }
         self.active = true;

@@ -9,7 +9,6 @@
 //! [`Scalar::FLOOR`] to zero, which feeds a lightly damped body about as much as damping takes from it:
 //! without a threshold it moved for ever at some hundred times the floor.
 
-use crate::base::options::Structure;
 use crate::base::scalar::Scalar;
 use crate::kernels::strain::map::bounds;
 use crate::scene::equation::{Equation, larger};
@@ -21,7 +20,7 @@ impl<T: Scalar> Scene<'_, T> {
     /// [`SceneOptions::rest_below`](crate::SceneOptions::rest_below). `O(r)`.
     #[must_use]
     pub fn energy_at_rest(&self) -> f64 {
-        if self.shape.structure() == Structure::Strain {
+        if self.shape.is_strain() {
             // |z| ≤ |L| |q| + |Q| |q|².
             let ([linear, quadratic], at) = (bounds(&self.sections.strain), self.rest_below.to_f64());
             let (strain, rate) = (linear * at + quadratic * at * at, at / self.parameters.time_step);

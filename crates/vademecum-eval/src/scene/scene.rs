@@ -89,13 +89,13 @@ impl<'m, T: Scalar> Scene<'m, T> {
     ) -> Result<Self, BindError> {
         let shape = shape::<T>(file, options)?;
         let mut sections = sections(file, shape.structure())?;
-        if shape.structure() == Structure::Strain {
+        if shape.is_strain() {
             let moving = [SectionKind::RigidBody, SectionKind::BaseFrame];
             if let Some(kind) = moving.into_iter().find(|&kind| file.section(kind).is_some()) {
                 return Err(BindError::NotWithStrain { kind });
             }
         }
-        if !options.residual || matches!(shape.structure(), Structure::Block | Structure::Strain) {
+        if !options.residual || !shape.is_per_mode() {
             // Forces are remembered for reactions, too.
             (sections.residual, sections.factor) = Default::default();
         }
@@ -181,7 +181,7 @@ impl<'m, T: Scalar> Scene<'m, T> {
 
     /// Writes the numbers of the strain structure where a step reads them.
     pub(crate) fn lay_out_strain(&mut self) -> Result<(), Short> {
-        if self.shape.structure() == Structure::Strain {
+        if self.shape.is_strain() {
             lay_out_strain(&self.sections.strain, self.shape.strain, &self.strain, Some(&mut *self.map))?;
             lay_out_force(&self.strain, self.parameters.density, self.shape.stride(), self.load_maps);
         }
@@ -213,7 +213,7 @@ impl<'m, T: Scalar> Scene<'m, T> {
         self.shape.r
     }
 
-    /// What the file says about itself.
+    /// The file's metadata.
     #[must_use]
     pub const fn metadata(&self) -> &Metadata<'m> {
         &self.metadata
@@ -233,10 +233,7 @@ impl<'m, T: Scalar> Scene<'m, T> {
 
     /// The scheme whose stages the scene fused.
     pub(crate) const fn scheme(&self) -> &SchemeTable {
-        match self.shape.structure() {
-            Structure::Exact | Structure::Strain => &SchemeTable::EXACT,
-            Structure::Diagonal | Structure::Block => &self.metadata.scheme,
-        }
+        if self.shape.is_exact() { &SchemeTable::EXACT } else { &self.metadata.scheme }
     }
 
     /// Instants at which a step needs a changing load, as fractions of it: 0, then one per stage; the rest
@@ -254,8 +251,9 @@ pub(crate) fn strain_step<T: Scalar>(
     asked: &StepParameters,
     options: &SceneOptions,
 ) -> Result<StrainStep, BindError> {
-    match shape.structure() {
-        Structure::Strain => StrainStep::checked::<T>(sections, shape.strain, asked, options),
-        Structure::Diagonal | Structure::Block | Structure::Exact => Ok(StrainStep::default()),
+    if shape.is_strain() {
+        StrainStep::checked::<T>(sections, shape.strain, asked, options)
+    } else {
+        Ok(StrainStep::default())
     }
 }

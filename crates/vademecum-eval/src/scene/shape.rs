@@ -58,12 +58,29 @@ impl Shape {
         if cfg!(feature = "full") { self.chosen } else { Structure::Exact }
     }
 
-    /// How many of ζ, Δt ζ̇ and Δt² ζ̈ a state holds.
+    /// `true` for the strain structure.
+    pub const fn is_strain(&self) -> bool {
+        matches!(self.structure(), Structure::Strain)
+    }
+
+    /// `true` for the block structure.
+    pub const fn is_block(&self) -> bool {
+        matches!(self.structure(), Structure::Block)
+    }
+
+    /// `true` where every mode steps by itself.
+    pub const fn is_per_mode(&self) -> bool {
+        matches!(self.structure(), Structure::Diagonal | Structure::Exact)
+    }
+
+    /// `true` where a step has no stages of a scheme, and a state no acceleration.
+    pub const fn is_exact(&self) -> bool {
+        matches!(self.structure(), Structure::Exact | Structure::Strain)
+    }
+
+    /// Number of parts of a state: ζ and Δt ζ̇, and Δt² ζ̈ with a scheme.
     pub const fn n_parts(&self) -> usize {
-        match self.structure() {
-            Structure::Diagonal | Structure::Block => 3,
-            Structure::Exact | Structure::Strain => 2,
-        }
+        if self.is_exact() { 2 } else { 3 }
     }
 
     /// Distance between ζ, Δt ζ̇ and Δt² ζ̈ in a state.
@@ -82,7 +99,7 @@ impl Shape {
         }
     }
 
-    /// Where the parts of a state lie.
+    /// Layout of the parts of a state.
     pub const fn parts(&self) -> Parts {
         Parts { count: self.n_parts(), r: self.r, stride: self.stride(), padded: self.padded() }
     }
@@ -211,7 +228,7 @@ pub(crate) fn terms(metadata: &Metadata<'_>, options: &SceneOptions) -> Result<u
     Err(BindError::Terms { asked, found })
 }
 
-/// What does not depend on the file.
+/// Checks what does not depend on the file.
 pub(crate) fn check(options: &SceneOptions) -> Result<(), BindError> {
     for value in [options.tolerance, options.rest_below] {
         if value.is_nan() || value < 0.0 {

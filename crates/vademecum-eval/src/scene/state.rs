@@ -16,7 +16,7 @@ pub struct State<'m, T> {
     pub(crate) y: Coordinates<'m, T>,
     /// Forces of the last step, for what the modes leave out.
     pub(crate) statics: Statics<'m, T>,
-    /// What a step of the strain structure works in.
+    /// Scratch of a step of the strain structure.
     pub(crate) scratch: &'m mut [T],
 }
 

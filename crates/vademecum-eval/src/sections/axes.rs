@@ -1,4 +1,4 @@
-//! Where a scene stands on the axes of a separated solution, and the weights of its terms there:
+//! The place of a scene on the axes of a separated solution, and the weights of its terms there:
 //! `g_t = Π_a g_ta(c_a)`.
 //!
 //! A factor between its points is a sum `Σ_j φ_j(c) f_j` whose basis functions `φ_j` (units, hats or Lagrange
@@ -13,7 +13,7 @@ use vademecum_format::{Axis, AxisKind, AxisRole, Metadata};
 /// range was computed from another order of them, and each rounds once or twice.
 const ROUNDING: f64 = 16.0 * f64::EPSILON;
 
-/// Where a stage stands.
+/// The coordinates of a stage.
 #[derive(Clone, Copy)]
 pub(crate) struct StagePlace<'p> {
     pub stage: usize,
@@ -148,7 +148,7 @@ impl<'w> Axes<'w> {
     }
 }
 
-/// Where a value of an axis' unit lies among its nodes.
+/// Interval and share of a value of an axis' unit among its nodes.
 fn place(axis: &Axis<'_>, value: f64) -> f64 {
     if axis.log { libm::log(value) } else { value }
 }

@@ -17,7 +17,7 @@ pub(crate) struct Factor<'m> {
     pub patterns: Option<Numbers<'m>>,
 }
 
-/// Where a group of columns begins: its first column, and its first number among rows and values.
+/// Start of a group of columns: its first column, and its first number among rows and values.
 #[derive(Clone, Copy, Default)]
 struct Place {
     column: usize,

@@ -1,5 +1,5 @@
-//! What the modes leave out of the answer to a load that stays: the static residual `R F`, where the file has
-//! it, for the forces that act on the nodes of contacts and for load patterns.
+//! Residual flexibility: the static answer `R F` that the modes leave out, where the file has it, for the forces
+//! on the nodes of contacts and for load patterns.
 //!
 //! A file holds `R` between a loadable node and itself, and between two that share a triangle; between others
 //! it is taken as zero. A state remembers the forces of its last step, so that outputs show the modes and the
@@ -8,6 +8,7 @@
 use crate::base::error::LoadError;
 use crate::base::lend::{Lender, Short};
 use crate::base::scalar::Scalar;
+use crate::base::vec3::dot;
 use crate::sections::contact::Contact;
 use vademecum_format::{File, Numbers, SectionKind};
 
@@ -27,7 +28,7 @@ pub(crate) struct Residual<'m> {
 /// A 3×3 block, row by row: displacement by force \[m/N\].
 type Block = [[f64; 3]; 3];
 
-/// How many nodes and patterns a scene remembers forces of; zeros where nothing is made of them.
+/// Numbers of nodes and patterns whose forces a scene remembers; zeros where nothing is made of them.
 pub(crate) fn room<T: Scalar>(file: &File<'_>, contacts: usize, residual: bool) -> [usize; 2] {
     use SectionKind as S;
     let metadata = file.metadata();
@@ -163,10 +164,6 @@ fn times(block: Block, force: [f64; 3]) -> [f64; 3] {
     block.map(|row| dot(row, force))
 }
 
-fn dot(a: [f64; 3], b: [f64; 3]) -> f64 {
-    a.iter().zip(b).map(|(a, b)| a * b).sum()
-}
-
 /// Forces on nodes and amplitudes of patterns, in lent memory.
 #[derive(Debug)]
 pub(crate) struct Statics<'m, T> {
@@ -203,12 +200,12 @@ impl<'m, T: Scalar> Statics<'m, T> {
         self.forgotten = true;
     }
 
-    /// Whether nothing acts.
+    /// `true` if nothing acts.
     pub const fn is_empty(&self) -> bool {
         self.used == 0 && !self.some_pattern
     }
 
-    /// What acts on another. Every step does this, so it does no more than it must.
+    /// Copies what acts on another. Every step does this, so it does no more than it must.
     #[inline(always)]
     pub fn copy(&mut self, other: &Statics<'_, T>) {
         self.forgotten = false;

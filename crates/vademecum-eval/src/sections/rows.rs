@@ -29,7 +29,7 @@ pub(crate) struct Rows<'m> {
     n_probes: usize,
 }
 
-/// What multiplies the basis: reduced coordinates of length `r`, and a scale.
+/// Multiplier of the basis: reduced coordinates of length `r`, and a scale.
 pub(crate) type Factors<'s, T> = (&'s [T], f64);
 
 impl<'m> Rows<'m> {

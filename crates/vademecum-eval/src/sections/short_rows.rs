@@ -7,7 +7,7 @@ use wide::f32x4;
 /// Columns read at once, and rows whose sums are finished side by side.
 pub(crate) const QUAD: usize = 4;
 
-/// What the sums ask of a number; its default is zero.
+/// A number that can be summed; its default is zero.
 pub(crate) trait Number: Copy + Default + Add<Output = Self> + Mul<Output = Self> + AddAssign {}
 
 impl<T: Copy + Default + Add<Output = T> + Mul<Output = T> + AddAssign> Number for T {}

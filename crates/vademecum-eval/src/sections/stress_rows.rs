@@ -6,7 +6,7 @@ use crate::sections::residual::Statics;
 use crate::sections::rows::{Factors, dot};
 use vademecum_format::{File, Numbers, SectionKind};
 
-/// Where a file knows the stress: a node, in the file's order, in one of its regions. A node between two
+/// A point whose stress the file has: a node, in the file's order, in one of its regions. A node between two
 /// regions has a stress in each.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct StressPoint {

@@ -1,4 +1,4 @@
-//! What a file keeps of the reactions of its supports.
+//! The sections of a file for the reactions of its supports.
 
 use crate::base::error::OutputError;
 use crate::base::scalar::Scalar;

@@ -4,10 +4,10 @@
 //! moves, and 10 000 triangles take a fraction of a millisecond. For more of them, and for the surface as it
 //! has moved, there is [`SurfaceTree`](crate::SurfaceTree).
 
-use vademecum_format::{File, Numbers, SectionKind};
-
 use crate::base::error::OutputError;
+use crate::base::vec3::{dot, minus};
 use crate::sections::place::Place;
+use vademecum_format::{File, Numbers, SectionKind};
 
 /// The loadable surface of a file, at rest.
 #[derive(Clone, Copy, Debug)]
@@ -22,7 +22,7 @@ pub struct Surface<'m> {
 pub struct SurfacePoint {
     /// Nodes of its triangle and their barycentric weights.
     pub place: Place,
-    /// Where it is \[m\].
+    /// Its position \[m\].
     pub position: [f64; 3],
     /// Distance \[m\] from the point that was asked for.
     pub distance: f64,
@@ -128,23 +128,6 @@ impl<'m> Surface<'m> {
             self.coordinates.get(at.checked_add(2)?)?,
         ])
     }
-}
-
-/// `a + s b`.
-pub(crate) fn add([a, b, c]: [f64; 3], s: f64, [x, y, z]: [f64; 3]) -> [f64; 3] {
-    [a + s * x, b + s * y, c + s * z]
-}
-
-pub(crate) fn minus(a: [f64; 3], b: [f64; 3]) -> [f64; 3] {
-    [a[0] - b[0], a[1] - b[1], a[2] - b[2]]
-}
-
-pub(crate) fn dot(a: [f64; 3], b: [f64; 3]) -> f64 {
-    a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
-}
-
-pub(crate) fn cross(a: [f64; 3], b: [f64; 3]) -> [f64; 3] {
-    [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
 }
 
 /// Barycentric weights of the point of the triangle `a b c` nearest to `p`: the inside if the projection lies

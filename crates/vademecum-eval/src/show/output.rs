@@ -2,7 +2,6 @@
 //! else.
 
 use crate::base::error::OutputError;
-use crate::base::options::Structure;
 use crate::base::scalar::Scalar;
 use crate::scene::equation::Energy;
 use crate::scene::scene::Scene;
@@ -175,13 +174,13 @@ impl<T: Scalar> Scene<'_, T> {
 
     fn energy_of_modes(&self, state: &State<'_, T>) -> Result<Energy, OutputError> {
         self.check(state)?;
-        if self.shape.structure() == Structure::Strain {
+        if self.shape.is_strain() {
             return self.kept_energy(state);
         }
         self.equation().energy(&state.y).ok_or(OutputError::Mismatch)
     }
 
-    /// What the forces of the last step store in what the modes leave out.
+    /// Strain energy of the forces of the last step in the residual flexibility.
     fn residual_energy(&self, state: &State<'_, T>) -> f64 {
         if state.statics.is_empty() {
             return 0.0;
@@ -216,7 +215,7 @@ impl<T: Scalar> Scene<'_, T> {
     }
 }
 
-/// What the modes leave out is static: it has no velocity.
+/// The residual is static: it has no velocity.
 fn shows_statics<T: Scalar>(state: &State<'_, T>, field: Field) -> bool {
     field == Field::Displacement && !state.statics.is_empty()
 }

@@ -12,14 +12,14 @@ use crate::sections::residual::Statics;
 use crate::sections::supports::row;
 use vademecum_format::SectionKind;
 
-/// What a support exerts on the body: force \[N\], then moment \[N m\] about the point of the support.
+/// Reaction of a support on the body: force \[N\], then moment \[N m\] about the point of the support.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Reaction {
-    /// What holds the loads, as if they stayed.
+    /// Part that holds the loads, as if they stayed.
     pub at_rest: [f64; 6],
-    /// What moves the mass of the body.
+    /// Part that moves the mass of the body.
     pub inertia: [f64; 6],
-    /// What Rayleigh's `α` takes, which brakes mass.
+    /// Part of Rayleigh's `α`, which brakes mass.
     pub damping: [f64; 6],
 }
 
@@ -36,7 +36,7 @@ impl Reaction {
 }
 
 impl<T: Scalar> Scene<'_, T> {
-    /// How many supports the file gives reactions of; 0 if it was built without `[output] reactions`.
+    /// Number of supports whose reactions the file has; 0 if it was built without `[output] reactions`.
     #[must_use]
     pub const fn n_supports(&self) -> usize {
         self.sections.supports.count
@@ -56,7 +56,7 @@ impl<T: Scalar> Scene<'_, T> {
         Ok(point)
     }
 
-    /// What support `index` exerts on the body, in the order of the names in the file, under the forces of
+    /// Reaction of support `index` on the body, in the order of the names in the file, under the forces of
     /// the last step. `O(r)` for each node that is loaded, and for each pattern.
     ///
     /// ```
@@ -81,7 +81,7 @@ impl<T: Scalar> Scene<'_, T> {
     /// taken from a batch, without the loads of its last step.
     pub fn reaction(&self, state: &State<'_, T>, index: usize) -> Result<Reaction, OutputError> {
         self.check(state)?;
-        if self.shape.structure() == Structure::Strain {
+        if self.shape.is_strain() {
             return Err(OutputError::NotWithStrain);
         }
         self.check_support(index)?;

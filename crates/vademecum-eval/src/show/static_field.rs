@@ -6,7 +6,6 @@
 //! solves unless it is asked to, and one answer serves as long as the forces stay.
 
 use crate::base::error::{BindError, OutputError};
-use crate::base::options::Structure;
 use crate::base::scalar::Scalar;
 use crate::kernels::kernel::add_row;
 use crate::scene::equation::Stiffness;
@@ -19,6 +18,7 @@ use vademecum_format::SectionKind;
 
 /// The static answer of a body to the forces of a state, in lent memory.
 #[derive(Debug)]
+#[doc(alias = "static correction", alias = "mode acceleration")]
 pub struct StaticField<'m, T> {
     shape: Shape,
     /// `K⁻¹F` at the stiffness of the file, in the order of the factor.
@@ -51,7 +51,7 @@ impl<'m, T: Scalar> StaticField<'m, T> {
 pub(crate) fn static_field_sizes(factor: &Factor<'_>, shape: &Shape) -> [usize; 2] {
     let (order, r) = (factor.order.len(), shape.r);
     let known = factor.values.is_some() && shape.statics != [0; 2];
-    let small = !matches!(shape.structure(), Structure::Block | Structure::Strain);
+    let small = shape.is_per_mode();
     if known && small { [order + r, r] } else { [0; 2] }
 }
 

@@ -10,7 +10,6 @@
 //! grows.
 
 use crate::base::error::OutputError;
-use crate::base::options::Structure;
 use crate::base::principal::principal;
 use crate::base::scalar::Scalar;
 use crate::scene::scene::Scene;
@@ -69,7 +68,7 @@ impl Tensor {
 }
 
 impl<T: Scalar> Scene<'_, T> {
-    /// How many points the file knows the stress of.
+    /// Number of points whose stress the file has.
     #[must_use]
     pub const fn n_stress_points(&self) -> usize {
         self.sections.stress.points.len()
@@ -88,7 +87,7 @@ impl<T: Scalar> Scene<'_, T> {
     /// [`OutputError`].
     pub fn stress(&self, state: &State<'_, T>, index: usize) -> Result<Tensor, OutputError> {
         self.check(state)?;
-        if self.shape.structure() == Structure::Strain {
+        if self.shape.is_strain() {
             return Err(OutputError::NotWithStrain);
         }
         let rows = &self.sections.stress;

@@ -15,6 +15,7 @@ use crate::base::vectors::{Kernel, vectorised};
 use crate::kernels::kernel::{columns_times, less, total};
 use crate::kernels::strain::memory::{PANEL, Scratch, StrainMap};
 use crate::kernels::strain::solve::{decompose, solve_prepared, solve_step};
+use crate::kernels::strain::tail;
 
 /// Takes the mean displacement and `p` of a state, `(r)` each: where the rows are evaluated.
 pub(crate) fn place<T: Scalar>(
@@ -34,7 +35,7 @@ pub(crate) fn place<T: Scalar>(
 }
 
 /// All rows: `ĝ` into the panels, and what they push with off the right-hand sides `leading` and `tail`,
-/// which hold `p + f`. `mean` is the displacement of the tail coordinates.
+/// which hold `p + f`. `mean` is the displacement of all coordinates.
 #[inline(always)]
 pub(crate) fn rows<T: Scalar>(
     map: &StrainMap<'_, T>,
@@ -82,7 +83,6 @@ fn push<T: Scalar>(map: &StrainMap<'_, T>, mean: &[T], scratch: &mut Scratch<'_,
     let [_, before, here] = &scratch.place;
     let (before, here) = (before.as_chunks::<PANEL>().0, here.as_chunks::<PANEL>().0);
     let mut linear = Lender::new(map.linear);
-    let mut tail = map.tail.iter().zip(mean).zip(&mut *scratch.tail);
     for (k, &[force, _]) in map.rows.iter().enumerate() {
         let mut sums = [T::ZERO; PANEL];
         let panels = scratch.rows.iter_mut().skip(k).step_by(stride);
@@ -96,15 +96,7 @@ fn push<T: Scalar>(map: &StrainMap<'_, T>, mean: &[T], scratch: &mut Scratch<'_,
             }
             (*out, sums) = (g, sum);
         }
-        let mut z = total(&sums);
-        let mut push = force * z;
-        if k >= shape.leading
-            && let Some(((&[x, pull, share, _], &mean), right)) = tail.next()
-        {
-            z += x * mean;
-            *right = *right - pull * z;
-            push = force * z + share * *right;
-        }
+        let push = tail::push(map, k, (total(&sums), force), mean, scratch.tail);
         let panels = scratch.rows.iter().skip(k).step_by(stride);
         for (out, g) in scratch.leading.as_chunks_mut::<PANEL>().0.iter_mut().zip(panels) {
             *out = less(*out, push, g);
@@ -118,9 +110,9 @@ fn push<T: Scalar>(map: &StrainMap<'_, T>, mean: &[T], scratch: &mut Scratch<'_,
 pub(crate) struct Force<'s, T> {
     /// At the start of the step.
     pub start: &'s [T],
-    /// How much it grows over the step.
+    /// Its growth over the step.
     pub rise: &'s [T],
-    /// Where in the step the sub-step has its middle.
+    /// Middle of the sub-step, as a fraction of the step.
     pub fraction: T,
 }
 
@@ -165,8 +157,7 @@ impl<T: Scalar> Kernel for SubStep<'_, '_, T> {
         let mut out = scratch.leading.iter_mut().take(leading).chain(&mut *scratch.tail);
         right.zip(&mut out).for_each(|(right, out)| *out = right);
         scratch.leading.iter_mut().skip(leading).for_each(|out| *out = T::ZERO);
-        let (_, tail) = mean.split_at_checked(leading).ok_or(Short { found: mean.len(), needed: leading })?;
-        rows(map, tail, scratch)?;
+        rows(map, mean, scratch)?;
         solve_step(map, scratch);
         for ((mean, p), d) in mean.iter_mut().zip(p).zip(moved(map, scratch)) {
             *mean += d;
@@ -190,18 +181,13 @@ pub(crate) fn dissipated<T: Scalar>(map: &StrainMap<'_, T>, scratch: &Scratch<'_
     let squares = moved(map, scratch).zip(map.inertia).map(|(d, m)| m.to_f64() * d.to_f64() * d.to_f64());
     let of_mass: f64 = squares.sum();
     let mut sum = (map.mass.to_f64() - 1.0) * of_mass;
-    let mut tail = map.tail.iter().zip(&*scratch.tail);
     for (k, &[_, drag]) in map.rows.iter().enumerate() {
         let panels = scratch.rows.iter().skip(k).step_by(map.shape.rows.max(1));
         let mut along = 0.0;
         for (g, d) in panels.zip(scratch.solution.as_chunks::<PANEL>().0) {
             along += g.iter().zip(d).map(|(g, d)| g.to_f64() * d.to_f64()).sum::<f64>();
         }
-        if k >= map.shape.leading
-            && let Some((&[x, ..], d)) = tail.next()
-        {
-            along += x.to_f64() * d.to_f64();
-        }
+        along += tail::own(map, k, |l| scratch.tail.get(l).map_or(0.0, |d| d.to_f64()));
         sum += drag.to_f64() * along * along;
     }
     sum
@@ -216,7 +202,6 @@ pub(crate) fn strain_square<T: Scalar>(map: &StrainMap<'_, T>, mean: &[T], p: im
     let at = |i: usize| leading(i).0 + 0.5 * leading(i).1;
     let before = |i: usize| 0.5 * leading(i).0 - 0.25 * leading(i).1;
     let lines = map.linear.chunks_exact(n.max(1)).zip(map.quadratic.chunks_exact(shape.row_len().max(1)));
-    let mut tail = map.tail.iter().enumerate();
     let mut sum = 0.0;
     for ((k, (linear, quadratic)), &[force, _]) in lines.enumerate().zip(map.rows) {
         let mut z: f64 = linear.iter().enumerate().map(|(i, l)| l.to_f64() * leading(i).0).sum();
@@ -227,11 +212,7 @@ pub(crate) fn strain_square<T: Scalar>(map: &StrainMap<'_, T>, mean: &[T], p: im
                 z += at(b) * products.sum::<f64>();
             }
         }
-        if k >= shape.leading
-            && let Some((l, &[x, ..])) = tail.next()
-        {
-            z += x.to_f64() * mean_of(shape.leading + l);
-        }
+        z += tail::own(map, k, |_| mean_of(k));
         // The weight is taken out again.
         sum += 0.5 * force.to_f64() * z * z;
     }
@@ -246,25 +227,17 @@ pub(crate) fn prepare<T: Scalar>(
     scratch: &mut Scratch<'_, T>,
 ) -> Result<(), Short> {
     place(map, mean, p, scratch);
-    let needed = map.shape.leading;
-    let (_, tail) = mean.split_at_checked(needed).ok_or(Short { found: mean.len(), needed })?;
     scratch.tail.fill(T::ZERO);
-    rows(map, tail, scratch)?;
+    rows(map, mean, scratch)?;
     decompose(map, scratch);
     Ok(())
 }
 
 /// `A⁻¹ right` of a prepared scratch, `(r)`, into the scratch; see [`moved`].
 pub(crate) fn answer<T: Scalar>(map: &StrainMap<'_, T>, right: &[T], scratch: &mut Scratch<'_, T>) {
-    let shape = map.shape;
     scratch.leading.fill(T::ZERO);
-    let out = scratch.leading.iter_mut().take(shape.leading).chain(&mut *scratch.tail);
+    let out = scratch.leading.iter_mut().take(map.shape.leading).chain(&mut *scratch.tail);
     right.iter().zip(out).for_each(|(&right, out)| *out = right);
-    for (l, (&[_, _, share, _], &right)) in map.tail.iter().zip(&*scratch.tail).enumerate() {
-        let panels = scratch.rows.iter().skip(shape.leading + l).step_by(shape.rows.max(1));
-        for (out, g) in scratch.leading.as_chunks_mut::<PANEL>().0.iter_mut().zip(panels) {
-            *out = less(*out, share * right, g);
-        }
-    }
+    tail::reduce(map, scratch);
     solve_prepared(map, scratch);
 }

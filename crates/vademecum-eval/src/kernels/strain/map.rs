@@ -1,24 +1,24 @@
 //! From the sections of the strain structure to the numbers of its step.
 //!
-//! With the sub-step `k` and `s = k/2 √(s_K/s_ρ)`, a row becomes `L̂ = s L` and `Q̂ = s (Q + Qᵀ)`, and a tail
-//! frequency `x = s ω`. A row's strain rate is damped with the factor
+//! With the sub-step `k` and `s = k/2 √(s_K/s_ρ)`, a row becomes `L̂ = s L` and `Q̂ = s (Q + Qᵀ)`. A row's
+//! strain rate is damped with the factor
 //!
 //! ```text
-//! W = 1 + 2β/k + c (s σ)²      σ: length of a leading row of L, ω of a tail row, 0 of the others
+//! W = 1 + 2β/k + c (s σ)²      σ: length of a row of L, 0 without a linear part
 //! ```
 //!
 //! A natural mode of frequency `Ω` swings with it if its inertia is fitted to the sub-step: `m = x²/tan²x`
 //! with `x = s Ω`, and 1 for other coordinates and for modes with fewer than four sub-steps in a period.
 //!
-//! A tail coordinate meets its own row alone, so it is eliminated, and what is left is the weight `w` of that
-//! row: with `μ = 1 + kα/2` and `a = μ m + x² W` it is `W μ m/a`, and `W` for all other rows. Rows are
-//! multiplied by `√w` here, once.
+//! The weight `w` of a row is `W`, but for rows with a tail coordinate ([`tail`]). Rows are multiplied by
+//! `√w` here, once.
 
 use crate::base::error::BindError;
 use crate::base::lend::{Short, put};
 use crate::base::options::SceneOptions;
 use crate::base::scalar::Scalar;
-use crate::kernels::strain::memory::{ROW, StrainShape, TAIL};
+use crate::kernels::strain::memory::{ROW, StrainShape};
+use crate::kernels::strain::tail::{self, TAIL};
 use vademecum_format::scheme::StepParameters;
 use vademecum_format::{File, FormatError, Numbers, SectionKind, StrainSizes};
 
@@ -74,7 +74,7 @@ pub(crate) fn strain_shape(file: &File<'_>) -> Result<StrainShape, FormatError> 
     Ok(StrainShape { interacting, leading, tail, rows: sizes.rows })
 }
 
-/// What a step is made with; nothing for the other structures.
+/// Parameters of a step; zeros for the other structures.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(crate) struct StrainStep {
     /// Sub-steps of a step.
@@ -127,19 +127,24 @@ impl StrainStep {
         if finite { Ok(step) } else { Err(BindError::NotFinite) }
     }
 
-    /// Whether anything takes energy.
+    /// `W` of a row whose linear part has the scaled length `x`.
+    pub fn factor(&self, x: f64) -> f64 {
+        self.drag + self.viscosity * x * x
+    }
+
+    /// `true` if anything takes energy.
     pub const fn is_damped(&self) -> bool {
         self.viscosity > 0.0 || self.mass > 1.0 || self.drag > 1.0
     }
 
     /// `√m` of a coordinate.
-    fn root_of_inertia(&self, sections: &StrainSections<'_>, coordinate: usize) -> f64 {
+    pub fn root_of_inertia(&self, sections: &StrainSections<'_>, coordinate: usize) -> f64 {
         let omega = sections.modes.get(coordinate).map_or(0.0, |&omega| f64::from_le_bytes(omega));
         let x = self.scale * omega;
         if x > 0.0 && x <= core::f64::consts::FRAC_PI_4 { over_tangent(x) } else { 1.0 }
     }
 
-    /// What a unit reduced force adds to the right-hand side of a sub-step: `k²/(2 s_ρ)`.
+    /// Addition of a unit reduced force to the right-hand side of a sub-step: `k²/(2 s_ρ)`.
     pub fn of_force(&self, density: f64) -> f64 {
         0.5 * self.step * self.step / density
     }
@@ -155,13 +160,13 @@ fn over_tangent(x: f64) -> f64 {
 }
 
 /// The numbers of a row that depend on the parameters.
-struct RowNumbers {
+pub(crate) struct RowNumbers {
     /// `W`.
-    factor: f64,
+    pub factor: f64,
     /// `w`.
-    weight: f64,
-    /// `x`, and `a`, of a tail row.
-    tail: Option<[f64; 2]>,
+    pub weight: f64,
+    /// Those of its tail coordinate.
+    pub tail: Option<[f64; TAIL]>,
 }
 
 /// Lays the map out for a step; `false` if a number of it is not finite in this precision. What is not in the
@@ -184,13 +189,7 @@ pub(crate) fn lay_out_strain<T: Scalar>(
         finite &= value.to_f64().is_finite();
         map.as_deref_mut().map_or(Ok(()), |map| put(map, at, value))
     };
-    let pairs = StrainSizes {
-        interacting: shape.interacting,
-        coupled: shape.leading - shape.interacting,
-        rows: shape.rows,
-        coordinates: shape.leading + shape.tail,
-        substeps: 1,
-    };
+    let pairs = shape.file_sizes();
     let n_pairs = pairs.pairs();
     for k in 0..shape.rows {
         let own = sections.linear.chunks_exact(shape.leading.max(1)).nth(k).unwrap_or(&[]);
@@ -213,11 +212,8 @@ pub(crate) fn lay_out_strain<T: Scalar>(
         }
         set(rows + ROW * k, 2.0 / numbers.weight)?;
         set(rows + ROW * k + 1, (numbers.factor - 1.0) / numbers.weight)?;
-        if let Some([x, a]) = numbers.tail {
-            let own = [x * root, 2.0 * x / root, numbers.factor * x / (a * root), 1.0 / a];
-            for (i, value) in own.into_iter().enumerate() {
-                set(tails + TAIL * (k - shape.leading) + i, value)?;
-            }
+        for (i, value) in numbers.tail.into_iter().flatten().enumerate() {
+            set(tails + TAIL * (k - shape.leading) + i, value)?;
         }
     }
     for j in 0..shape.coordinates() {
@@ -228,7 +224,7 @@ pub(crate) fn lay_out_strain<T: Scalar>(
     Ok(finite)
 }
 
-/// `W`, `w`, and `x` and `a` of a tail row.
+/// The numbers of row `k`, of this linear part.
 fn row_numbers(
     sections: &StrainSections<'_>,
     shape: StrainShape,
@@ -236,23 +232,17 @@ fn row_numbers(
     linear: &[[u8; 8]],
     k: usize,
 ) -> RowNumbers {
-    let damped = |x: f64| step.drag + step.viscosity * x * x;
-    let omega = k.checked_sub(shape.leading).and_then(|l| sections.tail.get(l));
-    if let Some(&omega) = omega {
-        let x = step.scale * f64::from_le_bytes(omega);
-        let factor = damped(x);
-        let root = step.root_of_inertia(sections, k);
-        let mass = step.mass * root * root;
-        let a = mass + x * x * factor;
-        return RowNumbers { factor, weight: factor * mass / a, tail: Some([x, a]) };
+    if let Some(numbers) = tail::row_numbers(sections, shape, step, k) {
+        return numbers;
     }
     // Without a linear part it is 0.
     let square: f64 = linear.iter().map(|&l| f64::from_le_bytes(l) * f64::from_le_bytes(l)).sum();
-    let factor = damped(step.scale * libm::sqrt(square));
+    let factor = step.factor(step.scale * libm::sqrt(square));
     RowNumbers { factor, weight: factor, tail: None }
 }
 
-/// Where the quadratic part of a row has the factor of coordinate `column` in the product of number `row`.
+/// Index at which the quadratic part of a row has the factor of coordinate `column` in the product of number
+/// `row`.
 pub(crate) const fn place(shape: StrainShape, row: usize, column: usize) -> usize {
     let (width, mut start, mut at) = (shape.width(), 0, 0);
     while start + width <= row {

@@ -1,7 +1,8 @@
-//! What a sub-step of the strain structure works on: the lengths of its parts, the map, and lent memory.
+//! Data of a sub-step of the strain structure: the lengths of its parts, the map, and lent memory.
 
 use crate::base::lend::{Lender, Short};
 use crate::base::scalar::Scalar;
+use crate::kernels::strain::tail::TAIL;
 
 /// Numbers of a row handled at once; rows are padded to multiples of it.
 pub(crate) const PANEL: usize = 8;
@@ -32,12 +33,6 @@ impl StrainShape {
             n if n.is_multiple_of(16) => 16,
             _ => PANEL,
         }
-    }
-
-    /// Coordinates that meet the numbers of a row from `start` on: those of the coupled coordinates meet the
-    /// interacting ones alone.
-    pub const fn columns(&self, start: usize) -> usize {
-        if start < self.interacting { self.leading } else { self.interacting }
     }
 
     /// Numbers of the quadratic part of a row.
@@ -71,8 +66,6 @@ impl StrainShape {
 
 /// Numbers of a row beside its map: of the force, and of the dissipation.
 pub(crate) const ROW: usize = 2;
-/// Numbers of a tail coordinate: see [`StrainMap::tail`].
-pub(crate) const TAIL: usize = 4;
 
 /// The map of a bound scene. With `w` the weight of a row, all of a row is multiplied by `√w`.
 #[derive(Clone, Copy)]
@@ -84,15 +77,15 @@ pub(crate) struct StrainMap<'s, T> {
     pub quadratic: &'s [T],
     /// `2/w` and `(W − 1)/w` of each row.
     pub rows: &'s [[T; ROW]],
-    /// Of each tail coordinate `x √w`, `2 x/√w`, `W x/(a √w)` and `1/a`.
+    /// [`TAIL`] numbers of each tail coordinate.
     pub tail: &'s [[T; TAIL]],
     /// Inertia `m` of each coordinate, 1 but for natural modes. Padding has some positive number.
     pub inertia: &'s [T],
     /// `√m`.
     pub roots: &'s [T],
-    /// What the inertia has on the diagonal, `1 + k α/2`.
+    /// Factor of the inertia on the diagonal, `1 + k α/2`.
     pub mass: T,
-    /// Whether anything takes energy.
+    /// `true` if anything takes energy.
     pub damped: bool,
 }
 
@@ -130,10 +123,10 @@ pub(crate) struct Scratch<'s, T> {
     pub rows: &'s mut [[T; PANEL]],
     /// The matrix, `(padded, padded)`, of which the upper half is used, and its factor.
     pub matrix: &'s mut [T],
-    /// What is left of its numbers below their rounding, and of those of `solution`, where the factor is
+    /// Remainders of its numbers below their rounding, and of those of `solution`, where the factor is
     /// [`crate::strain_wide`].
     pub low: [&'s mut [T]; 2],
-    /// How good the factor is.
+    /// Quality of the factor.
     pub digits: Digits,
     /// `1/pivot`.
     pub inverse: &'s mut [T],
@@ -164,7 +157,7 @@ impl<'s, T: Scalar> Scratch<'s, T> {
     }
 }
 
-/// What rounding left of a factor, in which the mass stands beside the largest pivot.
+/// Quality of a factor after rounding, in which the mass is beside the largest pivot.
 #[derive(Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Digits {
     /// Rounding of the matrix does not show.

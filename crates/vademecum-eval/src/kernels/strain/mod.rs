@@ -4,4 +4,5 @@ pub(crate) mod kernel;
 pub(crate) mod map;
 pub(crate) mod memory;
 pub(crate) mod solve;
+pub(crate) mod tail;
 pub(crate) mod wide;

@@ -4,6 +4,7 @@
 use crate::base::scalar::Scalar;
 use crate::kernels::kernel::{less, total};
 use crate::kernels::strain::memory::{Digits, PANEL, Scratch, StrainMap};
+use crate::kernels::strain::tail::substitute;
 use crate::kernels::strain::wide;
 
 /// The matrix of the step: the mass, and the Gram matrix of the rows; its upper half.
@@ -185,7 +186,7 @@ fn finish<T: Scalar>(map: &StrainMap<'_, T>, scratch: &mut Scratch<'_, T>) {
     if scratch.digits != Digits::Enough {
         mend(map, scratch);
     }
-    eliminate(map, scratch);
+    substitute(map, scratch);
 }
 
 /// Mends `d` of the leading coordinates. Single precision, which loses its digits soon, then takes twice as
@@ -258,7 +259,7 @@ fn correct<T: Scalar>(map: &StrainMap<'_, T>, scratch: &mut Scratch<'_, T>) {
 
 /// `ĝ·d` of one row.
 #[inline(always)]
-fn along<'g, T: Scalar + 'g>(row: impl Iterator<Item = &'g [T; PANEL]>, d: &[[T; PANEL]]) -> T {
+pub(crate) fn along<'g, T: Scalar + 'g>(row: impl Iterator<Item = &'g [T; PANEL]>, d: &[[T; PANEL]]) -> T {
     let mut sums = [T::ZERO; PANEL];
     for (g, d) in row.zip(d) {
         for i in 0..PANEL {
@@ -266,17 +267,4 @@ fn along<'g, T: Scalar + 'g>(row: impl Iterator<Item = &'g [T; PANEL]>, d: &[[T;
         }
     }
     total(&sums)
-}
-
-/// `d` of the tail coordinates from that of the leading ones.
-#[inline(always)]
-fn eliminate<T: Scalar>(map: &StrainMap<'_, T>, scratch: &mut Scratch<'_, T>) {
-    let rows = map.shape.rows;
-    let solution = scratch.solution.as_chunks::<PANEL>().0;
-    let tail = map.tail.iter().zip(&mut *scratch.tail).zip(&mut *scratch.along);
-    for (l, ((&[_, _, share, inverse], right), out)) in tail.enumerate() {
-        let row = scratch.rows.iter().skip(map.shape.leading + l).step_by(rows.max(1));
-        *out = along(row, solution);
-        *right = *right * inverse - share * *out;
-    }
 }
