@@ -150,7 +150,8 @@ impl<'a> Run<'a> {
     /// The numbers of these columns.
     fn flight_into(&self, body: &dyn Playable<Number = f64>, out: &mut Vec<f64>) -> Result<(), FileError> {
         out.clear();
-        let Some((rigid, motion)) = body.flight() else { return Ok(()) };
+        let Some(free) = body.flight() else { return Ok(()) };
+        let (rigid, motion) = (free.body(), free.motion());
         out.push(motion.energy(rigid));
         out.extend(motion.position.into_iter().chain(motion.attitude));
         for probe in &self.probes {
@@ -209,7 +210,7 @@ impl<'a> Run<'a> {
         let mut refused = None;
         listener.stage("step");
         let paced = Pace::new(self.time_step, listener);
-        let observe = |step: usize, body: &dyn Playable<Number = f64>| -> Result<(), StudyError> {
+        let observe = |step: usize, body: &mut dyn Playable<Number = f64>| -> Result<(), StudyError> {
             let moment = instant.at(self, step, body)?;
             paced.advance(step, self.steps);
             show(&moment).map_err(|error| {
@@ -276,7 +277,7 @@ impl InstantBuffers {
         &mut self,
         run: &Run<'_>,
         step: usize,
-        body: &dyn Playable<Number = f64>,
+        body: &mut dyn Playable<Number = f64>,
     ) -> Result<Moment<'_>, StudyError> {
         let &OutputPlan { probes_every, fields_every, stress_every, fields, .. } = run.plan;
         let asked = |every: usize| every > 0 && step.is_multiple_of(every);
@@ -315,7 +316,7 @@ impl InstantBuffers {
             if !self.von_mises.is_empty() {
                 run.stresses.fields(&self.stresses, &mut self.stress, &mut self.von_mises);
             }
-            let fill = |field, out: &mut [f64]| match fields {
+            let mut fill = |field, out: &mut [f64]| match fields {
                 FieldChoice::Surface => body.surface_into(field, out),
                 FieldChoice::Body => body.body_into(field, out),
             };
@@ -328,7 +329,8 @@ impl InstantBuffers {
                 }
             }
         }
-        if let Some((rigid, motion)) = body.flight().filter(|_| with_fields) {
+        if let Some(free) = body.flight().filter(|_| with_fields) {
+            let (rigid, motion) = (free.body(), free.motion());
             if self.nodes.is_empty() {
                 self.nodes = run.geometry()?.map_or(vec![], |geometry| geometry.nodes);
             }
