@@ -173,11 +173,7 @@ fn chapter(bytes: &[u8], tracks: &[Track], samples: &mut Samples) -> Result<(), 
 }
 
 /// The whole body where the file holds it, the surface where not.
-fn reconstruct<B: Playable>(
-    file: &File<'_>,
-    body: &mut B,
-    samples: &mut Samples,
-) -> Result<(), StudyError> {
+fn reconstruct<B: Playable>(file: &File<'_>, body: &mut B, samples: &mut Samples) -> Result<(), StudyError> {
     let metadata = file.metadata();
     let surface_only =
         metadata.n_nodes > metadata.n_surface_nodes && file.section(SectionKind::InteriorBasis).is_none();

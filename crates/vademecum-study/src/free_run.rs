@@ -67,7 +67,8 @@ pub(crate) fn push<T: Scalar>(file: &File<'_>, body: &mut Body<'_, T>) -> Result
         n_load_nodes => {
             let basis = numbers(file, SectionKind::SurfaceBasis)?;
             let size = |row: &[f64]| row.iter().map(|x| x * x).sum::<f64>();
-            let rows = basis.chunks_exact(3 * body.scene().n_modes()).map(size).take(n_load_nodes).enumerate();
+            let rows =
+                basis.chunks_exact(3 * body.scene().n_modes()).map(size).take(n_load_nodes).enumerate();
             let node = rows.max_by(|a, b| a.1.total_cmp(&b.1)).map_or(0, |row| row.0 as u32);
             body.push(&Place::triangle([node; 3], [1.0, 0.0, 0.0]), [1e-3; 3])?;
         }

@@ -12,7 +12,7 @@ use crate::notes::notes;
 use crate::pace::Pace;
 use crate::player::{PlayOptions, Playable, Track, play, play_free};
 use crate::probes::{self, PlacedProbe};
-use crate::scenario::{FieldChoice, FreeEntry, OutputPlan, STEPS_OF_A_RUN, Scenario};
+use crate::scenario::{FieldChoice, FreeEntry, OutputPlan, STEPS_OF_A_RUN, Scenario, Total};
 use crate::stress::{LargestStress, StressPlace, Stresses};
 
 /// A scenario bound to a file, ready to be played.
@@ -57,6 +57,8 @@ pub struct ProbeRow<'a> {
     pub largest_stress: Option<LargestStress>,
     /// Force and moment that each support exerts on the body \[N, N m\].
     pub reactions: &'a [[f64; 6]],
+    /// The values of [`Run::quantities`].
+    pub quantities: &'a [f64],
 }
 
 /// Fields at an instant, shape (nodes, 3), over the nodes of [`Run::geometry`]. Those of a free body that was
@@ -90,6 +92,9 @@ impl<'a> Run<'a> {
         let track = Track::bind(file, scenario)?;
         notes(file, scenario, &track, time_step, steps)?.iter().for_each(|note| listener.note(note));
         let plan = &scenario.output;
+        if !plan.quantities.is_empty() && options.takes_chapter(file) {
+            return Err(FileError::NoQuantities.into());
+        }
         let mut names = built_probes(file)?;
         let (probes, looks) = probes::place(file, &plan.probes, &names)?;
         names.extend(plan.probes.iter().map(|probe| probe.name.clone()));
@@ -175,6 +180,11 @@ impl<'a> Run<'a> {
         &self.supports
     }
 
+    /// Scalars of the whole body that the scenario asks for.
+    pub fn quantities(&self) -> &[Total] {
+        &self.plan.quantities
+    }
+
     /// Nodes and triangles that the fields are shown on; none if the plan asks for no fields.
     ///
     /// # Errors
@@ -249,6 +259,7 @@ struct InstantBuffers {
     stress: Vec<f64>,
     von_mises: Vec<f64>,
     reactions: Vec<[f64; 6]>,
+    quantities: Vec<f64>,
     displacement: Vec<f64>,
     velocity: Vec<f64>,
     flight: Vec<f64>,
@@ -266,6 +277,7 @@ impl InstantBuffers {
             stress: vec![0.0; 6 * n_stress],
             von_mises: vec![0.0; n_stress],
             reactions: vec![[0.0; 6]; run.supports.len()],
+            quantities: vec![0.0; run.plan.quantities.len()],
             displacement: vec![0.0; n_fields],
             velocity: vec![0.0; n_fields],
             flight: vec![],
@@ -309,6 +321,10 @@ impl InstantBuffers {
             }
         }
         if let Some(energy) = energy {
+            for (&Total(quantity), value) in run.plan.quantities.iter().zip(&mut self.quantities) {
+                *value = body.total(quantity)?;
+                check(step, run.time_step, body.zeta(), *value, || format!("the {}", quantity.name()))?;
+            }
             finite(step, run.time_step, body.zeta(), energy, &self.probes, &run.names)?;
             run.flight_into(body, &mut self.flight)?;
         }
@@ -342,7 +358,7 @@ impl InstantBuffers {
             }
         }
         let Self { probes, displacement, velocity, stresses, stress, von_mises, flight, reactions, .. } =
-            self;
+            &*self;
         let largest_stress = run.stresses.largest(stresses, time);
         Ok(Moment {
             time,
@@ -352,6 +368,7 @@ impl InstantBuffers {
                 flight,
                 largest_stress,
                 reactions,
+                quantities: &self.quantities,
             }),
             stress: with_stress.then_some(stresses),
             fields: with_fields.then_some(Fields { displacement, velocity, stress: [stress, von_mises] }),

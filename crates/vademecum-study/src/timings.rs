@@ -62,10 +62,8 @@ pub fn timings(path: &Path, file: &File<'_>) -> Result<Timings, StudyError> {
     })?;
     let options = elastic(&SceneOptions::default());
     let bind = seconds(|| with_body::<f64, ()>(file, &options, |_| Ok(())))?;
-    let (single, surface, _) =
-        with_body::<f32, _>(file, &options, |body| steps(file, body))?;
-    let (double, _, structure) =
-        with_body::<f64, _>(file, &options, |body| steps(file, body))?;
+    let (single, surface, _) = with_body::<f32, _>(file, &options, |body| steps(file, body))?;
+    let (double, _, structure) = with_body::<f64, _>(file, &options, |body| steps(file, body))?;
     Ok(Timings { open, bind, step: [single, double], surface, structure })
 }
 
