@@ -10,10 +10,10 @@ use std::time::Instant;
 use vademecum_build::Matrix;
 use vademecum_build::dynamics::{self, FullOrder, INSTANTS, TimedLoad};
 use vademecum_build::progress::Listener;
-use vademecum_eval::{Field, Loads, Scalar, Scene, State};
+use vademecum_eval::{Body, Field, Scalar};
 use vademecum_format::{File, SectionKind};
 use vademecum_study::parts::{median, stop_if_asked, with_marches};
-use vademecum_study::player::{Body, Playable, Track, with_scene};
+use vademecum_study::player::{ChapterBody, Playable, Track, elastic, elastic_with_fields, with_body};
 
 use super::method::{Group, Method, Precision, Stepper};
 use super::staged::{self, ReducedSolver};
@@ -118,29 +118,27 @@ fn through_file<T: Scalar>(
     let options = method.options(None);
     for _ in 0..REPEATS {
         let start = Instant::now();
-        with_scene::<T, _>(&file, &options, |_, _, _| {
+        with_body::<T, _>(&file, &elastic(&options), |_| {
             samples.bind_us.push(1e6 * start.elapsed().as_secs_f64());
             Ok(())
         })?;
     }
-    with_scene::<T, _>(&file, &options, |scene, state, loads| {
-        samples.step_ns.push(held_steps(scene, state, loads, track, BURSTS)?);
-        reconstruct(&file, &Body { scene, state, loads }, samples)
+    with_body::<T, _>(&file, &elastic_with_fields(&options), |body| {
+        samples.step_ns.push(held_steps(body, track, BURSTS)?);
+        reconstruct(&file, body, samples)
     })
 }
 
 /// Times of a step \[ns\] under all loads at full height, one per burst.
 pub(super) fn held_steps<T: Scalar>(
-    scene: &Scene<'_, T>,
-    state: &mut State<'_, T>,
-    loads: &mut Loads<'_, T>,
+    body: &mut Body<'_, T>,
     track: &Track,
     count: usize,
 ) -> Result<Vec<f64>, StudyError> {
-    track.apply(&track.full_height(), &mut Body { scene, state: &mut *state, loads: &mut *loads })?;
+    track.apply(&track.full_height(), body)?;
     let mut failed = None;
     let times = bursts(count, || {
-        if let Err(error) = scene.step(state, black_box(loads)) {
+        if let Err(error) = black_box(&mut *body).step() {
             failed = Some(error);
         }
     });
@@ -160,7 +158,7 @@ fn chapter(bytes: &[u8], tracks: &[Track], samples: &mut Samples) -> Result<(), 
     }
     with_marches(&file, None, tracks.len(), |scene, marches| {
         for (track, (state, loads)) in tracks.iter().zip(&mut *marches) {
-            track.apply(&track.full_height(), &mut Body { scene, state, loads })?;
+            track.apply(&track.full_height(), &mut ChapterBody { scene, state, loads })?;
         }
         samples.step_ns.push(bursts(BURSTS, || {
             for (state, loads) in &mut *marches {
@@ -170,12 +168,12 @@ fn chapter(bytes: &[u8], tracks: &[Track], samples: &mut Samples) -> Result<(), 
             }
         }));
         let (state, loads) = &mut marches[0];
-        reconstruct(&file, &Body { scene, state, loads }, samples)
+        reconstruct(&file, &mut ChapterBody { scene, state, loads }, samples)
     })
 }
 
 /// The whole body where the file holds it, the surface where not.
-fn reconstruct<B: Playable>(file: &File<'_>, body: &B, samples: &mut Samples) -> Result<(), StudyError> {
+fn reconstruct<B: Playable>(file: &File<'_>, body: &mut B, samples: &mut Samples) -> Result<(), StudyError> {
     let metadata = file.metadata();
     let surface_only =
         metadata.n_nodes > metadata.n_surface_nodes && file.section(SectionKind::InteriorBasis).is_none();

@@ -324,6 +324,11 @@ pub enum FileError {
     /// The chapter's structure takes no load patterns.
     #[error("the chapter's structure is built for loads at nodes and takes no load patterns")]
     NoPatterns,
+    /// The chapter's structure knows only the sum of its energies.
+    #[error(
+        "the chapter's structure has none of `output.quantities`; `energy_J` of `probes.csv` is its energy"
+    )]
+    NoQuantities,
     /// A contact moves, and the maps have an axis for the node a load stands at.
     #[error(
         "the chapter's structure is built for loads at nodes, and a contact with a `path` stands at none"

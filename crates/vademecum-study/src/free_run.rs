@@ -1,11 +1,11 @@
 //! Energy of an unforced motion.
 
-use vademecum_eval::{Contact, Loads, Place, Scalar, Scene, SceneOptions, State};
+use vademecum_eval::{Body, Place, Scalar, SceneOptions};
 use vademecum_format::{File, SectionKind};
 
 use crate::contents::numbers;
 use crate::error::{FileError, StudyError};
-use crate::player::with_scene;
+use crate::player::{elastic, with_body};
 
 /// Energy over an unloaded run, as a share of that at its start.
 pub struct FreeRun {
@@ -33,23 +33,23 @@ pub fn free_run(file: &File<'_>, lambdas: &[f64]) -> Result<FreeRun, StudyError>
     let bend = |&lambda: &f64| if lambda == lowest { lambda.sqrt().recip() } else { 0.0 };
     let zeta: Vec<f64> = lambdas.iter().map(bend).collect();
     let held = ((0.5 * period / time_step).ceil() as usize).clamp(1, STEPS);
-    let options = SceneOptions::default();
+    let options = elastic(&SceneOptions::default());
     let pushed = if loadable(file) {
-        Some(with_scene::<f64, _>(file, &options, |scene, state, loads| {
-            push(file, scene, loads)?;
+        Some(with_body::<f64, _>(file, &options, |body| {
+            push(file, body)?;
             for _ in 0..held {
-                scene.step(state, loads)?;
+                body.step()?;
             }
-            loads.clear();
-            release(scene, state, loads, steps)
+            body.clear();
+            release(body, steps)
         })?)
     } else {
         None
     };
-    let lowest = with_scene::<f64, _>(file, &options, |scene, state, loads| {
+    let lowest = with_body::<f64, _>(file, &options, |body| {
         let at_rest = vec![0.0; zeta.len()];
-        scene.set(state, &zeta, &at_rest, loads)?;
-        release(scene, state, loads, steps)
+        body.set(&zeta, &at_rest)?;
+        release(body, steps)
     })?;
     Ok(FreeRun { pushed, lowest, periods: steps as f64 * time_step / period })
 }
@@ -61,38 +61,29 @@ pub(crate) fn loadable(file: &File<'_>) -> bool {
 
 /// A contact at the loadable node that the modes move most, or the first load pattern of a file without
 /// contacts.
-pub(crate) fn push<T: Scalar>(
-    file: &File<'_>,
-    scene: &Scene<'_, T>,
-    loads: &mut Loads<'_, T>,
-) -> Result<(), FileError> {
+pub(crate) fn push<T: Scalar>(file: &File<'_>, body: &mut Body<'_, T>) -> Result<(), FileError> {
     match file.metadata().n_load_nodes as usize {
-        0 => loads.add_pattern(scene, 0, 1e-3)?,
+        0 => body.push_pattern(0, 1e-3)?,
         n_load_nodes => {
             let basis = numbers(file, SectionKind::SurfaceBasis)?;
             let size = |row: &[f64]| row.iter().map(|x| x * x).sum::<f64>();
-            let rows = basis.chunks_exact(3 * scene.n_modes()).map(size).take(n_load_nodes).enumerate();
+            let rows =
+                basis.chunks_exact(3 * body.scene().n_modes()).map(size).take(n_load_nodes).enumerate();
             let node = rows.max_by(|a, b| a.1.total_cmp(&b.1)).map_or(0, |row| row.0 as u32);
-            let contact = Contact::new(Place::triangle([node; 3], [1.0, 0.0, 0.0]), [1e-3; 3]);
-            loads.add_contact(scene, &contact)?;
+            body.push(&Place::triangle([node; 3], [1.0, 0.0, 0.0]), [1e-3; 3])?;
         }
     }
     Ok(())
 }
 
 /// Steps a body that nothing drives; its energy as a share of that at the start.
-fn release(
-    scene: &Scene<'_, f64>,
-    state: &mut State<'_, f64>,
-    loads: &mut Loads<'_, f64>,
-    steps: usize,
-) -> Result<Vec<(f64, f64)>, StudyError> {
-    let first = scene.energy(state)?;
+fn release(body: &mut Body<'_, f64>, steps: usize) -> Result<Vec<(f64, f64)>, StudyError> {
+    let first = body.energy()?;
     let mut points = vec![(0.0, 1.0)];
     for step in 1..=steps {
-        scene.step(state, loads)?;
+        body.step()?;
         if step % steps.div_ceil(POINTS) == 0 {
-            points.push((step as f64 * scene.parameters().time_step, scene.energy(state)? / first));
+            points.push((step as f64 * body.time_step(), body.energy()? / first));
         }
     }
     Ok(points)

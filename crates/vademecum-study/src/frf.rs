@@ -12,14 +12,14 @@ use vademecum_build::input::Problem;
 use vademecum_build::prepared::prepare;
 use vademecum_build::progress::{Listener, Stopwatch};
 use vademecum_build::suggest::did_you_mean;
-use vademecum_eval::{Contact, Field, Loads, Scene, SceneOptions, State, Surface, SurfacePoint};
+use vademecum_eval::{Body, Field, SceneOptions, Surface, SurfacePoint};
 use vademecum_format::{File, SectionKind};
 
 use crate::contents::{lines, numbers};
 use crate::error::{FileError, StudyError, place as written};
 use crate::near::{reach, within};
 use crate::parameters::setting;
-use crate::player::with_scene;
+use crate::player::{elastic, with_body};
 use crate::verify::file_nodes;
 
 /// A point of the surface and a direction, a probe, or a load pattern: where a force acts, or what is read.
@@ -258,35 +258,32 @@ fn static_rest(
     outputs: &[ResponsePoint],
 ) -> Result<Vec<f64>, StudyError> {
     let shown = |residual: bool| -> Result<Vec<f64>, StudyError> {
-        let options = SceneOptions { residual, ..*options };
-        with_scene::<f64, _>(file, &options, |scene, state, loads| {
-            add(scene, loads, input)?;
-            scene.step(state, loads)?;
-            outputs.iter().map(|output| Ok(read(scene, state, output)?)).collect()
+        let options = elastic(&SceneOptions { residual, ..*options });
+        with_body::<f64, _>(file, &options, |body| {
+            add(body, input)?;
+            body.step()?;
+            outputs.iter().map(|output| Ok(read(body, output)?)).collect()
         })
     };
     // The two move alike, and differ by what is shown beside the modes.
     Ok(shown(true)?.iter().zip(shown(false)?).map(|(whole, modes)| whole - modes).collect())
 }
 
-fn add(scene: &Scene<'_, f64>, loads: &mut Loads<'_, f64>, input: &ResponsePoint) -> Result<(), FileError> {
+fn add(body: &mut Body<'_, f64>, input: &ResponsePoint) -> Result<(), FileError> {
     match input {
-        ResponsePoint::Point(at, force) => {
-            let contact = Contact::new(at.place, *force);
-            loads.add_contact(scene, &contact)?;
-        }
-        ResponsePoint::Named(index) => loads.add_pattern(scene, *index, 1.0)?,
+        ResponsePoint::Point(at, force) => body.push(at, *force)?,
+        ResponsePoint::Named(index) => body.push_pattern(*index, 1.0)?,
     }
     Ok(())
 }
 
-fn read(scene: &Scene<'_, f64>, state: &State<'_, f64>, output: &ResponsePoint) -> Result<f64, FileError> {
+fn read(body: &Body<'_, f64>, output: &ResponsePoint) -> Result<f64, FileError> {
     match output {
         ResponsePoint::Point(at, direction) => {
-            let moved = scene.point(state, at, Field::Displacement)?;
+            let moved = body.point(at, Field::Displacement)?;
             Ok((0..3).map(|c| moved[c] * direction[c]).sum())
         }
-        ResponsePoint::Named(index) => Ok(scene.probe(state, *index, Field::Displacement)?),
+        ResponsePoint::Named(index) => Ok(body.probe(*index, Field::Displacement)?),
     }
 }
 

@@ -12,7 +12,7 @@ use crate::notes::notes;
 use crate::pace::Pace;
 use crate::player::{PlayOptions, Playable, Track, play, play_free};
 use crate::probes::{self, PlacedProbe};
-use crate::scenario::{FieldChoice, FreeEntry, OutputPlan, STEPS_OF_A_RUN, Scenario};
+use crate::scenario::{FieldChoice, FreeEntry, OutputPlan, STEPS_OF_A_RUN, Scenario, Total};
 use crate::stress::{LargestStress, StressPlace, Stresses};
 
 /// A scenario bound to a file, ready to be played.
@@ -57,6 +57,8 @@ pub struct ProbeRow<'a> {
     pub largest_stress: Option<LargestStress>,
     /// Force and moment that each support exerts on the body \[N, N m\].
     pub reactions: &'a [[f64; 6]],
+    /// The values of [`Run::quantities`].
+    pub quantities: &'a [f64],
 }
 
 /// Fields at an instant, shape (nodes, 3), over the nodes of [`Run::geometry`]. Those of a free body that was
@@ -90,6 +92,9 @@ impl<'a> Run<'a> {
         let track = Track::bind(file, scenario)?;
         notes(file, scenario, &track, time_step, steps)?.iter().for_each(|note| listener.note(note));
         let plan = &scenario.output;
+        if !plan.quantities.is_empty() && options.takes_chapter(file) {
+            return Err(FileError::NoQuantities.into());
+        }
         let mut names = built_probes(file)?;
         let (probes, looks) = probes::place(file, &plan.probes, &names)?;
         names.extend(plan.probes.iter().map(|probe| probe.name.clone()));
@@ -150,7 +155,8 @@ impl<'a> Run<'a> {
     /// The numbers of these columns.
     fn flight_into(&self, body: &dyn Playable<Number = f64>, out: &mut Vec<f64>) -> Result<(), FileError> {
         out.clear();
-        let Some((rigid, motion)) = body.flight() else { return Ok(()) };
+        let Some(free) = body.flight() else { return Ok(()) };
+        let (rigid, motion) = (free.body(), free.motion());
         out.push(motion.energy(rigid));
         out.extend(motion.position.into_iter().chain(motion.attitude));
         for probe in &self.probes {
@@ -172,6 +178,11 @@ impl<'a> Run<'a> {
     /// Names of the supports whose reactions the file gives.
     pub fn supports(&self) -> &[String] {
         &self.supports
+    }
+
+    /// Scalars of the whole body that the scenario asks for.
+    pub fn quantities(&self) -> &[Total] {
+        &self.plan.quantities
     }
 
     /// Nodes and triangles that the fields are shown on; none if the plan asks for no fields.
@@ -209,7 +220,7 @@ impl<'a> Run<'a> {
         let mut refused = None;
         listener.stage("step");
         let paced = Pace::new(self.time_step, listener);
-        let observe = |step: usize, body: &dyn Playable<Number = f64>| -> Result<(), StudyError> {
+        let observe = |step: usize, body: &mut dyn Playable<Number = f64>| -> Result<(), StudyError> {
             let moment = instant.at(self, step, body)?;
             paced.advance(step, self.steps);
             show(&moment).map_err(|error| {
@@ -248,6 +259,7 @@ struct InstantBuffers {
     stress: Vec<f64>,
     von_mises: Vec<f64>,
     reactions: Vec<[f64; 6]>,
+    quantities: Vec<f64>,
     displacement: Vec<f64>,
     velocity: Vec<f64>,
     flight: Vec<f64>,
@@ -265,6 +277,7 @@ impl InstantBuffers {
             stress: vec![0.0; 6 * n_stress],
             von_mises: vec![0.0; n_stress],
             reactions: vec![[0.0; 6]; run.supports.len()],
+            quantities: vec![0.0; run.plan.quantities.len()],
             displacement: vec![0.0; n_fields],
             velocity: vec![0.0; n_fields],
             flight: vec![],
@@ -276,7 +289,7 @@ impl InstantBuffers {
         &mut self,
         run: &Run<'_>,
         step: usize,
-        body: &dyn Playable<Number = f64>,
+        body: &mut dyn Playable<Number = f64>,
     ) -> Result<Moment<'_>, StudyError> {
         let &OutputPlan { probes_every, fields_every, stress_every, fields, .. } = run.plan;
         let asked = |every: usize| every > 0 && step.is_multiple_of(every);
@@ -308,6 +321,10 @@ impl InstantBuffers {
             }
         }
         if let Some(energy) = energy {
+            for (&Total(quantity), value) in run.plan.quantities.iter().zip(&mut self.quantities) {
+                *value = body.total(quantity)?;
+                check(step, run.time_step, body.zeta(), *value, || format!("the {}", quantity.name()))?;
+            }
             finite(step, run.time_step, body.zeta(), energy, &self.probes, &run.names)?;
             run.flight_into(body, &mut self.flight)?;
         }
@@ -315,7 +332,7 @@ impl InstantBuffers {
             if !self.von_mises.is_empty() {
                 run.stresses.fields(&self.stresses, &mut self.stress, &mut self.von_mises);
             }
-            let fill = |field, out: &mut [f64]| match fields {
+            let mut fill = |field, out: &mut [f64]| match fields {
                 FieldChoice::Surface => body.surface_into(field, out),
                 FieldChoice::Body => body.body_into(field, out),
             };
@@ -328,7 +345,8 @@ impl InstantBuffers {
                 }
             }
         }
-        if let Some((rigid, motion)) = body.flight().filter(|_| with_fields) {
+        if let Some(free) = body.flight().filter(|_| with_fields) {
+            let (rigid, motion) = (free.body(), free.motion());
             if self.nodes.is_empty() {
                 self.nodes = run.geometry()?.map_or(vec![], |geometry| geometry.nodes);
             }
@@ -340,7 +358,7 @@ impl InstantBuffers {
             }
         }
         let Self { probes, displacement, velocity, stresses, stress, von_mises, flight, reactions, .. } =
-            self;
+            &*self;
         let largest_stress = run.stresses.largest(stresses, time);
         Ok(Moment {
             time,
@@ -350,6 +368,7 @@ impl InstantBuffers {
                 flight,
                 largest_stress,
                 reactions,
+                quantities: &self.quantities,
             }),
             stress: with_stress.then_some(stresses),
             fields: with_fields.then_some(Fields { displacement, velocity, stress: [stress, von_mises] }),

@@ -18,7 +18,7 @@ use tables::{Columns, LARGEST, Tables};
 pub(crate) use check::MOST_LOADS;
 pub use entries::{
     BaseEntry, ChirpEntry, ContactEntry, FieldChoice, FreeEntry, OutputPlan, PatternUse, Scenario,
-    SinusoidEntry, StressEntry, StressQuantity,
+    SinusoidEntry, StressEntry, StressQuantity, Total,
 };
 pub use tables::Rows;
 
@@ -179,6 +179,18 @@ mod tests {
         assert!(Scenario::parse(unknown, "s.toml").is_err());
         let empty = "duration = 1.0\n[[contact]]\npoint=[0,0,0]\nforce=[0,0,1]\nstart=1.0\nend=1.0";
         assert!(matches!(Scenario::parse(empty, "s.toml"), Err(ScenarioError(TomlError::Impossible { .. }))));
+    }
+
+    #[test]
+    fn an_unknown_quantity_is_refused_with_the_known_ones() {
+        let text = |name: &str| format!("duration = 1.0\n[output]\nquantities = ['{name}']\n");
+        for total in vademecum_eval::Quantity::totals() {
+            let read = Scenario::parse(&text(total.name()), "s.toml").expect(total.name());
+            assert_eq!(read.output.quantities, [Total(total)]);
+        }
+        let said = Scenario::parse(&text("energi"), "s.toml").expect_err("unknown").to_string();
+        assert!(said.contains("unknown variant `energi`, expected one of `energy`, "), "{said}");
+        assert!(said.contains("did you mean `energy`"), "{said}");
     }
 
     /// A march of finger tips, one contact a step: `count` contacts with a fault in the last one.

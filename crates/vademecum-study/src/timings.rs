@@ -4,12 +4,12 @@ use std::hint::black_box;
 use std::path::Path;
 use std::time::Instant;
 
-use vademecum_eval::{Field, Loads, Mapped, Scalar, Scene, SceneOptions, State};
+use vademecum_eval::{Body, Field, Mapped, Scalar, SceneOptions};
 use vademecum_format::File;
 
 use crate::error::{FileError, StudyError};
 use crate::free_run::{loadable, push};
-use crate::player::{structure_name, with_scene};
+use crate::player::{elastic, structure_name, with_body};
 use crate::statistics::percentiles;
 
 /// Wall times on this machine \[s\].
@@ -60,46 +60,42 @@ pub fn timings(path: &Path, file: &File<'_>) -> Result<Timings, StudyError> {
         black_box(mapped.file()?.metadata().n_modes);
         Ok(())
     })?;
-    let options = SceneOptions::default();
-    let bind = seconds(|| with_scene::<f64, ()>(file, &options, |_, _, _| Ok(())))?;
-    let (single, surface, _) =
-        with_scene::<f32, _>(file, &options, |scene, state, loads| steps(file, scene, state, loads))?;
-    let (double, _, structure) =
-        with_scene::<f64, _>(file, &options, |scene, state, loads| steps(file, scene, state, loads))?;
+    let options = elastic(&SceneOptions::default());
+    let bind = seconds(|| with_body::<f64, ()>(file, &options, |_| Ok(())))?;
+    let (single, surface, _) = with_body::<f32, _>(file, &options, |body| steps(file, body))?;
+    let (double, _, structure) = with_body::<f64, _>(file, &options, |body| steps(file, body))?;
     Ok(Timings { open, bind, step: [single, double], surface, structure })
 }
 
 /// Seconds of a step under a held contact and of a surface read, and the structure stepped.
 fn steps<T: Scalar>(
     file: &File<'_>,
-    scene: &Scene<'_, T>,
-    state: &mut State<'_, T>,
-    loads: &mut Loads<'_, T>,
+    body: &mut Body<'_, T>,
 ) -> Result<([f64; 3], f64, &'static str), StudyError> {
     if loadable(file) {
-        push(file, scene, loads)?;
+        push(file, body)?;
     } else {
         // Without a load a body at rest would not be stepped at all.
-        let (zeta, rates) = (vec![1e-3; scene.n_modes()], vec![0.0; scene.n_modes()]);
-        scene.set(state, &zeta, &rates, loads)?;
+        let r = body.scene().n_modes();
+        body.set(&vec![1e-3; r], &vec![0.0; r])?;
     }
     let mut bursts = Vec::with_capacity(BURSTS);
     for _ in 0..=BURSTS {
         let start = Instant::now();
         for _ in 0..BURST {
-            scene.step(state, loads)?;
+            body.step()?;
         }
         bursts.push(start.elapsed().as_secs_f64() / f64::from(BURST));
     }
     // The first one warms up.
     let step = percentiles(bursts.split_off(1));
-    let mut field = vec![T::ZERO; 3 * scene.metadata().n_surface_nodes as usize];
+    let mut field = vec![T::ZERO; 3 * file.metadata().n_surface_nodes as usize];
     let surface = seconds(|| {
-        let read = scene.surface_into(state, Field::Displacement, &mut field);
+        let read = body.surface_into(Field::Displacement, &mut field);
         black_box(&mut field);
         Ok(read?)
     })?;
-    Ok((step, surface, structure_name(scene.structure())))
+    Ok((step, surface, structure_name(body.structure())))
 }
 
 /// The processor, where the system tells, and what the program was compiled for.

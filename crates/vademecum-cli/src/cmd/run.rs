@@ -6,11 +6,12 @@ use std::path::{Path, PathBuf};
 use vademecum_build::field::{Cells, PVD_HEAD, PVD_TAIL, pvd_line, vtu_into};
 use vademecum_build::progress::Listener;
 use vademecum_build::store::{GrowingFile, Kind, Outputs};
+use vademecum_eval::Field;
 use vademecum_format::SectionKind;
 use vademecum_study::contents::Geometry;
 use vademecum_study::parameters::{self, ParameterValue};
 use vademecum_study::run::{Fields, Moment, ProbeRow};
-use vademecum_study::scenario::{FieldChoice, Scenario};
+use vademecum_study::scenario::{FieldChoice, Scenario, Total};
 use vademecum_study::stress::{LargestStress, StressPlace};
 use vademecum_study::{FileError, StudyError, run};
 
@@ -168,6 +169,7 @@ impl<'a> Results<'a> {
                 time_step: run.time_step,
                 probes: &columns,
                 supports: run.supports(),
+                quantities: run.quantities(),
                 rows: self.probes.rows.lines(),
                 probes_file: self.probes.path.display().to_string(),
                 fields: self.fields.as_ref().map_or(0, |series| series.collection.lines()),
@@ -191,6 +193,9 @@ struct RunOutput<'a> {
     probes: &'a [String],
     /// Supports whose reactions are columns of the table.
     supports: &'a [String],
+    /// Scalars of the whole body that are columns of the table, too.
+    #[serde(skip_serializing_if = "<[Total]>::is_empty")]
+    quantities: &'a [Total],
     rows: usize,
     probes_file: String,
     fields: usize,
@@ -226,6 +231,10 @@ impl ProbeTable {
             parts.iter().for_each(|part| head.push_str(&format!(",reaction.{support}.{part}")));
         }
         run.flight_columns().iter().for_each(|name| head.push_str(&format!(",{name}")));
+        for Total(quantity) in run.quantities() {
+            let unit = quantity.unit(Field::Displacement).unwrap_or_default();
+            head.push_str(&format!(",{}_{unit}", quantity.name()));
+        }
         head.push('\n');
         let rows = outputs.grow(&path, Kind::Csv, &head, "")?;
         Ok(Self { path, rows, line: String::new() })
@@ -296,12 +305,8 @@ impl<'a> StressTable<'a> {
 fn write_row(line: &mut String, time: f64, probed: &ProbeRow<'_>) -> std::fmt::Result {
     write!(line, "{time:.9e},{:.9e}", probed.energy)?;
     let reactions = probed.reactions.as_flattened();
-    probed
-        .values
-        .iter()
-        .chain(reactions)
-        .chain(probed.flight)
-        .try_for_each(|value| write!(line, ",{value:.9e}"))?;
+    let behind = reactions.iter().chain(probed.flight).chain(probed.quantities);
+    probed.values.iter().chain(behind).try_for_each(|value| write!(line, ",{value:.9e}"))?;
     line.write_char('\n')
 }
 

@@ -18,7 +18,7 @@ use vademecum_build::progress::Listener;
 use vademecum_eval::{Contact, Place};
 use vademecum_format::File;
 use vademecum_study::parts::{ScenarioLoads, Study, Timed, left_ranges, stop_if_asked, with_marches};
-use vademecum_study::player::{Body, PlacedContact, Playable, Track};
+use vademecum_study::player::{ChapterBody, PlacedContact, Playable, Track};
 
 use super::method::{Group, Identity, March, Method, Part, Precision, Stepper, Way};
 use vademecum_study::StudyError;
@@ -116,7 +116,7 @@ fn node_by_node(track: &Track) -> Vec<Track> {
         let alone = |(node, weight): (u32, f64)| {
             let force = contact.force.map(|f| weight * f);
             let contact = Contact::new(Place::triangle([node; 3], [1.0, 0.0, 0.0]), force);
-            Track { contacts: vec![PlacedContact { contact, ..placed.clone() }], patterns: vec![] }
+            Track { contacts: vec![PlacedContact { contact, ..placed.clone() }], ..Track::default() }
         };
         corners.map(alone).collect::<Vec<_>>()
     };
@@ -165,7 +165,7 @@ pub(super) fn play(
         let factors = |track: &Track, step: usize| track.factors(&instants, march.time_step, step);
         let mut sum = Matrix::zeros(scene.n_modes(), march.steps + 1);
         for (track, (state, loads)) in tracks.iter().zip(&mut *marches) {
-            let mut body = Body { scene, state, loads };
+            let mut body = ChapterBody { scene, state, loads };
             track.apply(&factors(track, 0), &mut body)?;
             body.start()?;
         }
@@ -173,7 +173,7 @@ pub(super) fn play(
             for (track, (state, loads)) in tracks.iter().zip(&mut *marches) {
                 track.apply(
                     &factors(track, step),
-                    &mut Body { scene, state: &mut *state, loads: &mut *loads },
+                    &mut ChapterBody { scene, state: &mut *state, loads: &mut *loads },
                 )?;
                 if let Err(error) = scene.step(state, loads) {
                     let left = left_ranges(error)?;

@@ -9,7 +9,7 @@ use vademecum_build::progress::Listener;
 use vademecum_eval::{Scalar, SceneOptions, StructureChoice};
 use vademecum_format::File;
 use vademecum_study::parts::{LargeMotion, percentiles, stop_if_asked};
-use vademecum_study::player::{Track, with_scene};
+use vademecum_study::player::{Track, elastic, with_body};
 
 use super::table::{LargeErrors, LargeMethod, LargeRow};
 use crate::measure::{Samples, held_steps, noise};
@@ -83,9 +83,7 @@ impl Through<'_> {
 
     fn time<T: Scalar>(&self, options: &SceneOptions) -> Result<Vec<f64>, StudyError> {
         let file = File::parse(self.bytes)?;
-        with_scene::<T, _>(&file, options, |scene, state, loads| {
-            held_steps(scene, state, loads, self.track, BURSTS)
-        })
+        with_body::<T, _>(&file, &elastic(options), |body| held_steps(body, self.track, BURSTS))
     }
 }
 

@@ -3,8 +3,7 @@
 use vademecum_build::dynamics::INSTANTS;
 use vademecum_eval::chapter::{ChapterLoads, ChapterScene, ChapterState};
 use vademecum_eval::{
-    Contact, Field, Loads, OutputError, RigidBody, RigidMotion, Scalar, Scene, State, StaticField, Structure,
-    SurfacePoint, Tensor,
+    Body, Contact, Field, FreeBody, Quantity, Scalar, SceneOptions, Structure, SurfacePoint, Tensor,
 };
 use vademecum_format::SectionKind;
 
@@ -20,34 +19,9 @@ pub(crate) fn structure_name(structure: Structure) -> &'static str {
     }
 }
 
-/// A scene with a state and loads.
-pub struct Body<Scene, State, Loads> {
-    /// The bound file.
-    pub scene: Scene,
-    /// Where the body is.
-    pub state: State,
-    /// What acts on it.
-    pub loads: Loads,
-}
-
-/// What takes loads.
-pub trait Loadable {
-    /// Takes all loads away.
-    fn clear_loads(&mut self);
-    /// Adds a contact with its amplitudes at the instants.
-    ///
-    /// # Errors
-    /// A contact that the evaluator refuses.
-    fn add_contact(&mut self, contact: &Contact, amplitudes: &[f64; INSTANTS]) -> Result<(), FileError>;
-    /// Adds a load pattern with its amplitudes at the instants.
-    ///
-    /// # Errors
-    /// A pattern that the evaluator refuses.
-    fn add_pattern(&mut self, index: usize, amplitudes: &[f64; INSTANTS]) -> Result<(), FileError>;
-}
-
-/// What playing a scenario asks of a body, whatever its scene.
-pub trait Playable: Loadable {
+/// What playing a scenario asks of a body: the evaluator's [`Body`], or the chapter's. What only the first
+/// can do has a default.
+pub trait Playable {
     /// Precision of the march.
     type Number: Scalar;
 
@@ -57,32 +31,65 @@ pub trait Playable: Loadable {
     fn time_step(&self) -> f64;
     /// Instants of a step at which a load is asked for, as fractions of the step.
     fn instants(&self) -> [f64; INSTANTS];
+    /// Whether a step takes a load as linear from its start to its end, and any step can be taken in pieces.
+    fn is_exact(&self) -> bool {
+        false
+    }
+    /// Whether a step takes a load as linear from its start to its end, and cannot be taken in pieces.
+    fn takes_ends(&self) -> bool {
+        false
+    }
+    /// The rigid motion of a free body that was thrown; none of any other.
+    fn flight(&self) -> Option<&FreeBody> {
+        None
+    }
+    /// Takes all loads away.
+    fn clear(&mut self);
+    /// Pulls a body that flies with this acceleration of gravity \[m/s²\] in the coming step.
+    ///
+    /// # Errors
+    /// A load that the evaluator refuses.
+    fn pull(&mut self, _gravity: [f64; 3]) -> Result<(), FileError> {
+        Ok(())
+    }
+    /// Adds a contact with its amplitudes at the instants.
+    ///
+    /// # Errors
+    /// A contact that the evaluator refuses.
+    fn push(&mut self, contact: &Contact, amplitudes: &[f64; INSTANTS]) -> Result<(), FileError>;
+    /// Adds a load pattern with its amplitudes at the instants.
+    ///
+    /// # Errors
+    /// A pattern that the evaluator refuses.
+    fn push_pattern(&mut self, _index: usize, _amplitudes: &[f64; INSTANTS]) -> Result<(), FileError> {
+        Err(FileError::NoPatterns)
+    }
     /// Puts the body where it is undeformed and does not move yet; its acceleration follows from the loads.
     ///
     /// # Errors
     /// As [`Playable::step`].
     fn start(&mut self) -> Result<(), FileError>;
-    /// Whether a step takes a load as linear from its start to its end, and any step can be taken in pieces.
-    fn is_exact(&self) -> bool;
-    /// Whether a step takes a load as linear from its start to its end, and cannot be taken in pieces.
-    fn takes_ends(&self) -> bool {
-        false
-    }
-    /// Takes `parts` parts of a step of this length, each under the loads that `apply` adds for it.
-    ///
-    /// # Errors
-    /// A load or a step that the evaluator refuses.
-    fn step_parts(
-        &mut self,
-        length: f64,
-        parts: usize,
-        apply: &dyn Fn(usize, &mut dyn Loadable) -> Result<(), FileError>,
-    ) -> Result<(), FileError>;
     /// One step.
     ///
     /// # Errors
     /// A step that the evaluator refuses.
     fn step(&mut self) -> Result<(), FileError>;
+    /// Takes `parts` parts of a step of this length, each under the loads that `apply` adds for it. The loads
+    /// of the body are stale then.
+    ///
+    /// # Errors
+    /// A load or a step that the evaluator refuses.
+    fn step_parts(
+        &mut self,
+        _length: f64,
+        _parts: usize,
+        _apply: impl Fn(usize, &mut Self) -> Result<(), FileError>,
+    ) -> Result<(), FileError>
+    where
+        Self: Sized,
+    {
+        self.step()
+    }
     /// Reduced coordinates.
     fn zeta(&self) -> &[Self::Number];
     /// Energy \[J\].
@@ -90,6 +97,13 @@ pub trait Playable: Loadable {
     /// # Errors
     /// A file that cannot tell it.
     fn energy(&self) -> Result<f64, FileError>;
+    /// A scalar of the whole body, one of [`Quantity::totals`].
+    ///
+    /// # Errors
+    /// [`FileError::NoQuantities`]: the chapter's structure.
+    fn total(&self, _quantity: Quantity) -> Result<f64, FileError> {
+        Err(FileError::NoQuantities)
+    }
     /// Displacement of a probe \[m\].
     ///
     /// # Errors
@@ -99,12 +113,16 @@ pub trait Playable: Loadable {
     ///
     /// # Errors
     /// A file without this point.
-    fn stress(&self, point: usize) -> Result<Tensor, FileError>;
+    fn stress(&self, _point: usize) -> Result<Tensor, FileError> {
+        Err(FileError::Missing { kind: SectionKind::StressBasis })
+    }
     /// Force and moment that a support exerts on the body \[N, N m\].
     ///
     /// # Errors
     /// A file without reactions.
-    fn reaction(&self, support: usize) -> Result<[f64; 6], FileError>;
+    fn reaction(&self, _support: usize) -> Result<[f64; 6], FileError> {
+        Err(FileError::Missing { kind: SectionKind::ReactionBasis })
+    }
     /// Displacement of a node of the file \[m\].
     ///
     /// # Errors
@@ -115,207 +133,211 @@ pub trait Playable: Loadable {
     /// # Errors
     /// A file without its surface.
     fn point(&self, point: &SurfacePoint) -> Result<[f64; 3], FileError>;
-    /// A field of the surface, shape (n_surface_nodes, 3).
+    /// A field of the surface, shape (n_surface_nodes, 3), with the static answer of the whole body where the
+    /// body has room for it.
     ///
     /// # Errors
     /// A file without its surface.
-    fn surface_into(&self, field: Field, out: &mut [Self::Number]) -> Result<(), FileError>;
-    /// A field of the whole body, shape (n_nodes, 3).
+    fn surface_into(&mut self, field: Field, out: &mut [Self::Number]) -> Result<(), FileError>;
+    /// The same of the whole body, shape (n_nodes, 3).
     ///
     /// # Errors
     /// A file without all of its nodes.
-    fn body_into(&self, field: Field, out: &mut [Self::Number]) -> Result<(), FileError>;
-    /// The rigid motion of a free body that was thrown; none of any other.
-    fn flight(&self) -> Option<(&RigidBody, &RigidMotion)> {
-        None
-    }
+    fn body_into(&mut self, field: Field, out: &mut [Self::Number]) -> Result<(), FileError>;
 }
 
-/// What both kinds of scene do by methods of the same names.
-macro_rules! alike {
-    () => {
-        type Number = T;
-
-        fn time_step(&self) -> f64 {
-            self.scene.parameters().time_step
-        }
-
-        fn instants(&self) -> [f64; INSTANTS] {
-            self.scene.instants()
-        }
-
-        fn start(&mut self) -> Result<(), FileError> {
-            let zero = vec![0.0; self.scene.n_modes()];
-            Ok(self.scene.set(self.state, &zero, &zero, self.loads)?)
-        }
-
-        #[inline]
-        fn step(&mut self) -> Result<(), FileError> {
-            self.scene.step(self.state, self.loads)?;
-            Ok(())
-        }
-
-        fn zeta(&self) -> &[T] {
-            self.state.zeta()
-        }
-
-        fn energy(&self) -> Result<f64, FileError> {
-            Ok(self.scene.energy(self.state)?)
-        }
-
-        fn probe(&self, index: usize) -> Result<f64, FileError> {
-            Ok(self.scene.probe(self.state, index, Field::Displacement)?)
-        }
-
-        fn node(&self, node: usize) -> Result<[f64; 3], FileError> {
-            Ok(self.scene.node(self.state, node, Field::Displacement)?)
-        }
-
-        fn point(&self, point: &SurfacePoint) -> Result<[f64; 3], FileError> {
-            Ok(self.scene.point(self.state, point, Field::Displacement)?)
-        }
-    };
-}
-
-/// What both kinds of loads do by methods of the same names.
-macro_rules! loads_alike {
-    () => {
-        fn clear_loads(&mut self) {
-            self.loads.clear();
-        }
-
-        fn add_contact(&mut self, contact: &Contact, amplitudes: &[f64; INSTANTS]) -> Result<(), FileError> {
-            Ok(self.loads.add_contact_staged(self.scene, contact, amplitudes)?)
-        }
-    };
-}
-
-impl<T: Scalar> Playable for Body<&Scene<'_, T>, &mut State<'_, T>, &mut Loads<'_, T>> {
-    alike!();
+impl<T: Scalar> Playable for Body<'_, T> {
+    type Number = T;
 
     fn structure(&self) -> &'static str {
-        structure_name(self.scene.structure())
+        structure_name(self.structure())
     }
 
-    fn stress(&self, point: usize) -> Result<Tensor, FileError> {
-        Ok(self.scene.stress(self.state, point)?)
+    fn time_step(&self) -> f64 {
+        self.time_step()
     }
 
-    fn surface_into(&self, field: Field, out: &mut [T]) -> Result<(), FileError> {
-        if !self.shows_statics(field) {
-            return Ok(self.scene.surface_into(self.state, field, out)?);
-        }
-        self.with_statics(|statics| self.scene.surface_with(self.state, field, statics, out))
+    fn instants(&self) -> [f64; INSTANTS] {
+        self.instants()
     }
 
-    fn body_into(&self, field: Field, out: &mut [T]) -> Result<(), FileError> {
-        if !self.shows_statics(field) {
-            return Ok(self.scene.body_into(self.state, field, out)?);
-        }
-        self.with_statics(|statics| self.scene.body_with(self.state, field, statics, out))
-    }
-
-    fn reaction(&self, support: usize) -> Result<[f64; 6], FileError> {
-        Ok(self.scene.reaction(self.state, support)?.total())
-    }
-
+    // The step of a body that flies is not cut where a load jumps: the rigid motion takes it whole, under the
+    // mean of its start and its end.
     fn is_exact(&self) -> bool {
-        self.scene.structure() == Structure::Exact
+        self.structure() == Structure::Exact && self.flight().is_none()
     }
 
     fn takes_ends(&self) -> bool {
-        self.scene.structure() == Structure::Strain
+        self.structure() == Structure::Strain && self.flight().is_none()
+    }
+
+    fn flight(&self) -> Option<&FreeBody> {
+        self.flight()
+    }
+
+    fn clear(&mut self) {
+        self.clear();
+    }
+
+    fn pull(&mut self, gravity: [f64; 3]) -> Result<(), FileError> {
+        let Some(mass) = self.flight().map(|free| free.body().mass) else { return Ok(()) };
+        Ok(self.pull(gravity.map(|g| mass * g))?)
+    }
+
+    fn push(&mut self, contact: &Contact, amplitudes: &[f64; INSTANTS]) -> Result<(), FileError> {
+        Ok(self.push_staged(contact, contact.force, amplitudes)?)
+    }
+
+    fn push_pattern(&mut self, index: usize, amplitudes: &[f64; INSTANTS]) -> Result<(), FileError> {
+        Ok(self.push_pattern_staged(index, amplitudes)?)
+    }
+
+    fn start(&mut self) -> Result<(), FileError> {
+        let zero = vec![0.0; self.scene().n_modes()];
+        Ok(self.set(&zero, &zero)?)
+    }
+
+    #[inline]
+    fn step(&mut self) -> Result<(), FileError> {
+        self.step()?;
+        Ok(())
     }
 
     fn step_parts(
         &mut self,
         length: f64,
         parts: usize,
-        apply: &dyn Fn(usize, &mut dyn Loadable) -> Result<(), FileError>,
+        apply: impl Fn(usize, &mut Self) -> Result<(), FileError>,
     ) -> Result<(), FileError> {
-        // A scene of their own for the parts: binding modes is cheap, and the body's scene stays as it is.
-        let sizes = self.scene.own_sizes();
-        let (mut memory, mut work) = (vec![T::ZERO; sizes.scene], vec![0.0; sizes.work]);
-        let mut load_memory = vec![T::ZERO; sizes.loads];
-        let part = self.scene.with_time_step(length, &mut memory, &mut work)?;
-        let mut loads = Loads::new(&part, &mut load_memory)?;
-        self.state.carry(&part)?;
-        for number in 0..parts {
-            apply(number, &mut Body { scene: &part, state: &mut *self.state, loads: &mut loads })?;
-            part.step(self.state, &loads)?;
+        let whole = *self.scene().options();
+        // Loads are added anew for each part.
+        let _ = self.rebind(&SceneOptions { time_step: Some(length), ..whole })?;
+        for part in 0..parts {
+            apply(part, self)?;
+            self.step()?;
         }
-        Ok(self.state.carry(self.scene)?)
+        let _ = self.rebind(&whole)?;
+        Ok(())
+    }
+
+    fn zeta(&self) -> &[T] {
+        self.state().zeta()
+    }
+
+    fn energy(&self) -> Result<f64, FileError> {
+        Ok(self.energy()?)
+    }
+
+    fn total(&self, quantity: Quantity) -> Result<f64, FileError> {
+        Ok(self.total(quantity)?)
+    }
+
+    fn probe(&self, index: usize) -> Result<f64, FileError> {
+        Ok(self.probe(index, Field::Displacement)?)
+    }
+
+    fn stress(&self, point: usize) -> Result<Tensor, FileError> {
+        Ok(self.scene().stress(self.state(), point)?)
+    }
+
+    fn reaction(&self, support: usize) -> Result<[f64; 6], FileError> {
+        Ok(self.scene().reaction(self.state(), support)?.total())
+    }
+
+    fn node(&self, node: usize) -> Result<[f64; 3], FileError> {
+        Ok(self.node(node, Field::Displacement)?)
+    }
+
+    fn point(&self, point: &SurfacePoint) -> Result<[f64; 3], FileError> {
+        Ok(self.point(point, Field::Displacement)?)
+    }
+
+    fn surface_into(&mut self, field: Field, out: &mut [T]) -> Result<(), FileError> {
+        if field == Field::Velocity || !self.has_static_field() {
+            return Ok(Body::surface_into(self, field, out)?);
+        }
+        self.solve_static_field()?;
+        Ok(self.surface_with_statics(field, out)?)
+    }
+
+    fn body_into(&mut self, field: Field, out: &mut [T]) -> Result<(), FileError> {
+        if field == Field::Velocity || !self.has_static_field() {
+            return Ok(Body::body_into(self, field, out)?);
+        }
+        self.solve_static_field()?;
+        Ok(self.body_with_statics(field, out)?)
     }
 }
 
-impl<T: Scalar> Body<&Scene<'_, T>, &mut State<'_, T>, &mut Loads<'_, T>> {
-    /// Whether a field of the file has the whole static answer.
-    fn shows_statics(&self, field: Field) -> bool {
-        field == Field::Displacement && self.scene.static_field_sizes() != [0; 2]
-    }
-
-    /// The static answer to the forces of the last step.
-    fn with_statics(
-        &self,
-        show: impl FnOnce(&mut StaticField<'_, T>) -> Result<(), OutputError>,
-    ) -> Result<(), FileError> {
-        let [answer, rest] = self.scene.static_field_sizes();
-        let (mut answer, mut rest) = (vec![0.0; answer], vec![T::ZERO; rest]);
-        let mut statics = StaticField::new(self.scene, &mut answer, &mut rest)?;
-        self.scene.solve_static_field(self.state, &mut statics)?;
-        Ok(show(&mut statics)?)
-    }
+/// A body of the chapter's structure.
+pub struct ChapterBody<'a, 's, 't, 'l, T> {
+    /// The bound file.
+    pub scene: &'a ChapterScene<'s, T>,
+    /// Where the body is.
+    pub state: &'a mut ChapterState<'t, T>,
+    /// What acts on it.
+    pub loads: &'a mut ChapterLoads<'l, T>,
 }
 
-impl<T: Scalar> Loadable for Body<&Scene<'_, T>, &mut State<'_, T>, &mut Loads<'_, T>> {
-    loads_alike!();
-
-    fn add_pattern(&mut self, index: usize, amplitudes: &[f64; INSTANTS]) -> Result<(), FileError> {
-        Ok(self.loads.add_pattern_staged(self.scene, index, amplitudes)?)
-    }
-}
-
-impl<T: Scalar> Playable for Body<&ChapterScene<'_, T>, &mut ChapterState<'_, T>, &mut ChapterLoads<'_, T>> {
-    alike!();
+impl<T: Scalar> Playable for ChapterBody<'_, '_, '_, '_, T> {
+    type Number = T;
 
     fn structure(&self) -> &'static str {
         "canonical"
     }
 
-    fn stress(&self, _: usize) -> Result<Tensor, FileError> {
-        Err(FileError::Missing { kind: SectionKind::StressBasis })
+    fn time_step(&self) -> f64 {
+        self.scene.parameters().time_step
     }
 
-    fn surface_into(&self, field: Field, out: &mut [T]) -> Result<(), FileError> {
+    fn instants(&self) -> [f64; INSTANTS] {
+        self.scene.instants()
+    }
+
+    fn clear(&mut self) {
+        self.loads.clear();
+    }
+
+    fn push(&mut self, contact: &Contact, amplitudes: &[f64; INSTANTS]) -> Result<(), FileError> {
+        Ok(self.loads.add_contact_staged(self.scene, contact, amplitudes)?)
+    }
+
+    fn start(&mut self) -> Result<(), FileError> {
+        let zero = vec![0.0; self.scene.n_modes()];
+        Ok(self.scene.set(self.state, &zero, &zero, self.loads)?)
+    }
+
+    #[inline]
+    fn step(&mut self) -> Result<(), FileError> {
+        self.scene.step(self.state, self.loads)?;
+        Ok(())
+    }
+
+    fn zeta(&self) -> &[T] {
+        self.state.zeta()
+    }
+
+    fn energy(&self) -> Result<f64, FileError> {
+        Ok(self.scene.energy(self.state)?)
+    }
+
+    fn probe(&self, index: usize) -> Result<f64, FileError> {
+        Ok(self.scene.probe(self.state, index, Field::Displacement)?)
+    }
+
+    fn node(&self, node: usize) -> Result<[f64; 3], FileError> {
+        Ok(self.scene.node(self.state, node, Field::Displacement)?)
+    }
+
+    fn point(&self, point: &SurfacePoint) -> Result<[f64; 3], FileError> {
+        Ok(self.scene.point(self.state, point, Field::Displacement)?)
+    }
+
+    fn surface_into(&mut self, field: Field, out: &mut [T]) -> Result<(), FileError> {
         Ok(self.scene.surface_into(self.state, field, out)?)
     }
 
-    fn body_into(&self, field: Field, out: &mut [T]) -> Result<(), FileError> {
+    fn body_into(&mut self, field: Field, out: &mut [T]) -> Result<(), FileError> {
         Ok(self.scene.body_into(self.state, field, out)?)
-    }
-
-    fn reaction(&self, _: usize) -> Result<[f64; 6], FileError> {
-        Err(FileError::Missing { kind: SectionKind::ReactionBasis })
-    }
-
-    fn is_exact(&self) -> bool {
-        false
-    }
-
-    fn step_parts(
-        &mut self,
-        _: f64,
-        _: usize,
-        _: &dyn Fn(usize, &mut dyn Loadable) -> Result<(), FileError>,
-    ) -> Result<(), FileError> {
-        self.step()
-    }
-}
-
-impl<T: Scalar> Loadable for Body<&ChapterScene<'_, T>, &mut ChapterState<'_, T>, &mut ChapterLoads<'_, T>> {
-    loads_alike!();
-
-    fn add_pattern(&mut self, _: usize, _: &[f64; INSTANTS]) -> Result<(), FileError> {
-        Err(FileError::NoPatterns)
     }
 }

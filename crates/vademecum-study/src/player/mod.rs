@@ -1,11 +1,10 @@
 //! Plays a scenario through the evaluator: the same for a run, a verification and a comparison of methods.
 //!
-//! A file has one of two kinds of scene: the ordinary one, and that of the chapter's structure. [`Playable`]
-//! is what both can do; all that knows of the second kind lies in the module `chapter`.
+//! A file has one of two kinds of body: the evaluator's [`Body`], and that of the chapter's structure.
+//! [`Playable`] is what both can do.
 
 mod body;
 pub(crate) mod chapter;
-mod free;
 mod path;
 
 use std::time::Instant;
@@ -14,19 +13,18 @@ use vademecum_build::dynamics::{History, INSTANTS, Window};
 use vademecum_build::progress::{Cancelled, Listener};
 use vademecum_build::suggest::did_you_mean;
 use vademecum_eval::{
-    BodyOptions, Contact, Loads, Scalar, Scene, SceneOptions, State, StructureChoice, Surface, SurfacePoint,
+    Body, BodyOptions, Contact, Scalar, SceneOptions, StructureChoice, Surface, SurfacePoint,
 };
 use vademecum_format::{Chapter, File, SectionKind};
 
 pub(crate) use body::structure_name;
-pub use body::{Body, Loadable, Playable};
+pub use body::{ChapterBody, Playable};
 use chapter::{nearest_position, positions_of, with_chapter};
-pub(crate) use free::play_free;
 
 use crate::contents::lines;
 use crate::error::{FileError, StudyError};
 use crate::near::{reach, within};
-use crate::scenario::{ContactEntry, MOST_LOADS, PatternUse, Scenario};
+use crate::scenario::{ContactEntry, FreeEntry, MOST_LOADS, PatternUse, Scenario};
 
 /// A contact of a scenario on the surface of a file: the whole of it, a component of its force, or a place on
 /// its path.
@@ -63,6 +61,8 @@ pub struct Track {
     pub contacts: Vec<PlacedContact>,
     /// The load patterns.
     pub patterns: Vec<PlacedPattern>,
+    /// Acceleration of gravity in space \[m/s²\] of a free body that is thrown.
+    pub gravity: [f64; 3],
 }
 
 impl Track {
@@ -124,7 +124,8 @@ impl Track {
             })?;
             Ok(PlacedPattern { index, amplitude: entry.amplitude, when: entry.history(scenario.duration) })
         };
-        Ok(Self { contacts, patterns: scenario.patterns.iter().map(pattern).collect::<Result<_, _>>()? })
+        let patterns = scenario.patterns.iter().map(pattern).collect::<Result<_, _>>()?;
+        Ok(Self { contacts, patterns, gravity: scenario.free.unwrap_or_default().gravity })
     }
 
     /// How each load follows time: contacts, then patterns.
@@ -147,15 +148,16 @@ impl Track {
     pub(crate) fn apply_some(
         &self,
         acting: &[(usize, [f64; INSTANTS])],
-        body: &mut (impl Loadable + ?Sized),
+        body: &mut impl Playable,
     ) -> Result<(), FileError> {
-        body.clear_loads();
+        body.clear();
+        body.pull(self.gravity)?;
         for (index, factors) in acting {
             match index.checked_sub(self.contacts.len()) {
-                None => body.add_contact(&self.contacts[*index].contact, factors)?,
+                None => body.push(&self.contacts[*index].contact, factors)?,
                 Some(pattern) => {
                     let placed = &self.patterns[pattern];
-                    body.add_pattern(placed.index, &factors.map(|f| f * placed.amplitude))?;
+                    body.push_pattern(placed.index, &factors.map(|f| f * placed.amplitude))?;
                 }
             }
         }
@@ -199,19 +201,29 @@ impl PlayOptions {
     }
 }
 
-/// Binds a scene in memory of its own and hands it over, at rest and unloaded.
+/// Options of a body whose elastic motion alone is played, without room for its static answer.
+#[must_use]
+pub fn elastic(scene: &SceneOptions) -> BodyOptions {
+    BodyOptions { scene: *scene, places: 0, flight: false, ..BodyOptions::default() }
+}
+
+/// The same with room for the static answer of the whole body, where the file has the factor of its stiffness.
+#[must_use]
+pub fn elastic_with_fields(scene: &SceneOptions) -> BodyOptions {
+    BodyOptions { static_field: true, ..elastic(scene) }
+}
+
+/// Binds a body in memory of its own and hands it over, at rest and unloaded.
 ///
 /// # Errors
 /// [`StudyError::File`]: a file or options that the evaluator refuses; those of `work`.
-pub fn with_scene<T: Scalar, R>(
+pub fn with_body<T: Scalar, R>(
     file: &File<'_>,
-    options: &SceneOptions,
-    work: impl FnOnce(&Scene<'_, T>, &mut State<'_, T>, &mut Loads<'_, T>) -> Result<R, StudyError>,
+    options: &BodyOptions,
+    work: impl FnOnce(&mut Body<'_, T>) -> Result<R, StudyError>,
 ) -> Result<R, StudyError> {
-    let options = BodyOptions { scene: *options, places: 0, flight: false, ..BodyOptions::default() };
-    let mut memory = vec![0.0; vademecum_eval::Body::<T>::len_for(file, &options)?];
-    let mut body = vademecum_eval::Body::<T>::bind(file, &options, &mut memory)?;
-    body.with(|parts| work(parts.scene, parts.state, parts.loads))
+    let mut memory = vec![0.0; Body::<T>::len_for(file, options)?];
+    work(&mut Body::bind(file, options, &mut memory)?)
 }
 
 /// Marches `steps` steps from rest and shows the body after each, the start included.
@@ -225,18 +237,18 @@ pub fn play(
     track: &Track,
     steps: usize,
     listener: &dyn Listener,
-    mut observe: impl FnMut(usize, &dyn Playable<Number = f64>) -> Result<(), StudyError>,
+    mut observe: impl FnMut(usize, &mut dyn Playable<Number = f64>) -> Result<(), StudyError>,
 ) -> Result<(), StudyError> {
     if !options.takes_chapter(file) {
         return play_in::<f64>(file, &options.scene, track, steps, listener, observe);
     }
     with_chapter::<f64, _>(file, &options.scene, |scene, state, loads| {
-        let mut body = Body { scene, state, loads };
-        march(&mut body, track, steps, listener, Body::step, |step, body| observe(step, body))
+        let mut body = ChapterBody { scene, state, loads };
+        march(&mut body, track, steps, listener, Playable::step, |step, body| observe(step, body))
     })
 }
 
-/// [`play`] through an ordinary scene, in the precision that `observe` takes.
+/// [`play`] through the evaluator's body, in the precision that `observe` takes.
 ///
 /// # Errors
 /// As [`play`].
@@ -246,11 +258,30 @@ pub fn play_in<T: Scalar>(
     track: &Track,
     steps: usize,
     listener: &dyn Listener,
-    mut observe: impl FnMut(usize, &dyn Playable<Number = T>) -> Result<(), StudyError>,
+    mut observe: impl FnMut(usize, &mut dyn Playable<Number = T>) -> Result<(), StudyError>,
 ) -> Result<(), StudyError> {
-    with_scene::<T, _>(file, options, |scene, state, loads| {
-        let mut body = Body { scene, state, loads };
-        march(&mut body, track, steps, listener, Body::step, |step, body| observe(step, body))
+    with_body::<T, _>(file, &elastic_with_fields(options), |body| {
+        march(body, track, steps, listener, Playable::step, |step, body| observe(step, body))
+    })
+}
+
+/// [`play`] with a free body that is thrown: forces are those of space, patterns turn with the body. A load
+/// acts over each step as it does on the mean of its start and its end.
+///
+/// # Errors
+/// As [`play`]; [`FileError::NotFree`]: a body with supports.
+pub(crate) fn play_free(
+    file: &File<'_>,
+    options: &PlayOptions,
+    (track, entry): (&Track, &FreeEntry),
+    steps: usize,
+    listener: &dyn Listener,
+    mut observe: impl FnMut(usize, &mut dyn Playable<Number = f64>) -> Result<(), StudyError>,
+) -> Result<(), StudyError> {
+    let options = BodyOptions { flight: true, ..elastic_with_fields(&options.scene) };
+    with_body::<f64, _>(file, &options, |body| {
+        body.throw(entry.velocity, entry.spin).ok_or(FileError::NotFree)?;
+        march(body, track, steps, listener, Playable::step, |step, body| observe(step, body))
     })
 }
 
@@ -265,18 +296,17 @@ pub(crate) fn play_metered(
     track: &Track,
     steps: usize,
     listener: &dyn Listener,
-    mut observe: impl FnMut(usize, &dyn Playable<Number = f64>) -> Result<(), StudyError>,
+    mut observe: impl FnMut(usize, &mut dyn Playable<Number = f64>) -> Result<(), StudyError>,
 ) -> Result<f64, StudyError> {
-    with_scene::<f64, _>(file, options, |scene, state, loads| {
+    with_body::<f64, _>(file, &elastic_with_fields(options), |body| {
         let (mut worst, mut largest) = (0.0_f64, f64::MIN_POSITIVE);
-        let metered = |body: &mut Body<&Scene<'_, f64>, &mut State<'_, f64>, &mut Loads<'_, f64>>| {
-            let (_, account) = body.scene.step_metered(body.state, body.loads)?;
+        let metered = |body: &mut Body<'_, f64>| {
+            let (_, account) = body.with(|parts| parts.scene.step_metered(parts.state, parts.loads))?;
             worst = worst.max(account.violation().abs());
             largest = largest.max(account.after);
             Ok(())
         };
-        let mut body = Body { scene, state, loads };
-        march(&mut body, track, steps, listener, metered, |step, body| observe(step, body))?;
+        march(body, track, steps, listener, metered, |step, body| observe(step, body))?;
         Ok(worst / largest)
     })
 }
@@ -288,15 +318,16 @@ fn march<B: Playable>(
     steps: usize,
     listener: &dyn Listener,
     mut take: impl FnMut(&mut B) -> Result<(), FileError>,
-    mut observe: impl FnMut(usize, &B) -> Result<(), StudyError>,
+    mut observe: impl FnMut(usize, &mut B) -> Result<(), StudyError>,
 ) -> Result<(), StudyError> {
     let (instants, time_step) = (body.instants(), body.time_step());
     let mut window = Window::new(track.histories().cloned().collect(), instants, time_step);
     // The body starts under the loads of the first instant, and what the modes leave out of the answer to
     // them is shown with it: a ramp that begins there is still zero, whatever it is at the end of the step.
     // Modes that are moved exactly need no acceleration, and a load that begins with a jump has moved nothing
-    // yet.
-    if !body.is_exact() {
+    // yet. What pushes a body that flies acts for one step.
+    let flies = body.flight().is_some();
+    if !body.is_exact() && !flies {
         let first = window.acting(0).into_iter().map(|(index, factors)| (index, [factors[0]; INSTANTS]));
         track.apply_some(&first.collect::<Vec<_>>(), body)?;
     }
@@ -309,9 +340,8 @@ fn march<B: Playable>(
         let whole = spans.first().filter(|span| span.whole);
         if !spans.is_empty() && whole.is_none() {
             for span in &spans {
-                let apply =
-                    |part: usize, body: &mut dyn Loadable| track.apply_some(&window.over(span, part), body);
-                body.step_parts(span.length, span.parts, &apply).map_err(refused)?;
+                let apply = |part: usize, body: &mut B| track.apply_some(&window.over(span, part), body);
+                body.step_parts(span.length, span.parts, apply).map_err(refused)?;
             }
             // What the body is loaded with is of an earlier step.
             acting = None;
@@ -321,7 +351,7 @@ fn march<B: Playable>(
                 None if body.takes_ends() => window.between_ends(step),
                 None => window.acting(step),
             };
-            if acting.as_ref() != Some(&next) {
+            if flies || acting.as_ref() != Some(&next) {
                 track.apply_some(&next, body)?;
                 acting = Some(next);
             }
@@ -365,12 +395,10 @@ pub fn long_run(
 ) -> Result<LongRun, StudyError> {
     if options.takes_chapter(file) {
         return with_chapter::<f64, _>(file, &options.scene, |scene, state, loads| {
-            long_march(&mut Body { scene, state, loads }, track, steps, listener)
+            long_march(&mut ChapterBody { scene, state, loads }, track, steps, listener)
         });
     }
-    with_scene::<f64, _>(file, &options.scene, |scene, state, loads| {
-        long_march(&mut Body { scene, state, loads }, track, steps, listener)
-    })
+    with_body::<f64, _>(file, &elastic(&options.scene), |body| long_march(body, track, steps, listener))
 }
 
 /// The loads of the first step in which any acts: without one a body would rest, and its steps cost nothing.
@@ -396,7 +424,7 @@ fn long_march(
     for _ in 0..held {
         body.step()?;
     }
-    body.clear_loads();
+    body.clear();
     // One free step first: the old acceleration still holds the force.
     body.step()?;
     let release = body.energy()?;

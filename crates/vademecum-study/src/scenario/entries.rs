@@ -1,11 +1,14 @@
 //! Entries of a scenario file.
 
+use std::borrow::Cow;
 use std::sync::Arc;
 
-use schemars::JsonSchema;
-use serde::{Deserialize, Serialize};
+use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
+use serde::de::Error as _;
+use serde::{Deserialize, Deserializer, Serialize, Serializer};
 use vademecum_build::dynamics::LoadTable;
 use vademecum_build::input::ProbeEntry;
+use vademecum_eval::Quantity;
 
 use super::tables::Rows;
 
@@ -174,6 +177,44 @@ pub struct OutputPlan {
     /// The stress of every point of the file every so many steps; 0: never.
     #[serde(default)]
     pub stress_every: usize,
+    /// Scalars of the whole body, columns of the table of probes.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub quantities: Vec<Total>,
+}
+
+/// A scalar of the whole body, one of [`Quantity::totals`], by its name there.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Total(pub Quantity);
+
+impl<'de> Deserialize<'de> for Total {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        let name = String::deserialize(deserializer)?;
+        Quantity::totals().find(|quantity| quantity.name() == name).map(Self).ok_or_else(|| {
+            let known: Vec<_> = Quantity::totals().map(|known| format!("`{}`", known.name())).collect();
+            D::Error::custom(format!("unknown variant `{name}`, expected one of {}", known.join(", ")))
+        })
+    }
+}
+
+impl Serialize for Total {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        serializer.serialize_str(self.0.name())
+    }
+}
+
+impl JsonSchema for Total {
+    fn inline_schema() -> bool {
+        true
+    }
+
+    fn schema_name() -> Cow<'static, str> {
+        "Total".into()
+    }
+
+    fn json_schema(_: &mut SchemaGenerator) -> Schema {
+        let names: Vec<_> = Quantity::totals().map(Quantity::name).collect();
+        json_schema!({ "type": "string", "enum": names })
+    }
 }
 
 /// A stress at the node nearest to a point, of those whose stress the file has.
@@ -238,6 +279,7 @@ impl Default for OutputPlan {
             probes: vec![],
             stresses: vec![],
             stress_every: 0,
+            quantities: vec![],
         }
     }
 }

@@ -185,9 +185,9 @@ impl PlayedSeries {
         track: &'a Track,
         stress: Option<&'a StressCheck>,
         time_step: f64,
-    ) -> impl FnMut(usize, &dyn Playable<Number = f64>) -> Result<(), StudyError> + 'a {
+    ) -> impl FnMut(usize, &mut dyn Playable<Number = f64>) -> Result<(), StudyError> + 'a {
         let mut values = vec![0.0; names.len()];
-        move |step, body: &dyn Playable<Number = f64>| {
+        move |step, body: &mut dyn Playable<Number = f64>| {
             self.structure = body.structure();
             self.coordinates.extend_from_slice(body.zeta());
             let energy = body.energy()?;

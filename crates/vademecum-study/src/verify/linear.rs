@@ -17,7 +17,7 @@ use crate::contents::{Bound, bound, numbers};
 use crate::error::{FileError, StudyError};
 use crate::parameters::{ParameterValue, values};
 use crate::player::chapter::step_radius;
-use crate::player::{Body as PlayerBody, PlayOptions, Playable, Track, long_run, with_scene};
+use crate::player::{PlayOptions, Playable, Track, elastic_with_fields, long_run, with_body};
 use crate::scenario::Scenario;
 use crate::stress_error::StressCheck;
 use crate::truth::{TruthErrors, find_truth, truth_errors};
@@ -193,17 +193,16 @@ fn static_columns(
     if options.takes_chapter(file) || file.section(SectionKind::FactorValues).is_none() {
         return Ok(None);
     }
-    with_scene::<f64, _>(file, &options.scene, |scene, state, loads| {
-        if scene.static_field_sizes() == [0; 2] {
+    with_body::<f64, _>(file, &elastic_with_fields(&options.scene), |played| {
+        if !played.has_static_field() {
             return Ok(None);
         }
         let mut columns = Matrix::zeros(body.n_dof(), track.contacts.len() + track.patterns.len());
         let mut shown = vec![0.0; 3 * file_nodes.len()];
-        let mut played = PlayerBody { scene, state, loads };
         for load in 0..columns.ncols() {
-            track.apply_some(&[(load, [1.0; INSTANTS])], &mut played)?;
+            track.apply_some(&[(load, [1.0; INSTANTS])], played)?;
             played.start()?;
-            played.body_into(Field::Displacement, &mut shown)?;
+            Playable::body_into(played, Field::Displacement, &mut shown)?;
             for (place, &node) in file_nodes.iter().enumerate() {
                 for component in 0..3 {
                     if let Some(free) = body.model.dofs().free(3 * node as usize + component) {
