@@ -185,7 +185,7 @@ mod tests {
     fn an_unknown_quantity_is_refused_with_the_known_ones() {
         let text = |name: &str| format!("duration = 1.0\n[output]\nquantities = ['{name}']\n");
         for total in vademecum_eval::Quantity::totals() {
-            let read = Scenario::parse(&text(total.name()), "s.toml").expect(total.name());
+            let read = Scenario::parse(&text(total.name()), "s.toml").expect("a scalar of the whole body");
             assert_eq!(read.output.quantities, [Total(total)]);
         }
         let said = Scenario::parse(&text("energi"), "s.toml").expect_err("unknown").to_string();
