@@ -23,7 +23,7 @@ impl ScenarioLoads {
     /// Binds the scenario through any file of the body.
     ///
     /// # Errors
-    /// As [`Track::bind`] and [`full_order_loads`].
+    /// A file that does not bind, and loads that the body does not have.
     pub fn new(bytes: &[u8], scenario: &Scenario, body: &Body) -> Result<Self, StudyError> {
         let file = File::parse(bytes)?;
         let track = Track::bind(&file, scenario)?;

@@ -64,7 +64,7 @@ pub type Marches<'m> = Vec<(ChapterState<'m, f64>, ChapterLoads<'m, f64>)>;
 /// Binds a file once and hands over a state and loads for each of `count` marches.
 ///
 /// # Errors
-/// As [`with_chapter`].
+/// A file without the scene of the chapter, or with a time step that it refuses.
 pub fn with_marches<R>(
     file: &File<'_>,
     time_step: Option<f64>,
