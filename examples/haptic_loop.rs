@@ -97,7 +97,7 @@ fn draw(tip: &AtomicU64, done: &AtomicBool) {
     }
 }
 
-/// Jitter is told by the late ones: the median says little about a loop that must never miss.
+/// Jitter shows in the late ones: the median says little about a loop that must never miss.
 fn print(what: &str, times: &mut [Duration]) {
     times.sort_unstable();
     let at = |share: f64| times[((times.len() - 1) as f64 * share) as usize];

@@ -35,7 +35,7 @@ step = 1e-3
 """
 # Half the loadable patch, in spacings of nodes, around a corner of cells: 17 by 13 nodes.
 HALF_ALONG, HALF_ACROSS = 8.75, 6.75
-STAGES = ["first natural mode", "snapshots and basis", "static residual", "certificate"]
+STAGES = ["first natural mode", "snapshots and basis", "residual flexibility", "certificate"]
 
 
 def problem(work, cells, long):

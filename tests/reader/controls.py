@@ -1,7 +1,7 @@
 """What must be noticed: `controls.py TRAJECTORIES`. A comparison that nothing could fail would prove nothing.
 
 In files of the trajectories, one byte of one section is changed at a time. With the old checksum the file is
-refused. With a mended one it opens, and the comparison with the trajectories must fail.
+refused. With a corrected one it opens, and the comparison with the trajectories must fail.
 """
 
 import json
@@ -57,7 +57,7 @@ def main(path):
             silent = unnoticed(own, vademecum.File(mended))
             if silent or refusal != "SectionChecksum":
                 how = "not noticed" if silent else "noticed"
-                print(f"{name}, a byte of {section}: refusal {refusal}, and {how} with a mended checksum")
+                print(f"{name}, a byte of {section}: refusal {refusal}, and {how} with a corrected checksum")
                 failed += 1
     print(f"controls: {sum(map(len, MAPS.values()))} changed bytes, {failed} not noticed")
     return failed == 0

@@ -79,7 +79,7 @@ def loads_of(scene, scenario, folder):
 
 
 def advance(scene, rigid, y, loads, n, gravity):
-    """A step of both motions; the state, and what it shows the static residual of."""
+    """A step of both motions; the state, and what it shows the residual flexibility of."""
     dt, before = scene.v.dt, rigid.spin()
     rigid.drift(0.5 * dt)
     force, moment = rigid.mass * gravity, np.zeros(3)

@@ -352,7 +352,8 @@ fn march_file(name: &str, bytes: &[u8], out: &mut impl Write) {
     let chapter = Chapter::read(&file).expect("sound tables");
     let has = |kind| file.section(kind).is_some();
     let surface = has(SectionKind::SurfaceBasis);
-    // Where there is a static residual, a contact inside of a triangle is wanted, whose nodes have pairs.
+    // Where there is a residual flexibility, a contact inside of a triangle is wanted, whose nodes have
+    // pairs.
     let triangle = loadable_triangle(&file).filter(|_| surface && has(SectionKind::ContactResidual));
     let pushes = loads_of(&metadata, chapter.as_ref(), surface, triangle);
     let mut nodes = Vec::new();

@@ -228,8 +228,8 @@ fn free(bytes: &[u8]) -> Vec<u8> {
 }
 
 /// The file with exact steps in place of its scheme: no block structure, a live stiffness, damping ratios of
-/// the modes (light, none, overdamped) and a static residual with its bound. The numbers are small fractions
-/// whose denominators are powers of two; blocks are dominated by their diagonals.
+/// the modes (light, none, overdamped) and a residual flexibility with its bound. The numbers are small
+/// fractions whose denominators are powers of two; blocks are dominated by their diagonals.
 fn exact(bytes: &[u8]) -> Vec<u8> {
     use Element::{F64, U32};
     use SectionKind as S;

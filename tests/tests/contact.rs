@@ -1,6 +1,6 @@
-//! Contacts as an operator: what `compliance` and `free_motion` say is what a step does, the static residual
-//! makes a held load end where statics says, and a rigid sphere that is solved for neither goes into the body
-//! nor gives it energy.
+//! Contacts as an operator: what `compliance` and `free_motion` say is what a step does, the residual
+//! flexibility makes a held load end where statics says, and a rigid sphere that is solved for neither goes
+//! into the body nor gives it energy.
 
 use std::sync::OnceLock;
 

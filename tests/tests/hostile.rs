@@ -18,7 +18,7 @@ fn page() -> Vec<(u32, String)> {
     refusals.lines().take_while(|line| !line.starts_with("## ")).filter_map(row).collect()
 }
 
-/// What a reader that opens the file, verifies it and asks for all its sections is told.
+/// What a reader that opens the file, verifies it and asks for all its sections hears.
 fn refusal(bytes: &[u8]) -> Option<FormatError> {
     let decoded = |section: &Section<'_>| {
         Decoder::new()?.decode_into(section, &mut vec![0; section.decoded_length() as usize])
@@ -80,7 +80,7 @@ fn every_numbered_refusal_has_a_file_that_gives_it_and_nothing_else() {
             }
         }
     }
-    // What only a writer is told.
+    // Only a writer hears of these.
     const OF_WRITERS: [&str; 1] = ["LentMemory"];
     let missing: Vec<_> =
         page.iter().filter(|row| !given.contains(&row.0) && !OF_WRITERS.contains(&row.1.as_str())).collect();

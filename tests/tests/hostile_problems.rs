@@ -277,7 +277,7 @@ fn a_limit_on_the_process_ends_in_a_sentence_and_not_in_an_abort() {
 }
 
 /// However little memory there is, a build ends by its code and in words, or by an allocation of the standard
-/// library that names its size; also where it was told that there is enough.
+/// library that names its size; also where it heard that there is enough.
 #[cfg(target_os = "linux")]
 #[test]
 fn memory_that_is_refused_anywhere_is_told_in_words() {

@@ -176,7 +176,7 @@ fn with_all_modes_reactions_are_those_of_the_full_order() {
         let off = apart(&found);
         println!("all modes: {off:.1e}");
         assert!(off < 1e-9, "{off:e}");
-        // A scene without the static residual gives them, too.
+        // A scene without the residual flexibility gives them, too.
         let bare = SceneOptions { residual: false, ..model.options() };
         let off = apart(&marched(text, &bytes, model, &bare, PUSH, [5, 5]));
         assert!(off < 1e-9, "{off:e}");

@@ -1,5 +1,5 @@
-//! The static residual and its bound in files: there by default and told by `info`, checked, kept by `strip`
-//! where it is of use, and of no weight to a program that does not read it.
+//! The residual flexibility and its bound in files: there by default and shown by `info`, checked, kept by
+//! `strip` where it is of use, and of no weight to a program that does not read it.
 
 use std::path::Path;
 use std::sync::OnceLock;

@@ -54,7 +54,7 @@ pub fn build(
                 Ok(built) if built.report.certificate.holds() => return Ok(Outcome::Kept(built)),
                 Ok(built) => {
                     listener.note(&format!("{} modes do not keep the tolerance", built.report.modes));
-                    // More modes mend neither maps nor instability.
+                    // More modes improve neither maps nor instability.
                     let grow = built.report.certificate.misses_trajectories_only();
                     missed = Some(built);
                     if !grow {

@@ -160,7 +160,7 @@ impl CertificateReport {
         found.into_iter().filter_map(|(missed, part)| missed.then_some(part)).collect()
     }
 
-    /// Whether a larger basis could mend the block structure: its maps and its stability are sound.
+    /// Whether a larger basis could correct the block structure: its maps and its stability are sound.
     pub(crate) fn misses_trajectories_only(&self) -> bool {
         self.block.as_ref().is_some_and(|s| s.spectral_radius <= STABLE_RADIUS && s.maps_keep(self.map))
     }
@@ -208,7 +208,7 @@ impl BuildReport {
     }
 }
 
-/// The part of a tolerance that a build missed, the one to mend first.
+/// The part of a tolerance that a build missed, the one to improve first.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum MissedPart {
     /// Something measured is not a number.

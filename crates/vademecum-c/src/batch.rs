@@ -6,7 +6,7 @@ use crate::handle::{Body, Lent, zeroed};
 use crate::refusal::{Answer, Refusal};
 use crate::types::{VdmBatch, VdmBatchStatus, VdmStatus};
 
-/// What the handle points to.
+/// The body behind a handle.
 #[repr(align(16))]
 pub struct Instances {
     many: Many,
@@ -18,7 +18,7 @@ enum Many {
     Double(Batch<'static, f64>),
 }
 
-/// What is lent for so many instances, in bytes.
+/// Bytes lent for so many instances.
 pub fn bytes(body: &Body, count: usize) -> usize {
     let numbers = match body {
         AnyBody::Single(body) => of_scene(body.scene(), count),
@@ -74,7 +74,7 @@ impl Instances {
         Ok(place.as_ptr().cast())
     }
 
-    /// What a handle points to.
+    /// The batch behind a handle.
     ///
     /// # Safety
     /// `batch` is null or a handle of [`Instances::bind`] whose memory is still lent, used by no other
@@ -133,7 +133,7 @@ impl Instances {
         }
     }
 
-    /// What the last step found of an instance.
+    /// Status of an instance after the last step.
     pub fn status(&mut self, body: &mut Body, instance: usize) -> Answer {
         Ok(match both!(self, body, b, _parts => b.status(instance)) {
             Status::AtRest => VdmStatus::VDM_AT_REST,

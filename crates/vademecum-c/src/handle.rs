@@ -17,7 +17,7 @@ const ALIGNMENT: usize = 16;
 /// A body in the precision that was asked for.
 pub type Body = AnyBody<'static>;
 
-/// What the handle points to.
+/// The body behind a handle.
 #[repr(align(16))]
 pub struct Handle {
     pub body: Body,
@@ -101,7 +101,7 @@ impl Asked {
         Ok(numbers.saturating_mul(size_of::<f64>()).saturating_add(size_of::<Handle>()))
     }
 
-    /// What a caller has to lend, and what the file holds.
+    /// Memory that a caller lends, and counts of the file.
     pub fn needs(&self, file: &File<'_>) -> Result<VdmNeeds, BindError> {
         let metadata = file.metadata();
         Ok(VdmNeeds {

@@ -6,7 +6,7 @@
 //! Numbers cross the boundary as `double`, whatever the precision of the march. A handle is an
 //! [`AnyBody`](vademecum_eval::AnyBody) and a message; the calls are those of the body.
 //!
-//! The odd thing: a body holds references into memory that C owns. Their lifetime is written as `'static`
+//! Note: a body holds references into memory that C owns. Their lifetime is written as `'static`
 //! here, and the caller keeps the promise: file and memory stay where they are, unchanged, for as long as the
 //! handle is used.
 #![allow(unsafe_code)]

@@ -1,4 +1,4 @@
-//! What was wrong, in words, without heap.
+//! Messages of refusals, without heap.
 
 use core::ffi::{CStr, c_char};
 use core::fmt::{self, Write};
@@ -72,7 +72,7 @@ pub fn copy(text: &[u8], out: &mut [c_char]) {
     out[used] = 0;
 }
 
-/// What a status means.
+/// The meaning of a status.
 pub const fn status(status: i32) -> &'static CStr {
     match status {
         0 => c"done",

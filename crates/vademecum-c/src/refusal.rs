@@ -10,11 +10,11 @@ use crate::types::VdmStatus;
 /// Answer of a call to its caller.
 pub type Answer = Result<VdmStatus, Refusal>;
 
-/// Why a call was refused.
+/// Reason of a refused call.
 pub enum Refusal {
     /// A pointer of this name is null or not aligned.
     Null(&'static str),
-    /// What the evaluator does not know of, in words of this interface.
+    /// Refusals of this interface, which the evaluator does not know.
     Words(VdmStatus, &'static str),
     /// Fewer bytes of memory than are needed.
     Memory { found: usize, needed: usize },
@@ -87,7 +87,7 @@ refused!(
     SavedError => Saved
 );
 
-/// What a pointer gave, or a refusal that names it.
+/// The value behind a pointer, or a refusal that names it.
 pub fn needed<T>(found: Option<T>, name: &'static str) -> Result<T, Refusal> {
     found.ok_or(Refusal::Null(name))
 }

@@ -1,4 +1,4 @@
-//! What crosses the boundary.
+//! Types that cross the boundary.
 
 use core::ffi::c_char;
 
@@ -12,7 +12,7 @@ pub const VDM_MAX_PLACE_NODES: usize = 16;
 /// `VdmPlace.frame` of a place that is a list of nodes.
 pub const VDM_NO_FRAME: u32 = u32::MAX;
 
-/// What a call found.
+/// Result of a call.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum VdmStatus {
@@ -51,7 +51,7 @@ pub enum VdmPrecision {
     VDM_DOUBLE = 1,
 }
 
-/// How a step is held; what calls name `structure`.
+/// Structure of a step: the values of `structure`.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum VdmStructure {
@@ -77,7 +77,7 @@ pub enum VdmField {
     VDM_VELOCITY = 1,
 }
 
-/// What a file names; what calls name `kind`.
+/// Kinds of named things in a file: the values of `kind`.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum VdmNamed {
@@ -91,15 +91,15 @@ pub enum VdmNamed {
     VDM_SUPPORTS = 3,
 }
 
-/// How a body is bound. Fill it with `vdm_default_options` first.
+/// Options of binding a body. Fill it with `vdm_default_options` first.
 #[repr(C)]
 #[derive(Clone, Copy, Debug)]
 pub struct VdmOptions {
     /// In which numbers the body is stepped: a `VdmPrecision`.
     pub precision: i32,
-    /// How a step is held: a `VdmStructure`.
+    /// Structure of a step: a `VdmStructure`.
     pub structure: i32,
-    /// For so many contacts with nodes of their own there is room in the static residual.
+    /// For so many contacts with nodes of their own there is room in the residual flexibility.
     pub contacts: u32,
     /// 0: outputs show the modes only.
     pub residual: u32,
@@ -134,7 +134,7 @@ pub struct VdmOptions {
     pub viscosity: f64,
 }
 
-/// How much memory to lend, and what the file holds.
+/// Sizes of the memory to lend, and counts of the file.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Default)]
 pub struct VdmNeeds {
@@ -181,9 +181,9 @@ pub struct VdmPlace {
     pub weights: [f64; VDM_MAX_PLACE_NODES],
     /// Radius in m; 0 of a point. This version refuses a positive one.
     pub radius: f64,
-    /// Where it is at rest, in m; what `vdm_locate` found.
+    /// Position at rest, in m, as `vdm_locate` found it.
     pub position: [f64; 3],
-    /// How far that is from the point asked for, in m.
+    /// Distance from the point asked for, in m.
     pub distance: f64,
 }
 
@@ -205,9 +205,9 @@ pub struct VdmRigidBody {
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Default)]
 pub struct VdmMotion {
-    /// Where the centre is in space, in m.
+    /// Position of the centre in space, in m.
     pub position: [f64; 3],
-    /// How the body is turned: a quaternion of length one, the real part first, that turns directions of the
+    /// Orientation: a quaternion of length one, the real part first, that turns directions of the
     /// body into those of space.
     pub attitude: [f64; 4],
     /// Momentum in space, in kg m/s.
@@ -232,7 +232,7 @@ pub struct VdmParameter {
     pub logarithmic: u32,
 }
 
-/// What the moves of a body cost. Bytes are those of the file, apart from `step_bytes`.
+/// Cost of a step of a body. Bytes are those of the file, apart from `step_bytes`.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Default)]
 pub struct VdmCost {
@@ -265,7 +265,7 @@ pub struct VdmBatch {
     _private: [u8; 0],
 }
 
-/// What a step of many instances found.
+/// Result of a step of many instances.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Default)]
 pub struct VdmBatchStatus {

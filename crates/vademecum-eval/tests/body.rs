@@ -211,7 +211,7 @@ fn a_saved_state_comes_back_bit_for_bit() {
             assert_eq!(look(&body), before, "{name}");
             assert_eq!(onwards(&mut body), after, "{name}");
 
-            // Cut, longer, untagged, with a number that is none, or of what nobody knows.
+            // Cut, longer, untagged, with a number that is none, or of an unknown kind.
             for length in 0..written {
                 assert!(body.restore(&saved[..length]).is_err(), "{name} {length}");
             }

@@ -80,7 +80,7 @@ fn body_options(metadata: &Metadata<'_>, points: usize) -> BodyOptions {
     BodyOptions { scene: options(metadata, points), places: 0, ..BodyOptions::default() }
 }
 
-/// What a body of a file is bound to: the structure that `vademecum run` takes, except that a file with live
+/// Structure that a body of a file is bound with: that of `vademecum run`, except that a file with live
 /// regions takes the one that knows them from the start.
 #[must_use]
 pub fn options(metadata: &Metadata<'_>, points: usize) -> SceneOptions {
@@ -131,7 +131,7 @@ impl Body {
         Ok(Self { counts, points, names, flight, body, inputs: own_inputs, shown, saved, stale: false })
     }
 
-    /// What can be counted.
+    /// Counts of the body.
     #[must_use]
     pub const fn counts(&self) -> &Counts {
         &self.counts
@@ -166,7 +166,7 @@ impl Body {
         Ok(())
     }
 
-    /// Where a force or an amplitude is kept.
+    /// Memory of a force or an amplitude.
     const fn input(&self, variable: Variable) -> Option<usize> {
         match variable {
             Variable::Force(point, component) => Some(3 * point as usize + component as usize),

@@ -1,4 +1,4 @@
-//! What both versions of the interface do at the boundary to C: pointers become references, a state becomes a
+//! The boundary to C of both versions of the interface: pointers become references, a state becomes a
 //! pointer, and nothing unwinds into the host.
 #![allow(unsafe_code)]
 

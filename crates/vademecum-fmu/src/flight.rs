@@ -14,7 +14,7 @@ const START: usize = 13;
 pub struct Flight {
     /// As it was set before the first step: position, attitude (real part last), velocity, angular velocity.
     start: [f64; START],
-    /// How the body was turned halfway through the last step, in which forces of space acted on it.
+    /// Orientation of the body halfway through the last step, in which forces of space acted on it.
     pub turned: RigidMotion,
     /// Its angular velocity before and after that step.
     pub spins: [[f64; 3]; 2],
@@ -41,7 +41,7 @@ impl Flight {
         }
     }
 
-    /// Whether it belongs to the start of a flight.
+    /// True at the start of a flight.
     pub const fn is_start(variable: Variable) -> bool {
         Self::place(variable).is_some()
     }

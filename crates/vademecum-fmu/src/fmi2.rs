@@ -28,7 +28,7 @@ pub struct CallbackFunctions {
     pub free_memory: Option<unsafe extern "C" fn(*mut c_void)>,
     /// Not used: every step has ended when its call returns.
     pub step_finished: Option<unsafe extern "C" fn(*mut c_void, c_int)>,
-    /// What the log gets.
+    /// Text for the log.
     pub environment: *mut c_void,
 }
 
@@ -39,12 +39,12 @@ const LAST_SUCCESSFUL_TIME: c_int = 2;
 /// `fmi2Terminated`.
 const TERMINATED: c_int = 3;
 
-/// Why there are no values but numbers.
+/// Refusal of values other than numbers.
 const REALS_ONLY: &str = "all variables are of type Real";
-/// Why there are no derivatives of inputs and outputs.
+/// Refusal of derivatives of inputs and outputs.
 const NO_DERIVATIVES: &str =
     "inputs are held over a step and outputs have no derivatives (canInterpolateInputs = false)";
-/// Why no step is asked how far it is.
+/// Refusal of status requests for a step.
 const NOT_PENDING: &str = "every step has ended when fmi2DoStep returns; only fmi2LastSuccessfulTime and \
                            fmi2Terminated have an answer";
 
@@ -444,7 +444,7 @@ pub unsafe extern "C" fn fmi2GetIntegerStatus(c: *mut c_void, _kind: c_int, _val
     unsafe { refuse(c, "fmi2GetIntegerStatus", NOT_PENDING) }
 }
 
-/// Whether the instance wants the simulation to end, which it never does.
+/// Request of the instance to end the simulation: never.
 ///
 /// # Safety
 /// As the module says.

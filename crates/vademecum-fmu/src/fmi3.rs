@@ -20,17 +20,17 @@ use crate::refusal::{Refusal, Trouble};
 /// `bool` of C; any other byte than 0 is true.
 type Bool = u8;
 
-/// Why there are no values but numbers.
+/// Refusal of values other than numbers.
 const FLOAT64_ONLY: &str = "all variables are of type Float64";
-/// Why there are no clocks.
+/// Refusal of clocks.
 const NO_CLOCKS: &str = "this FMU has no clocks";
-/// Why there are no events.
+/// Refusal of events.
 const NO_EVENTS: &str = "this FMU has no events (hasEventMode = false)";
-/// Why states and derivatives are not handed out.
+/// Refusal of continuous states and their derivatives.
 const CO_SIMULATION_ONLY: &str = "this FMU is for co-simulation";
-/// Why no derivatives are there.
+/// Refusal of derivatives.
 const NO_DERIVATIVES: &str = "there are no derivatives, directional, adjoint or of outputs";
-/// Why there is nothing to configure.
+/// Refusal of configuration.
 const NO_STRUCTURE: &str = "this FMU has no structural parameters";
 
 /// Version of the interface.

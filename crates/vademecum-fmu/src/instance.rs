@@ -21,7 +21,7 @@ use crate::words::{Say, Words};
 /// Internal steps of one call at most: beyond that a caller has confused units, and would wait for hours.
 const MOST_STEPS: u64 = 1_000_000_000;
 
-/// Where an instance is in the course of a simulation; one bit each, so that a set of them is a sum.
+/// Phases of a simulation; one bit each, so that a set of them is a sum.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[repr(u8)]
 pub enum Mode {
@@ -81,16 +81,16 @@ impl Modes {
     }
 }
 
-/// What a master gives an instance when it makes one.
+/// Arguments of a master that makes an instance.
 #[derive(Clone, Copy, Debug)]
 pub struct Given<'a> {
     /// Its name.
     pub name: &'a CStr,
     /// The token of the model description.
     pub token: &'a [u8],
-    /// Where the resources are.
+    /// Location of the resources.
     pub resources: Location<'a>,
-    /// Whether it wants to hear of more than refusals.
+    /// True if the log shows more than refusals.
     pub logging: bool,
 }
 
@@ -100,7 +100,7 @@ pub struct Instance {
     /// Refers to the blocks below.
     body: Body,
     mode: Mode,
-    /// Whether start and stop of the experiment were told.
+    /// True once start and stop of the experiment are known.
     is_set_up: bool,
     /// The master's clock \[s\].
     time: f64,
@@ -212,7 +212,7 @@ impl Instance {
         }
     }
 
-    /// Runs a call, if it is allowed where the instance is; what is refused is told, with the name of the
+    /// Runs a call, if it is allowed where the instance is; what is refused is reported, with the name of the
     /// call.
     pub fn call(
         &mut self,
@@ -253,7 +253,7 @@ impl Instance {
         }
     }
 
-    /// Asks for more than refusals, or no longer. Refusals are told in any case.
+    /// Asks for more than refusals, or no longer. Refusals are logged in any case.
     ///
     /// # Errors
     /// [`Refusal::Unsupported`]: a category that is not in the model description.
@@ -435,7 +435,7 @@ impl Instance {
         Ok(())
     }
 
-    /// What is between head and checksum of a state that was saved by an instance of the same FMU.
+    /// The bytes between head and checksum of a state that was saved by an instance of the same FMU.
     ///
     /// # Errors
     /// [`Refusal::Saved`].

@@ -5,7 +5,7 @@
 //! versions of the interface ([`fmi2`], [`fmi3`]) are thin over one [`instance`]; which variable a value
 //! reference means is the same list here and in the exporter ([`variables`]).
 //!
-//! # The odd thing
+//! # Notes
 //!
 //! The library of an archive is built without std (feature `bare`). It takes memory and files from the C
 //! library that every host has, in the version of 2002 or any later one, and it links only if no panic can be

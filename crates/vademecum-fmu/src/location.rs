@@ -1,11 +1,11 @@
-//! Where the resources of an FMU are: a URI in FMI 2, a folder in FMI 3.
+//! Location of the resources of an FMU: a URI in FMI 2, a folder in FMI 3.
 #![allow(unsafe_code)]
 
 use core::ffi::CStr;
 
 use crate::memory::Block;
 
-/// What a master says of the place of the resources.
+/// Location of the resources as a master gives it.
 #[derive(Clone, Copy, Debug)]
 pub enum Location<'a> {
     /// A URI of the scheme `file`, percent-encoded.
@@ -18,7 +18,7 @@ impl Location<'_> {
     /// Path of a file in the resources, with a zero at its end.
     ///
     /// # Errors
-    /// What is wrong with the location, in words.
+    /// Reason of a refused location, in words.
     pub fn of_file(&self, name: &[u8]) -> Result<Block, &'static str> {
         let folder = match *self {
             Self::Uri(uri) => local(uri)?,

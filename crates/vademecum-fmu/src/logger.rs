@@ -23,7 +23,7 @@ pub type Callback3 = unsafe extern "C" fn(
     message: *const c_char,
 );
 
-/// Whom to tell.
+/// The callback of the master.
 #[derive(Clone, Copy, Debug)]
 pub enum Callback {
     /// A master of FMI 2.
@@ -42,12 +42,12 @@ pub mod status {
     pub const ERROR: c_int = 3;
 }
 
-/// What a message is about: the categories that a model description names.
+/// Category of a message, as a model description names it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Category {
     /// A refusal. Those are always told.
     Error,
-    /// Anything else. Those are told if the master asks for them.
+    /// Anything else. Those are logged if the master asks for them.
     Event,
 }
 

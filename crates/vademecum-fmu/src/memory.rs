@@ -21,7 +21,7 @@ unsafe extern "C" {
 const START: c_int = 0;
 const END: c_int = 2;
 
-/// What is left free above a file and its numbers; nobody has blocks near the end of the address space.
+/// Bytes left free above a file and its numbers; nobody has blocks near the end of the address space.
 const LARGEST: usize = isize::MAX as usize / 2;
 
 /// A block of memory, aligned to 16 bytes, that is given back when it is dropped.
@@ -99,7 +99,7 @@ impl Block {
     /// A whole file.
     ///
     /// # Errors
-    /// What failed, in words.
+    /// Reason of a failed allocation, in words.
     pub fn read(path: &CStr) -> Result<Self, &'static str> {
         let file = Stream::open(path)?;
         let length = file.length().ok_or("the length of the file cannot be found")?;

@@ -6,7 +6,7 @@
 //! then for each point 104 bytes:
 //!   3 × 4   nodes (u32)          3 × 8   weights (f64)
 //!   4       length of the name (u32)      64   name in UTF-8, the rest zeros
-//! then for each place whose stress is told 72 bytes, up to the end:
+//! then for each place whose stress is reported 72 bytes, up to the end:
 //!   4       node (u32)
 //!   4       length of the name (u32)      64   name in UTF-8, the rest zeros
 //! ```
@@ -37,7 +37,7 @@ pub struct Point<'a> {
     pub weights: [f64; 3],
 }
 
-/// A named place whose stress is told.
+/// A named place whose stress is reported.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct StressPlace<'a> {
     /// Its name.
@@ -76,19 +76,19 @@ impl<'a> Points<'a> {
         (counted && all).then_some(points)
     }
 
-    /// How many there are.
+    /// Number of points.
     #[must_use]
     pub const fn len(&self) -> usize {
         self.records.len()
     }
 
-    /// Whether there are none.
+    /// True without points.
     #[must_use]
     pub const fn is_empty(&self) -> bool {
         self.records.is_empty()
     }
 
-    /// How many places there are whose stress is told.
+    /// Number of places with a stress.
     #[must_use]
     pub const fn stresses(&self) -> usize {
         self.stresses.len()

@@ -1,11 +1,11 @@
-//! Why a call is refused, in words for the log of the master.
+//! Refusals of calls, in words for the log of the master.
 
 use vademecum_eval::{BindError, LoadError, OutputError, ParameterError, StepError};
 
 use crate::variables::Variable;
 use crate::words::{Say, Words, sentence};
 
-/// Why a call is refused; the instance is then as it was before.
+/// Reason of a refused call; the instance is then as it was before.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Refusal {
     /// The file does not allow these parameters.
@@ -61,12 +61,12 @@ pub enum Refusal {
     OtherTime {
         /// The communication point \[s\].
         point: f64,
-        /// Where the instance is \[s\].
+        /// Time of the instance \[s\].
         time: f64,
     },
     /// A step beyond the end of the experiment.
     BeyondStop {
-        /// Where it would end \[s\].
+        /// Time at which the step would end \[s\].
         end: f64,
         /// The end of the experiment \[s\].
         stop: f64,
@@ -78,11 +78,11 @@ pub enum Refusal {
         /// Stop \[s\].
         stop: f64,
     },
-    /// What was given is no saved state of this body.
+    /// The bytes are no saved state of this body.
     Saved(&'static str),
     /// The host has no memory left.
     Memory,
-    /// What this unit does not do.
+    /// A capability that this unit does not have.
     Unsupported(&'static str),
 }
 
@@ -150,8 +150,8 @@ impl Say for Refusal {
     }
 }
 
-/// Why parameters or a file are refused. The exporter has said it with all numbers; what is left here is what
-/// a master can bring about.
+/// Reason of refused parameters or a refused file. The exporter has said it with all numbers; what is left
+/// here is what a master can bring about.
 pub const fn bind(error: &BindError) -> &'static str {
     match error {
         BindError::Format(_) => "the file is refused; `vademecum info` of it says why",
@@ -192,7 +192,7 @@ const fn output(error: &OutputError) -> &'static str {
 /// A refusal, and the variable it is about.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Trouble {
-    /// Why.
+    /// Reason.
     pub refusal: Refusal,
     /// The variable, if it is about one.
     pub variable: Option<Variable>,

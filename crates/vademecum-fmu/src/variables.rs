@@ -1,11 +1,11 @@
-//! Which variable a value reference is: the same list for the model description and for the instance.
+//! The variable of a value reference: the same list for the model description and for the instance.
 //!
 //! The references of a kind are consecutive, and kinds follow each other in the order of [`Variable`].
 
 use vademecum_eval::format::{File, SectionKind};
 use vademecum_eval::{Quantity, RigidBody};
 
-/// How many there are of everything that is counted.
+/// Counts of everything that a value reference can name.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Counts {
     /// Named points.
@@ -16,7 +16,7 @@ pub struct Counts {
     pub probes: u32,
     /// Parameters of the file.
     pub parameters: u32,
-    /// Places whose stress is told.
+    /// Places whose stress is reported.
     pub stresses: u32,
     /// Supports whose reactions the file gives.
     pub supports: u32,
@@ -24,7 +24,7 @@ pub struct Counts {
     pub free: u32,
 }
 
-/// What a value reference means. Points, patterns, probes and parameters are counted from 0.
+/// Meaning of a value reference. Points, patterns, probes and parameters are counted from 0.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Variable {
     /// Time \[s\], the independent variable.
@@ -134,7 +134,7 @@ impl Counts {
         }
     }
 
-    /// How many references of each kind there are, in their order.
+    /// Number of references of each kind, in their order.
     fn lengths(&self) -> [u32; 19] {
         let Self { points, patterns, probes, parameters, stresses, supports, free } = *self;
         let (moved, held, flown) =

@@ -21,7 +21,7 @@ impl Default for Words {
 }
 
 impl Words {
-    /// Where it is, with its zero.
+    /// The bytes of the text, with its zero.
     #[must_use]
     pub const fn as_ptr(&self) -> *const c_char {
         self.bytes.as_ptr().cast()
@@ -66,7 +66,7 @@ impl Words {
     }
 }
 
-/// What can be part of a sentence.
+/// A part of a sentence.
 pub trait Say {
     /// Adds it.
     fn say(&self, words: &mut Words);

@@ -1,7 +1,7 @@
 //! Sections of an opened file, and the reading of their numbers.
 //!
 //! Numbers are read with `from_le_bytes` from byte arrays (`as_chunks`), which vectorises like a slice and
-//! needs neither alignment nor a cast. The odd thing: a section's checksum is not looked at when a file is
+//! needs neither alignment nor a cast. Note: a section's checksum is not looked at when a file is
 //! opened, so that opening does not touch every page of a mapped file; call [`Section::verify`] for that.
 
 use crate::checksum::checksum;

@@ -10,7 +10,7 @@
 //! q(h) = p(h) + (c + γs)(q₀ − A) + s (q̇₀ − B),   q̇(h) = B − λs (q₀ − A) + (c − γs)(q̇₀ − B)
 //! ```
 //!
-//! (hyperbolic functions where `λ < γ²`). The odd thing: the load at the end of the step is its limit from
+//! (hyperbolic functions where `λ < γ²`). Note: the load at the end of the step is its limit from
 //! inside, `f₁ = 2 f(h/2) − f₀`, so that loads which jump or bend on the edges of steps are met exactly.
 
 use super::staged::{Frame, ReducedSolver};

@@ -97,7 +97,7 @@ pub(super) struct Projection {
 }
 
 impl Projection {
-    /// `‖u − BBᵀMu‖ ÷ ‖u‖`: what no coordinates could mend.
+    /// `‖u − BBᵀMu‖ ÷ ‖u‖`: the projection error.
     pub fn floor(&self) -> f64 {
         self.floor / self.norm
     }

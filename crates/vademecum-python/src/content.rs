@@ -63,7 +63,7 @@ impl Original {
     }
 }
 
-/// What a simulation holds of a file.
+/// Parts of a file that a simulation holds.
 pub struct Shared(pub Arc<Content>);
 
 impl AsRef<[u8]> for Shared {

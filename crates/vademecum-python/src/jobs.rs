@@ -1,4 +1,4 @@
-//! What takes longer: builds, runs, verifications, natural modes, and the program itself.
+//! Long work: builds, runs, verifications, natural modes, and the program itself.
 
 use std::ffi::OsString;
 use std::path::{Path, PathBuf};
@@ -64,7 +64,7 @@ pub fn build(
     Ok((PyFile { content: Arc::new(content), path: "built.vdm".into() }, report))
 }
 
-/// What a run shows.
+/// Result of a run.
 #[derive(Default)]
 struct Shown {
     times: Vec<f64>,
@@ -135,7 +135,7 @@ pub fn run<'py>(
     Ok((names, arrays))
 }
 
-/// Whether the canonical structure is asked for, and the other options.
+/// Options of a run, and true if they ask for the canonical structure.
 fn played(
     file: &PyFile,
     options: Option<&Bound<'_, PyDict>>,
@@ -172,7 +172,7 @@ pub fn verify(
     })
 }
 
-/// What a check of the file alone finds, as a text in JSON.
+/// Result of a check of the file alone, as a text in JSON.
 #[pyfunction]
 pub fn check(py: Python<'_>, file: &PyFile) -> PyResult<String> {
     watched(py, Told { progress: None, warn: false }, |_| {

@@ -1,4 +1,4 @@
-//! What a scene is asked for, from arguments of Python.
+//! Options of a scene, from arguments of Python.
 
 use numpy::{PyArrayDescr, PyArrayDescrMethods, dtype};
 use pyo3::exceptions::PyTypeError;

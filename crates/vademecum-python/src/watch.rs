@@ -1,4 +1,4 @@
-//! Long work beside Python: progress is told, other threads run, and Ctrl-C ends it.
+//! Long work beside Python: progress is reported, other threads run, and Ctrl-C ends it.
 
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::{RecvTimeoutError, channel};
@@ -11,12 +11,12 @@ use vademecum_build::progress::Listener;
 
 use crate::refusal::Refusal;
 
-/// How long news and Python's signals wait at most.
+/// Longest wait of progress messages and Python's signals.
 const PATIENCE: Duration = Duration::from_millis(50);
 /// Stack of the working thread \[bytes\]: as much as the program has on most systems.
 const STACK: usize = 8 << 20;
 
-/// What the work has said since it was asked last.
+/// Messages of the work since the last call.
 #[derive(Default)]
 struct News {
     stages: Vec<String>,
@@ -62,12 +62,12 @@ impl Listener for Ear {
     }
 }
 
-/// What Python hears of work, and how.
+/// Receivers of progress messages in Python.
 #[derive(Clone, Copy)]
 pub struct Told<'a, 'py> {
     /// The caller's `progress(stage, done, total)`.
     pub progress: Option<&'a Bound<'py, PyAny>>,
-    /// Whether notes are warnings; they are logged in any case.
+    /// True if notes are warnings; they are logged in any case.
     pub warn: bool,
 }
 
@@ -95,8 +95,8 @@ impl Teller<'_, '_> {
     }
 }
 
-/// Does `work` in a thread of its own. Progress is told to the caller's function in the caller's thread. An
-/// exception of that function, and Ctrl-C, end the work.
+/// Does `work` in a thread of its own. Progress is reported to the function of the caller in the caller's
+/// thread. An exception of that function, and Ctrl-C, end the work.
 pub fn watched<R: Send>(
     py: Python<'_>,
     told: Told<'_, '_>,

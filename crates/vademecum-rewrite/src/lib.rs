@@ -4,7 +4,7 @@
 //! Each function takes the bytes of a whole file and gives the bytes of a whole new one; nothing is changed
 //! in place. Metadata are taken over word for word (but for the number of terms and its certificate where
 //! terms are dropped), so a section that is gone is *absent*, never of another shape, and what needs it says
-//! so by name. The odd thing: sections this program does not know cannot be carried along (their meaning may
+//! so by name. Note: sections this program does not know cannot be carried along (their meaning may
 //! be tied to what is dropped), so a file that has some is not rewritten at all.
 
 mod check;

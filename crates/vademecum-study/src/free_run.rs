@@ -21,7 +21,7 @@ pub struct FreeRun {
 const STEPS: usize = 200_000;
 const POINTS: usize = 1000;
 
-/// Lets go of a body that was pushed, and of one bent in its lowest mode with the energy ½. `lambdas` are the
+/// Releases a body that was pushed, and one bent in its lowest mode with the energy ½. `lambdas` are the
 /// Rayleigh quotients of the modes \[rad²/s²\].
 ///
 /// # Errors

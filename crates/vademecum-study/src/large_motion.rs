@@ -146,7 +146,7 @@ impl<'a> LargeMotion<'a> {
         Ok(seconds)
     }
 
-    /// A reference with `parts` steps in a step of the file, once its work is told or refused.
+    /// A reference with `parts` steps in a step of the file, once its work is reported or refused.
     ///
     /// # Errors
     /// [`StudyError::LargeMarch`], [`StudyError::Build`]: more work than was asked for.

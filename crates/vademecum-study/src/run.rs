@@ -75,7 +75,7 @@ pub struct Fields<'a> {
 }
 
 impl<'a> Run<'a> {
-    /// Binds a scenario to a file. The listener is told of loads that act elsewhere than they should, or on
+    /// Binds a scenario to a file. The listener hears of loads that act elsewhere than they should, or on
     /// nothing.
     ///
     /// # Errors
@@ -141,7 +141,7 @@ impl<'a> Run<'a> {
         })
     }
 
-    /// Names of what is told of a free body that was thrown, behind its probes: none of any other.
+    /// Names of the outputs of a free body that was thrown, behind its probes: none of any other.
     pub fn flight_columns(&self) -> Vec<String> {
         if self.free.is_none() {
             return vec![];

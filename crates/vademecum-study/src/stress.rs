@@ -58,7 +58,7 @@ pub(crate) struct Stresses {
     columns: Vec<Column>,
 }
 
-/// A column of the table: the points of one node, and what of their stress is told.
+/// A column of the table: the points of one node, and what of their stress is reported.
 struct Column {
     points: Vec<usize>,
     quantity: StressQuantity,

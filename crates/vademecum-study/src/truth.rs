@@ -27,7 +27,7 @@ pub struct TruthErrors {
     /// Of the march at full order with the file's scheme: what the scheme does to the motion. None of a file
     /// that moves its modes exactly.
     pub time_error: Option<f64>,
-    /// Of the projection of the exact motion on the basis: what no coordinates could mend.
+    /// Of the projection of the exact motion on the basis: the projection error.
     pub basis_error: f64,
     /// Of the file against the projection of the march at full order by its own scheme, or of the exact
     /// motion where it has none: what its coordinates add. Relative to that motion.

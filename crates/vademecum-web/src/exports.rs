@@ -126,13 +126,13 @@ impl Module {
     }
 }
 
-/// Where the exchange buffer lies.
+/// Address of the exchange buffer.
 #[unsafe(no_mangle)]
 pub extern "C" fn exchange() -> *const f64 {
     module().exchange.as_ptr()
 }
 
-/// Where the last refusal's sentence lies.
+/// Address of the last refusal's sentence.
 #[unsafe(no_mangle)]
 pub extern "C" fn message_at() -> *const u8 {
     module().message.bytes().as_ptr()
@@ -202,7 +202,7 @@ pub extern "C" fn describe() -> u32 {
     1
 }
 
-/// Where text 0 (program), 1 (problem), 2 (units) or 3 (scheme) lies; its length is left in the exchange
+/// Address of text 0 (program), 1 (problem), 2 (units) or 3 (scheme); its length is left in the exchange
 /// buffer.
 #[unsafe(no_mangle)]
 pub extern "C" fn text(which: u32) -> *const u8 {
@@ -219,7 +219,7 @@ pub extern "C" fn text(which: u32) -> *const u8 {
     text.as_ptr()
 }
 
-/// Where the section with this number lies; length in bytes and element code are left in the exchange buffer.
+/// Address of the section with this number; length in bytes and element code are left in the exchange buffer.
 /// Null if it is absent or compressed.
 #[unsafe(no_mangle)]
 pub extern "C" fn section(kind: u32) -> *const u8 {
@@ -474,7 +474,7 @@ const fn field(velocity: u32) -> Field {
     if velocity == 0 { Field::Displacement } else { Field::Velocity }
 }
 
-/// Where the displacement (or velocity) of the surface lies, in the precision of the body; null if refused.
+/// Address of the displacement (or velocity) of the surface, in the precision of the body; null if refused.
 #[unsafe(no_mangle)]
 pub extern "C" fn surface(velocity: u32) -> usize {
     module().ask(|Bound { body, field: numbers, .. }| {
@@ -490,7 +490,7 @@ pub extern "C" fn surface(velocity: u32) -> usize {
     }) as usize
 }
 
-/// Where von Mises' equivalent stress \[Pa\] of the surface lies, in double precision: the first of three
+/// Address of von Mises' equivalent stress \[Pa\] of the surface, in double precision: the first of three
 /// numbers a node, zero where the file has none; null if refused.
 #[unsafe(no_mangle)]
 pub extern "C" fn equivalent_stress() -> usize {
@@ -641,7 +641,7 @@ pub extern "C" fn hold_tool(
     })
 }
 
-/// Where the sphere is to go \[m\]; it starts with the next step. 0 without a sphere.
+/// Sets the target of the sphere \[m\]; it starts with the next step. 0 without a sphere.
 #[unsafe(no_mangle)]
 pub extern "C" fn move_tool(x: f64, y: f64, z: f64) -> u32 {
     module().ask(|bound| {

@@ -23,13 +23,13 @@ pub struct ContactPoint {
     pub normal: Vector,
     /// Gap along it at the end of the step if no force acts \[m\].
     pub gap: f64,
-    /// How far the body slides along the other in the step if no force acts \[m\].
+    /// Sliding of the body along the other in the step without forces \[m\].
     pub slide: Vector,
     /// The force on the body \[N\].
     pub force: Vector,
 }
 
-/// How the body yields at all places: `W`, `(3 n, 3 n)`, row by row \[m/N\].
+/// Delassus operator of all places: `W`, `(3 n, 3 n)`, row by row \[m/N\].
 #[derive(Clone, Copy, Debug)]
 pub struct Operator<'a> {
     /// The numbers.
@@ -54,7 +54,7 @@ impl<'a> Operator<'a> {
         [0, 1, 2].map(|i| self.row(c, i).as_chunks::<3>().0.get(c).copied().unwrap_or_default())
     }
 
-    /// Whether a gap that is closed by more than `tolerance` is at a place that no force moves.
+    /// True if a gap that is closed by more than `tolerance` is at a place that no force moves.
     pub fn is_stuck(&self, places: &[ContactPoint], tolerance: f64) -> bool {
         let held = |c: usize| self.own(c).as_flattened().iter().all(|&yields| yields == 0.0);
         places.iter().enumerate().any(|(c, place)| place.gap < -tolerance && held(c))

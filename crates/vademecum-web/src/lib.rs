@@ -6,7 +6,7 @@
 //! system. The body's mechanics stay in `vademecum-eval`, so a page shows the evaluator's bits. What presses
 //! the body is solved for here: [`tool`] is a rigid sphere that cannot enter it.
 //!
-//! The odd thing: on every other machine this crate is an ordinary library without exports, so that the
+//! Note: on every other machine this crate is an ordinary library without exports, so that the
 //! workspace builds and tests it with the rest.
 #![cfg_attr(target_arch = "wasm32", no_std)]
 

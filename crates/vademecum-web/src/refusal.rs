@@ -1,9 +1,9 @@
-//! What the module refuses, in one type.
+//! Refusals of the module, in one type.
 
 use thiserror::Error;
 use vademecum_eval::{BindError, LoadError, OutputError, SavedError, StepError};
 
-/// Why a call was refused.
+/// Reason of a refused call.
 #[derive(Clone, Copy, Debug, Error)]
 #[non_exhaustive]
 pub enum Refusal {

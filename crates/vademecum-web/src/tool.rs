@@ -5,9 +5,9 @@
 //! ([`AnyBody::free_motion`]) and how it yields ([`AnyBody::compliance`]), and
 //! finds the forces with which sphere and body just touch when the step ends, with Coulomb's friction. Every
 //! step of the sphere is a step of the body; a hand gives the sphere a target, which it follows no faster
-//! and no harder than it is told. It never goes into a place that the supports hold.
+//! and no harder than its limits allow. It never goes into a place that the supports hold.
 //!
-//! The odd thing: the gap is taken along the normal at the start of the step. A sphere curves away from every
+//! Note: the gap is taken along the normal at the start of the step. A sphere curves away from every
 //! tangent plane, so a body in front of the plane is outside of the sphere whichever normal was taken.
 
 use vademecum_eval::format::{File, Numbers, SectionKind};
@@ -31,18 +31,18 @@ pub fn body_options(scene: SceneOptions) -> BodyOptions {
 /// Gaps are closed up to this part of the radius.
 const TOLERANCE: f64 = 1e-10;
 
-/// What a hand holds.
+/// The tool in a hand.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Sphere {
     /// Radius \[m\].
     pub radius: f64,
     /// Coulomb's μ.
     pub friction: f64,
-    /// Where its centre is \[m\].
+    /// Position of its centre \[m\].
     pub centre: Vector,
-    /// Where it is to go \[m\].
+    /// Target position \[m\].
     pub target: Vector,
-    /// How fast it follows \[m/s\].
+    /// Speed at which it follows \[m/s\].
     pub speed: f64,
     /// With how much force it follows at most \[N\]: where more would be needed it stays where it is.
     pub most: f64,
@@ -78,11 +78,11 @@ impl Sphere {
 pub struct Touch {
     /// The place on the body at rest.
     pub point: SurfacePoint,
-    /// Where it is after the step \[m\].
+    /// Position after the step \[m\].
     pub place: Vector,
     /// Force of the sphere on the body over the step \[N\].
     pub force: Vector,
-    /// How deep it is inside of the sphere after the step \[m\]; below zero for a gap.
+    /// Penetration into the sphere after the step \[m\]; below zero for a gap.
     pub depth: f64,
 }
 
@@ -162,7 +162,7 @@ impl<'m> Ground<'m> {
 /// A sphere on a body.
 #[derive(Clone, Copy, Debug)]
 pub struct Tool<'m> {
-    /// Where it is and goes.
+    /// Position and target.
     pub sphere: Sphere,
     ground: Ground<'m>,
     touches: [Touch; MOST],
@@ -197,13 +197,13 @@ impl<'m> Tool<'m> {
         self.touches.get(..self.count).unwrap_or_default()
     }
 
-    /// Whether all forces of the last step were found to the last gap.
+    /// True if the forces of the last step close every gap.
     #[must_use]
     pub const fn is_solved(&self) -> bool {
         self.solved
     }
 
-    /// How deep the body is inside of the sphere after the last step, at the worst place \[m\]; below zero
+    /// Largest penetration of the body into the sphere after the last step \[m\]; below zero
     /// for a gap.
     #[must_use]
     pub fn deepest(&self) -> f64 {

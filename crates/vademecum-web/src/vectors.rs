@@ -28,7 +28,7 @@ pub fn length(a: Vector) -> f64 {
     libm::sqrt(dot(a, a))
 }
 
-/// What is left of `a` without its part along the unit vector `normal`.
+/// The part of `a` perpendicular to the unit vector `normal`.
 pub fn along(a: Vector, normal: Vector) -> Vector {
     minus(a, times(dot(a, normal), normal))
 }

@@ -1,4 +1,4 @@
-//! Any bytes with their checksums mended, through the deep check: no panic, no more memory than the limit
+//! Any bytes with their checksums corrected, through the deep check: no panic, no more memory than the limit
 //! allows, and packing changes nothing of what it says.
 #![no_main]
 

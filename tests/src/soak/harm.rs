@@ -111,7 +111,7 @@ fn killed_run(place: &Place<'_>, dice: &mut Dice, built: &Built) -> Done {
     Ok("done")
 }
 
-/// A file that was cut or has other bits is refused by name; one whose checksums were mended gives finite
+/// A file that was cut or has other bits is refused by name; one whose checksums were corrected gives finite
 /// results or an error.
 ///
 /// # Errors
@@ -176,7 +176,7 @@ fn edited(dice: &mut Dice, mut bytes: Vec<u8>) -> Vec<u8> {
         let front = 64 * (2 + sections) + 256;
         let at = dice.below(front.min(bytes.len()));
         bytes[at] ^= 1 << dice.below(8);
-        // The counts say where the checksums stand: an edit of those cannot be mended.
+        // The counts say where the checksums stand: an edit of those cannot be corrected.
         if u32_at(&bytes, 12) as usize == sections && (u32_at(&bytes, 32) as usize) < bytes.len() {
             return reseal(bytes);
         }
@@ -279,7 +279,7 @@ pub fn little_memory(place: &Place<'_>, dice: &mut Dice) -> Done {
 pub fn mutated(place: &Place<'_>, dice: &mut Dice) -> Done {
     let polite = |line: &str| {
         let mut launch = Launch::new(&line.split(' ').collect::<Vec<_>>(), place.limit);
-        // What was asked for may take for ever; it must end when it is told to.
+        // What was asked for may take for ever; it must end when it is asked to.
         launch.kill = Some((place.limit / 2, Signal::Interrupt));
         launch.memory_kib = Some(4 << 20);
         place.launch(&launch)

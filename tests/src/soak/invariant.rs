@@ -27,7 +27,7 @@ pub fn breach<T>(invariant: &'static str, found: impl Into<String>) -> Result<T,
     Err(Breach { invariant, found: found.into() })
 }
 
-/// The exit codes of `vademecum --help`; 130 only where a run was told to stop.
+/// The exit codes of `vademecum --help`; 130 only where a run was interrupted.
 pub const CODES: [i32; 7] = [0, 1, 3, 4, 5, 6, 7];
 
 /// A run ended by itself or by the signal it was sent, in time, with one of the codes of `allowed`, and said

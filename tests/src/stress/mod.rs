@@ -94,7 +94,7 @@ pub struct Measured {
     /// Relative L2 error against the full-order march (or the named reference), mass norm, all dofs and
     /// steps.
     pub error: f64,
-    /// The same of the full-order march projected on the basis: what no coordinates could mend.
+    /// The same of the full-order march projected on the basis: the projection error.
     pub floor: f64,
     /// What `error` may be.
     pub allowed: f64,

@@ -1,5 +1,5 @@
-//! A file and what it shows of a push: with the modes alone, with the static residual at contacts, and with
-//! whole static fields.
+//! A file and what it shows of a push: with the modes alone, with the residual flexibility at contacts, and
+//! with whole static fields.
 
 use vademecum_build::Matrix;
 use vademecum_build::export::NodeOrder;
@@ -33,7 +33,7 @@ pub(super) struct Shown {
     /// ζ, shape (r, instants).
     pub coordinates: Matrix,
     /// The displacement under the force along it, shape (1, instants): with the modes alone, and with the
-    /// static residual.
+    /// residual flexibility.
     pub under: [Matrix; 2],
 }
 

@@ -21,6 +21,27 @@ pub fn wide_lines() -> Vec<String> {
     code.chain(prose).collect()
 }
 
+/// Lines of prose and comments with one of these phrases, each beside its better word. Exempt are records,
+/// the history of the project, and lines that translate words: rows of the dictionary and aliases for a search.
+pub fn phrases(listed: &[(&str, &str)]) -> Vec<String> {
+    let history = |path: &str| ["/records/", "/decisions/", "CHANGELOG"].iter().any(|of| path.contains(of));
+    let mut found = vec![];
+    for source in files("md").into_iter().chain(files("rs")) {
+        let (is_page, translates) = (source.path.ends_with(".md"), source.path.ends_with("dictionary.md"));
+        for (index, line) in source.text.lines().enumerate() {
+            let is_prose = is_page || line.trim_start().starts_with("//");
+            if !is_prose || translates || history(&source.path) {
+                continue;
+            }
+            let line = line.to_lowercase();
+            for (phrase, better) in listed.iter().filter(|(phrase, _)| line.contains(phrase)) {
+                found.push(format!("{}:{}: {phrase}: {better}", source.path, index + 1));
+            }
+        }
+    }
+    found
+}
+
 fn wide(source: &Source, mut counts: impl FnMut(usize, &str) -> bool) -> Vec<String> {
     let mut found = vec![];
     for (index, line) in source.text.lines().enumerate() {

@@ -7,7 +7,7 @@
 //! `S` goes on with the steps. With both at their worst, `s` times as many steps have the floor `f/√s` and
 //! beyond it `b s`.
 //!
-//! The odd thing: the motion drifts freely only after its release, so `Z` grows a little faster than the
+//! Note: the motion drifts freely only after its release, so `Z` grows a little faster than the
 //! cube; a tenth of the steps is taken off for that, which is enough where the release lies in the first
 //! tenth of the march (docs/measurements/parameters.md).
 

@@ -5,7 +5,7 @@
 //! would be slow, but the step is linear: the state after `n` steps takes one product for each bit of `n`,
 //! once the powers `A^(2ᵏ)` are known, which take a product each.
 //!
-//! The odd thing: the powers are held as `Aⁿ − I`, whose squares are `2D + D²`, so that eigenvalues near 1
+//! Note: the powers are held as `Aⁿ − I`, whose squares are `2D + D²`, so that eigenvalues near 1
 //! keep their digits.
 
 use faer::{Mat, MatRef, Scale};

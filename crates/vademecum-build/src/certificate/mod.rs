@@ -1,4 +1,4 @@
-//! What a build measures about itself before it lets go of a file.
+//! Error certificate: validation of a built file against full-order runs.
 //!
 //! Unseen loads, at positions and in directions no snapshot used, are marched full order and through the
 //! evaluator, on the very bytes that ship; the error is put beside the floor of the basis. Then the step runs

@@ -149,7 +149,7 @@ impl FirstMode {
         1.0 / self.frequency_hz
     }
 
-    /// Lets go of what the search has grown.
+    /// Drops the vectors that the search has grown.
     pub(crate) fn forget(&self) {
         self.take();
     }

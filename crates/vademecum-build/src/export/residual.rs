@@ -1,4 +1,4 @@
-//! Sections of the static residual and its bound.
+//! Sections of the residual flexibility and its bound.
 
 use vademecum_format::SectionKind as S;
 

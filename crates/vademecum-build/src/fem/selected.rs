@@ -17,7 +17,7 @@
 //! Y_IJ = −Y_II G + Z_II Ġ        Y_JJ = D⁻¹ḊD⁻¹ + Ġᵀ Z_IJ − Gᵀ Y_IJ
 //! ```
 //!
-//! The odd thing: everything is computed in place, `Z` over the factor and `Y` over `Ȧ`. Dense products are
+//! Note: everything is computed in place, `Z` over the factor and `Y` over `Ȧ`. Dense products are
 //! cut in rows of a fixed height, and threads share those, so the bits never depend on their number.
 
 use std::sync::Arc;

@@ -42,8 +42,8 @@ pub(super) fn kept_states(
     Ok(states)
 }
 
-/// The states of least energy at coordinates of natural modes (one a column), as displacements over the free
-/// dofs, each searched for from its prediction. Coordinates at which none is found, or in which some element
+/// The static equilibria at prescribed coordinates of natural modes (one a column), as displacements over the
+/// free dofs, each searched for from its prediction. Coordinates at which none is found, or in which some element
 /// is compressed to less than [`SOFTENING`], are halved; after a few halvings the state is left out.
 ///
 /// # Errors

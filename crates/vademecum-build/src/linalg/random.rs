@@ -1,6 +1,6 @@
 //! Numbers that look random and are the same on every machine.
 //!
-//! The odd thing: there are two generators. The loads of a certificate decide which builds keep their
+//! Note: there are two generators. The loads of a certificate decide which builds keep their
 //! tolerance, so their sequence is part of what a build promises and stays as the first version had it;
 //! everything else is drawn by the other one (docs/developers/decisions/tests.md).
 

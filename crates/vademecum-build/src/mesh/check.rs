@@ -21,7 +21,7 @@ pub(crate) struct CheckedMesh {
     pub reoriented: usize,
 }
 
-/// Mends what is harmless and lists the problems.
+/// Repairs what is harmless and lists the problems.
 pub(crate) fn check(raw: &RawMesh) -> CheckedMesh {
     let mut problems = Vec::new();
     if !raw.unsupported.is_empty() {

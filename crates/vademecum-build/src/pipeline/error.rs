@@ -38,8 +38,8 @@ pub enum BuildError {
     /// No basis.
     #[error(transparent)]
     Basis(#[from] BasisError),
-    /// No static residual.
-    #[error("the static residual")]
+    /// No residual flexibility.
+    #[error("the residual flexibility")]
     Residual(#[from] ResidualError),
     /// No factor of the stiffness for whole fields.
     #[error("the factor of the stiffness, for whole fields")]

@@ -81,8 +81,8 @@ pub(super) fn wants_residual(problem: &Problem, prepared: &Prepared) -> bool {
     problem.output.residual.unwrap_or(prepared.exact) && diagonal && !prepared.space.has_region_parameters()
 }
 
-/// Bytes while the static residual is computed: matrices, what marches, modes, and its own. Its time is told
-/// by its own progress.
+/// Bytes while the residual flexibility is computed: matrices, what marches, modes, and its own. Its time is
+/// reported by its own progress.
 fn residual_ahead(problem: &Problem, prepared: &Prepared, full: bool) -> f64 {
     if problem.basis.error.is_none() && !wants_residual(problem, prepared) {
         return 0.0;

@@ -82,7 +82,7 @@ fn residual(
         body.patterns.iter().fold(inputs, |inputs, (_, force)| inputs.numbers(force))
     };
     let solve = || residual_flexibility(&reduced, way, nodes, triangles, kept.listener);
-    let found = watch.stage("static residual", || kept.stage("residual", inputs, solve))?;
+    let found = watch.stage("residual flexibility", || kept.stage("residual", inputs, solve))?;
     Ok(Some(found))
 }
 

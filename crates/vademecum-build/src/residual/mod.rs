@@ -1,4 +1,4 @@
-//! The static residual: what a basis leaves out of the answer to a load that stays.
+//! The residual flexibility: what a basis leaves out of the answer to a load that stays.
 //!
 //! ```text
 //! R = K⁻¹ − B Λ⁻¹ Bᵀ        Λ = BᵀKB, diagonal

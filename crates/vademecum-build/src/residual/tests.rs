@@ -455,7 +455,7 @@ fn rounding_of_slender_bodies_does_not_show() {
         assert!((selected - solved).abs() <= 1e-3 * solved);
     }
 
-    // What is mended: without it the error of the factor shows, because it is as large as the first mode.
+    // What is corrected: without it the error of the factor shows, because it is as large as the first mode.
     let factor = symbolic.factorize(body.model.pencil().stiffness().clone()).expect("a factor");
     let entries = factor.select(body.model.pencil().mass(), &Silent).expect("no end");
     let free = (0..nodes.len()).filter(|&place| solved.at_nodes[place] > 0.0);

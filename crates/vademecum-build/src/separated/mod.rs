@@ -23,7 +23,7 @@
 //! own representation is built on it (the crate `vademecum-chapter`), and
 //! docs/explanation/5a-separation-by-hand.md works it by hand.
 //!
-//! The odd thing: every dense kernel runs sequentially, and threads only solve independent samples, so the
+//! Note: every dense kernel runs sequentially, and threads only solve independent samples, so the
 //! bytes that come out depend on the seed and not on the number of threads.
 //!
 //! # One oscillator, two parameters
@@ -36,8 +36,8 @@
 //! use vademecum_build::separated::*;
 //!
 //! // Two axes of twelve Chebyshev points each, on ln θ and ln κ.
-//! let log = |name: &str, low, high| Axis::new(name, "1", low, high, AxisKind::Chebyshev { points: 12 }, true);
-//! let axes = [log("theta", 0.1, 1.0)?, log("kappa", 0.5, 2.0)?];
+//! let log = |name: &str, low, high| Axis::new(name, "1", low, high, AxisKind::Chebyshev { points: 12 },
+//! true); let axes = [log("theta", 0.1, 1.0)?, log("kappa", 0.5, 2.0)?];
 //!
 //! // The solver: a block of 1 × 1 for a point (θ, κ). The grid has 144 points, so all of them are samples.
 //! let solve = |point: &[f64]| {

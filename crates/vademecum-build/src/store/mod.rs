@@ -4,7 +4,7 @@
 //! Each stage has an address, a hash of everything it reads: numbers of the model, the basis before it, the
 //! keys of the problem file that it looks at. A result is used again only under the very same address, so a
 //! changed input rebuilds the stages that depend on it and no others, and a build gives the same bytes with
-//! and without what is kept. The odd thing: addresses go by content and not by history, so a change that
+//! and without what is kept. Note: addresses go by content and not by history, so a change that
 //! leaves a basis as it was leaves all that follows from it too.
 //!
 //! Here too is the one place where files are opened for writing ([`Outputs`]), for stages and for results.

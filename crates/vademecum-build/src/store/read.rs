@@ -2,7 +2,7 @@
 //!
 //! A FIFO would wait for a writer who never comes, a device would never end, a folder would give a message
 //! of the system. Every input of the program is opened here, so all of them refuse those alike, by what they
-//! are. The odd thing: `/dev/stdin` is a device by name and may be a pipe, and is good for a text all the
+//! are. Note: `/dev/stdin` is a device by name and may be a pipe, and is good for a text all the
 //! same, which then ends at the limit at the latest.
 
 use std::fs::{File, FileType};

@@ -1,4 +1,4 @@
-//! What a file and a body say of themselves, and live parameters.
+//! Facts about a file and a body, and live parameters.
 
 use core::ffi::c_char;
 
@@ -46,7 +46,7 @@ pub unsafe extern "C" fn vdm_structure(body: *const VdmBody) -> i32 {
     structure as i32
 }
 
-/// What the moves of the body cost.
+/// Cost of a step of the body.
 ///
 /// # Safety
 /// `body` is null or a handle of [`vdm_bind`](crate::vdm_bind); `cost` points to a `VdmCost`.
@@ -158,8 +158,8 @@ pub unsafe extern "C" fn vdm_name(
 /// The number of what has this name, counted from 0; -1 if nothing has.
 ///
 /// # Safety
-/// `body` is null or a handle of [`vdm_bind`](crate::vdm_bind); `name` is null or points to a text with a zero at
-/// its end.
+/// `body` is null or a handle of [`vdm_bind`](crate::vdm_bind); `name` is null or points to a text with a
+/// zero at its end.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn vdm_find(body: *mut VdmBody, kind: i32, name: *const c_char) -> i32 {
     let mut place = -1;

@@ -23,7 +23,7 @@ pub fn field(number: i32) -> Result<Field, Refusal> {
     }
 }
 
-/// What a field that was written means to the caller.
+/// The status of a written field.
 fn wrote(done: Result<(), OutputError>) -> Answer {
     done.map(|()| VdmStatus::VDM_OK).map_err(Refusal::from)
 }
@@ -493,7 +493,7 @@ pub unsafe extern "C" fn vdm_increment(body: *mut VdmBody, out: *mut f64, number
     }
 }
 
-/// Where the nodes of the surface are at rest, in m; three numbers a node.
+/// Positions of the nodes of the surface at rest, in m; three numbers a node.
 ///
 /// # Safety
 /// `body` is null or a handle of [`vdm_bind`](crate::vdm_bind); `out` points to `numbers` numbers.

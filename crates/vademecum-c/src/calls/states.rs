@@ -166,7 +166,7 @@ pub unsafe extern "C" fn vdm_compliance(
     }
 }
 
-/// Where `count` places, at most `VdmOptions.places`, will be at the end of the coming step if nothing acts
+/// Predicts `count` places, at most `VdmOptions.places`, at the end of the coming step if nothing acts
 /// but the loads at hand: the displacement of each, three numbers a place. The body stays as it is.
 ///
 /// # Safety
@@ -194,7 +194,7 @@ pub unsafe extern "C" fn vdm_free_motion(
     }
 }
 
-/// What the evaluator calls loads of another shape.
+/// The evaluator's refusal of loads of another shape.
 const TOO_MANY: Refusal = Refusal::Words(
     VdmStatus::VDM_LOAD,
     "more places than VdmOptions.places, or a body with the block structure, which has no operator",

@@ -151,7 +151,7 @@ export class Hands {
     const size = this.controls.force;
     const direction = find("direction").value;
     if (direction === "normal") return scaled(normal, -size);
-    // Forces of space are told to a body in the air in its own frame.
+    // Forces of space go to a body in the air in its own frame.
     const told = (force) => (this.player.flight?.flying ? this.player.flight.toBody(force) : force);
     if (direction !== "drag") return told(scaled(AXES[direction[1]], direction[0] === "-" ? -size : size));
     const pull = this.camera.inPlane(this.player.body.place(point), at[0] - start[0], at[1] - start[1]);

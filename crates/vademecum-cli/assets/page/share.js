@@ -1,4 +1,4 @@
-// A link that leads back to what is seen: camera, settings and parameters, in the part of the address that no server is told.
+// A link that leads back to what is seen: camera, settings and parameters, in the part of the address that no server sees.
 import { find, say } from "vademecum/elements";
 
 /** Settings that a link carries. */

@@ -135,8 +135,8 @@ const LOST: [(SectionKind, &str); 15] = [
     (SectionKind::RadiusSamples, "no spectral radius over the parameters to report"),
     (SectionKind::Repairs, "no word of what the build repaired"),
     (SectionKind::StructureFigures, "no word of how reciprocal the structures are"),
-    (SectionKind::ContactResidual, "no static residual under a contact"),
-    (SectionKind::ProbeResidual, "no static residual of a contact at the probes"),
+    (SectionKind::ContactResidual, "no residual flexibility under a contact"),
+    (SectionKind::ProbeResidual, "no residual flexibility of a contact at the probes"),
     (SectionKind::FactorValues, "no static answer in whole fields"),
     (SectionKind::BoundMap, "no map of the bound over the surface"),
 ];

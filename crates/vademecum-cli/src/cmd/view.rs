@@ -2,7 +2,7 @@
 //!
 //! One page serves both ways: from a small local server the page fetches the file, in an exported page the
 //! file is inside. The page, its modules and the WebAssembly evaluator are part of the program (`assets/`),
-//! so nothing is asked of the network.
+//! so it makes no network requests.
 
 use std::io::{ErrorKind, Read, Write};
 use std::net::{Ipv4Addr, SocketAddr, TcpListener, TcpStream};

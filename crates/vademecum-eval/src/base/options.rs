@@ -63,12 +63,12 @@ pub struct SceneOptions {
     /// [`Scene::energy_at_rest`](crate::Scene::energy_at_rest) tells the energy that goes with it.
     pub rest_below: f64,
     /// Of the separated solution of the block structure only the first so many terms; all if `None`. The
-    /// build puts the strongest first; what leaving terms out costs in accuracy is told by
+    /// build puts the strongest first; what leaving terms out costs in accuracy is reported by
     /// `vademecum info --terms-for`, and no certificate of the file speaks of it. Binding, parameters,
     /// contacts and patterns then neither read nor add up the other terms.
     pub terms: Option<usize>,
     /// Residual flexibility in outputs, where the file has it.
-    #[doc(alias = "residual flexibility", alias = "residual attachment modes", alias = "mode acceleration")]
+    #[doc(alias = "static residual", alias = "residual attachment modes", alias = "mode acceleration")]
     pub residual: bool,
     /// With a residual or with reactions: for so many contacts with nodes of their own there is room.
     /// Contacts on the same nodes share it.

@@ -1,6 +1,6 @@
 //! A body that owns its memory: what programs with a heap want in place of five lent buffers.
 //!
-//! The odd thing: the scene, the state and the loads borrow from the bytes and the numbers beside them, in
+//! Note: the scene, the state and the loads borrow from the bytes and the numbers beside them, in
 //! the same value. Their lifetime is written as `'static` in here and never shown so to anybody. Bytes and
 //! numbers lie on the heap, stay where they are when the value moves, and are freed after what borrows from
 //! them.
@@ -284,9 +284,10 @@ impl<T: Scalar + 'static> Simulation<T> {
         self.body.locate(point)
     }
 
-    /// First point that a ray meets on the whole surface as it has moved, magnified by `scale` in the picture,
-    /// as [`SurfaceTree::pick`]. `None` where it meets nothing, and where the file does not have its whole
-    /// surface. A force can be added there if the point is loadable; elsewhere [`Simulation::push`] refuses.
+    /// First point that a ray meets on the whole surface as it has moved, magnified by `scale` in the
+    /// picture, as [`SurfaceTree::pick`]. `None` where it meets nothing, and where the file does not have its
+    /// whole surface. A force can be added there if the point is loadable; elsewhere [`Simulation::push`]
+    /// refuses.
     ///
     /// The first search after a move fits the tree to the surface, `O(n)` with a small constant; each search
     /// is `O(log n)`.

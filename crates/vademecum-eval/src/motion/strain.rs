@@ -8,7 +8,7 @@
 //! energy that is no function of a linearisation is kept exactly
 //! (`docs/explanation/large-displacements-reduced.md` has the scheme and its proofs).
 //!
-//! The odd thing: the energy has the strain `z(ζ + p/2, ζ − p/2)`, in which one place meets the other. It
+//! Note: the energy has the strain `z(ζ + p/2, ζ − p/2)`, in which one place meets the other. It
 //! differs from `z(ζ)` by `Q(p, p)/4`.
 
 use crate::base::error::{LoadError, OutputError, StepError};

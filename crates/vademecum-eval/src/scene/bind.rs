@@ -34,7 +34,7 @@ pub(crate) struct Sections<'m> {
     pub pattern_block: Option<Numbers<'m>>,
     /// `ζ_k` beside Rayleigh's, for exact steps.
     pub damping_ratios: Option<&'m [[u8; 8]]>,
-    /// The static residual.
+    /// The residual flexibility.
     pub residual: Residual<'m>,
     /// The reactions of the supports.
     pub supports: Supports<'m>,

@@ -1,7 +1,7 @@
 //! The reduced equation of motion at a scene's parameters: `s_ρ M_r ζ̈ + … + s_K K_r ζ = BᵀF` with
 //! `M_r = Σ_q ρ_q BᵀM_qB` (the identity while every `ρ_q` is 1) and `K_r = Σ_q κ_q BᵀK_qB`.
 //!
-//! The odd thing: the region sums are formed anew whenever they are read. They are wanted once per placed
+//! Note: the region sums are formed anew whenever they are read. They are wanted once per placed
 //! state or asked energy, and a step does not know them.
 
 use crate::base::error::StepError;

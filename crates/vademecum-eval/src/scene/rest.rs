@@ -5,7 +5,7 @@
 //! of the two has all of `ε`: `E ≤ ½ ε² max(s_ρ μ/Δt², s_K κ)` with `μ` and `κ` at least the largest
 //! eigenvalues of `M_r` and `K_r` (theory page 6 says what the bound is good for).
 //!
-//! The odd thing: there is always a threshold, [`Scalar::REST`]. A kernel sets numbers below
+//! Note: there is always a threshold, [`Scalar::REST`]. A kernel sets numbers below
 //! [`Scalar::FLOOR`] to zero, which feeds a lightly damped body about as much as damping takes from it:
 //! without a threshold it moved for ever at some hundred times the floor.
 

@@ -25,7 +25,7 @@ pub(crate) struct Shape {
     pub n_terms: usize,
     /// Points of all axes.
     pub n_points: usize,
-    /// Nodes and patterns whose forces are remembered for the static residual and for reactions.
+    /// Nodes and patterns whose forces are remembered for the residual flexibility and for reactions.
     pub statics: [usize; 2],
     /// Of the strain structure.
     pub strain: StrainShape,

@@ -1,5 +1,5 @@
-//! Residual flexibility: the static answer `R F` that the modes leave out, where the file has it, for the forces
-//! on the nodes of contacts and for load patterns.
+//! Residual flexibility: the static answer `R F` that the modes leave out, where the file has it, for the
+//! forces on the nodes of contacts and for load patterns.
 //!
 //! A file holds `R` between a loadable node and itself, and between two that share a triangle; between others
 //! it is taken as zero. A state remembers the forces of its last step, so that outputs show the modes and the
@@ -194,7 +194,7 @@ impl<'m, T: Scalar> Statics<'m, T> {
         }
     }
 
-    /// Nothing is shown of what has acted, and nothing that rests on it is told.
+    /// Nothing is shown of what has acted, and nothing that depends on it is reported.
     pub fn forget(&mut self) {
         self.clear();
         self.forgotten = true;

@@ -1,9 +1,9 @@
 //! Whole fields with the whole static answer: `u = B (q − Λ⁻¹BᵀF) + K⁻¹F`, by the factor of the stiffness,
 //! where the file has it.
 //!
-//! `B q` leaves out of a field what the modes cannot follow, and the static residual of contacts and probes
-//! does not reach the rest of the body. Two triangular solves do. They cost far more than a step, so nothing
-//! solves unless it is asked to, and one answer serves as long as the forces stay.
+//! `B q` leaves out of a field what the modes cannot follow, and the residual flexibility of contacts and
+//! probes does not reach the rest of the body. Two triangular solves do. They cost far more than a step, so
+//! nothing solves unless it is asked to, and one answer serves as long as the forces stay.
 
 use crate::base::error::{BindError, OutputError};
 use crate::base::scalar::Scalar;

@@ -2,7 +2,7 @@
 //!
 //! The position axis lists the nodes the scenario loads and no others, and the components of a load are axes,
 //! so the maps serve every direction there. Ranges are marched at full order as a build does, under unit
-//! loads at some of those nodes. The odd thing: a map for six nodes is a smaller task than the one for a
+//! loads at some of those nodes. Note: a map for six nodes is a smaller task than the one for a
 //! whole surface that a build is asked for, so the chapter is compared at its best.
 
 use vademecum_build::basis::{Basis, SnapshotSchedule};

@@ -5,7 +5,7 @@
 //! with the same maps, summed. With state and load apart, which is one of the repairs, loads add up within
 //! one march.
 //!
-//! The odd thing: a coordinate that leaves its range ends the march. Such a row has no error, and says where
+//! Note: a coordinate that leaves its range ends the march. Such a row has no error, and says where
 //! it ended.
 
 mod map;

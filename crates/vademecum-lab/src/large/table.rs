@@ -104,7 +104,8 @@ pub struct LargeRow {
 /// `None`.
 ///
 /// ```text
-/// reference ─basis─ its projection ─closure─ the file with very short sub-steps ─time─ the file ─rounding─ in f32
+/// reference ─basis─ its projection ─closure─ the file with very short sub-steps ─time─ the file ─rounding─
+/// in f32
 /// ```
 ///
 /// Each part is the distance between two neighbours, so the total is at most their sum.
@@ -112,7 +113,7 @@ pub struct LargeRow {
 pub struct LargeErrors {
     /// From the reference.
     pub error_total: f64,
-    /// From the reference to its projection on the basis: what no coordinates could mend.
+    /// From the reference to its projection on the basis: the projection error.
     pub error_basis: Option<f64>,
     /// From there to the motion of the strain map, with sub-steps so short that they make no difference.
     pub error_closure: Option<f64>,

@@ -1,5 +1,5 @@
-//! The static residual and its bound: blocks that store energy, the pairs that the triangles ask for, numbers
-//! of the bound in order.
+//! The residual flexibility and its bound: blocks that store energy, the pairs that the triangles ask for,
+//! numbers of the bound in order.
 
 use vademecum_format::{File, SectionKind};
 
@@ -27,7 +27,7 @@ pub(super) fn check(file: &File<'_>) -> Result<(), RewriteError> {
     if let Some(kind) = all.into_iter().find(|&kind| file.section(kind).is_some())
         && !file.metadata().diagonal
     {
-        let reason = "the static residual belongs to the diagonal structure, which the file does not have";
+        let reason = "the residual flexibility belongs to the diagonal structure, which the file does not have";
         return Err(unsound(kind, Fault::Disagrees, reason.into()));
     }
     for (kind, width) in [(S::ContactResidual, 6), (S::BoundMap, 7)] {

@@ -31,7 +31,7 @@ pub(super) fn check(file: &File<'_>) -> Result<(), RewriteError> {
     }
     for kind in [S::StressResidual, S::PatternStress] {
         if file.section(kind).is_some() && !file.metadata().diagonal {
-            let reason = "it belongs to the static residual of the diagonal structure, which is missing";
+            let reason = "it belongs to the residual flexibility of the diagonal structure, which is missing";
             return Err(unsound(kind, Fault::Disagrees, reason.into()));
         }
     }

@@ -401,7 +401,7 @@ impl Description<'_> {
 fn categories() -> String {
     let category = |category: Category| {
         let text = match category {
-            Category::Error => "Refused calls; they are told in any case",
+            Category::Error => "Refused calls; they are logged in any case",
             Category::Event => "What an instance has opened",
         };
         let name = category.name().to_str().unwrap_or_default();

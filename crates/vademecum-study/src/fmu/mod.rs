@@ -33,7 +33,7 @@ pub struct Request<'a> {
     pub name: &'a str,
     /// Named points; without any, the places of the file's probes that lie on the loadable surface.
     pub points: &'a [NamedPoint],
-    /// Named places whose equivalent stress is told: the nearest nodes that the file knows the stress of.
+    /// Named places whose equivalent stress is reported: the nearest nodes that the file knows the stress of.
     pub stresses: &'a [NamedPoint],
     /// One library for each platform.
     pub libraries: &'a [Library],

@@ -48,7 +48,7 @@ impl PlacedPoint {
     }
 }
 
-/// A place whose stress is told.
+/// A place whose stress is reported.
 #[derive(Clone, Debug, PartialEq, serde::Serialize)]
 pub struct PlacedStress {
     /// Its name.

@@ -47,7 +47,7 @@ pub struct LargeVerification {
     pub displacement: f64,
     /// Error of the file.
     pub trajectory_error: f64,
-    /// Of the projection of the reference on the basis: what no coordinates could mend.
+    /// Of the projection of the reference on the basis: the projection error.
     pub projection_floor: f64,
     /// Of the linear motion of the same modes and shapes, stepped exactly.
     pub linear_error: f64,

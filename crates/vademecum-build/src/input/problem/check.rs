@@ -262,7 +262,7 @@ impl Problem {
         self.require(!self.output.reactions, "output.reactions", Words(found), expected)
     }
 
-    /// The factor of the stiffness goes with the static residual and with fields of the whole body.
+    /// The factor of the stiffness goes with the residual flexibility and with fields of the whole body.
     fn check_static_fields(&self) -> Result<(), ProblemError> {
         let exact = self.scheme() == (SchemeKind::Exact {});
         let found = if !exact {

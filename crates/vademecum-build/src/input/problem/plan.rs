@@ -214,7 +214,7 @@ pub struct OutputEntry {
     /// Number type of the fields.
     #[serde(default)]
     pub precision: Precision,
-    /// Compute and keep the static residual and its bound; absent: with exact steps.
+    /// Compute and keep the residual flexibility and its bound; absent: with exact steps.
     pub residual: Option<bool>,
     /// Include the static correction in whole fields, by the factor of the stiffness in the file; absent:
     /// where the certificate would miss `tolerance.error` without it.

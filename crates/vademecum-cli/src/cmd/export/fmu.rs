@@ -41,8 +41,8 @@ pub(crate) struct Fmu {
     /// times [default: where the file's probes are].
     #[arg(long, value_name = "NAME=X,Y,Z", value_parser = point, allow_hyphen_values = true)]
     point: Vec<NamedPoint>,
-    /// A named place whose equivalent stress is told, at the nearest node that the file knows the stress of
-    /// (`[output] stress`); may be given several times.
+    /// A named place whose equivalent stress is reported, at the nearest node that the file knows the stress
+    /// of (`[output] stress`); may be given several times.
     #[arg(long, value_name = "NAME=X,Y,Z", value_parser = point, allow_hyphen_values = true)]
     stress: Vec<NamedPoint>,
     /// The library for another platform, such as aarch64-linux, x86_64-windows or aarch64-darwin: what `cargo

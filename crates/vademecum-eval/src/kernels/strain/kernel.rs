@@ -6,7 +6,7 @@
 //! A machine with AVX2 therefore takes the same code with longer vectors
 //! (`docs/developers/decisions/vectors.md`).
 //!
-//! The odd thing: rows come scaled by the roots of their weights (see [`crate::strain_map`]), so that the
+//! Note: rows come scaled by the roots of their weights (see [`crate::strain_map`]), so that the
 //! matrix of a step is the inertia and the plain Gram matrix of the rows.
 
 use crate::base::lend::{Lender, Short};

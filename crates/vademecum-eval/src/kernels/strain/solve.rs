@@ -175,7 +175,7 @@ const fn single<T>() -> bool {
     size_of::<T>() < 8
 }
 
-/// Pivots over the mass above which a solve is mended: rounding of the matrix would show in the energy.
+/// Pivots over the mass above which a solve is refined: rounding of the matrix would show in the energy.
 const fn worn<T>() -> f64 {
     if single::<T>() { 1e3 } else { 1e4 }
 }
@@ -189,7 +189,7 @@ fn finish<T: Scalar>(map: &StrainMap<'_, T>, scratch: &mut Scratch<'_, T>) {
     substitute(map, scratch);
 }
 
-/// Mends `d` of the leading coordinates. Single precision, which loses its digits soon, then takes twice as
+/// Refines `d` of the leading coordinates. Single precision, which loses its digits soon, then takes twice as
 /// many; double precision has none to take.
 #[inline(never)]
 fn mend<T: Scalar>(map: &StrainMap<'_, T>, scratch: &mut Scratch<'_, T>) {
