@@ -6,8 +6,8 @@
 use core::panic::PanicInfo;
 use vademecum_eval::format::File;
 use vademecum_eval::{
-    Batch, Body, BodyOptions, Field, Place, Quantity, Scalar, SceneOptions, StructureChoice,
-    Surface, SurfaceTree,
+    Batch, Body, BodyOptions, Field, Place, Quantity, Scalar, SceneOptions, StructureChoice, Surface,
+    SurfaceTree,
 };
 
 unsafe extern "C" {
