@@ -8,7 +8,7 @@
 use std::io::Write;
 
 use serde_json::{Value, json};
-use vademecum_eval::chapter::{ChapterLoads, ChapterScene, ChapterState};
+use vademecum_chapter::{ChapterLoads, ChapterScene, ChapterState};
 use vademecum_eval::{
     BindError, Contact, Field, Loads, Place, Scene, SceneOptions, State, Structure, StructureChoice,
 };
@@ -133,10 +133,10 @@ struct Ours<'a, 'm> {
     then: Option<SceneOptions>,
 }
 
-struct Chapters<'a, 'm, 's, 'l> {
-    scene: &'a ChapterScene<'m, f64>,
-    state: &'a mut ChapterState<'s, f64>,
-    loads: &'a mut ChapterLoads<'l, f64>,
+struct Chapters<'a, 'm> {
+    scene: &'a ChapterScene<'m>,
+    state: &'a mut ChapterState,
+    loads: &'a mut ChapterLoads,
 }
 
 impl Body for Ours<'_, '_> {
@@ -201,7 +201,7 @@ impl Body for Ours<'_, '_> {
     }
 }
 
-impl Body for Chapters<'_, '_, '_, '_> {
+impl Body for Chapters<'_, '_> {
     fn instants(&self) -> [f64; 4] {
         self.scene.instants()
     }
@@ -385,7 +385,7 @@ fn march_file(name: &str, bytes: &[u8], out: &mut impl Write) {
         let zeta = |axis: &ChapterAxis| matches!(axis.role, ChapterRole::State { family: 0, .. });
         let reaches = chapter.parts().flat_map(|part| part.axes().filter(zeta).map(reach));
         for start in starts(&metadata, 0.2 * reaches.fold(f64::INFINITY, f64::min)) {
-            with_chapter::<f64, _>(&raw, |scene, state, loads| {
+            with_chapter(&raw, |scene, state, loads| {
                 let instants = scene.instants();
                 let rows = march.rows(&mut Chapters { scene, state, loads }, &start);
                 write("canonical", &json!([{}]), &start, instants, rows);

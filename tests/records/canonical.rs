@@ -109,7 +109,7 @@ fn step_nanoseconds(bytes: &[u8]) -> f64 {
     const BURST: usize = 50;
     let opened = File::parse(bytes).expect("a file");
     let node = Chapter::read(&opened).expect("sound").expect("present").positions().next().expect("one");
-    with_chapter::<f64, _>(bytes, |scene, state, loads| {
+    with_chapter(bytes, |scene, state, loads| {
         let contact = Contact::new(Place::triangle([node; 3], [1.0, 0.0, 0.0]), [0.0, 0.0, 1.0]);
         loads.add_contact(scene, &contact).expect("a contact");
         let mut burst = || {

@@ -1,6 +1,6 @@
 //! Memory for a scene on the heap: what a caller with `std` would write.
 
-use vademecum_eval::chapter::{ChapterLoads, ChapterScene, ChapterState};
+use vademecum_chapter::{ChapterLoads, ChapterScene, ChapterState};
 use vademecum_eval::format::File;
 use vademecum_eval::{Loads, Scalar, Scene, SceneOptions, State};
 
@@ -27,16 +27,11 @@ pub fn with_scene<T: Scalar, R>(
 ///
 /// # Panics
 /// If the file or the options are refused.
-pub fn with_chapter<T: Scalar, R>(
+pub fn with_chapter<R>(
     bytes: &[u8],
-    use_it: impl FnOnce(&ChapterScene<'_, T>, &mut ChapterState<'_, T>, &mut ChapterLoads<'_, T>) -> R,
+    use_it: impl FnOnce(&ChapterScene<'_>, &mut ChapterState, &mut ChapterLoads) -> R,
 ) -> R {
     let file = File::parse(bytes).expect("a file");
-    let sizes = ChapterScene::<T>::sizes(&file).expect("the chapter's structure");
-    let mut memory = vec![T::ZERO; sizes.scene];
-    let (mut state, mut loads) = (vec![T::ZERO; sizes.state], vec![T::ZERO; sizes.loads]);
-    let scene = ChapterScene::bind(&file, &SceneOptions::default(), &mut memory).expect("bound");
-    let mut state = ChapterState::new(&scene, &mut state).expect("state memory");
-    let mut loads = ChapterLoads::new(&scene, &mut loads).expect("load memory");
-    use_it(&scene, &mut state, &mut loads)
+    let scene = ChapterScene::bind(&file, &SceneOptions::default()).expect("bound");
+    use_it(&scene, &mut ChapterState::new(&scene), &mut ChapterLoads::new(&scene))
 }

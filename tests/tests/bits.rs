@@ -19,7 +19,6 @@ use vademecum_tests::synthetic::{Body, Layout, bathe};
 const KNOWN: &[(&str, [u32; 2])] = &[
     ("base.vdm, Exact", [0xf19c36a5, 0xed44d1b3]),
     ("bent.vdm, Strain", [0x72402b2f, 0xf9c2abbb]),
-    ("canonical.vdm, chapter", [0xd6dfe1f6, 0xc4f64533]),
     ("exact-f64.vdm, Exact", [0xf19c36a5, 0xed44d1b3]),
     ("fixed-f32.vdm, Diagonal", [0x7605947e, 0xd107ad49]),
     ("fixed-f32.vdm, Block", [0xf1eed633, 0x21683f0c]),
@@ -39,8 +38,10 @@ const KNOWN: &[(&str, [u32; 2])] = &[
     ("separation.vdm, Block", [0xd0fa08b1, 0xb2a9164b]),
     ("stress.vdm, Exact", [0xf19c36a5, 0xed44d1b3]),
     ("swinging.vdm, Strain", [0xe5802d5c, 0x37a26d8a]),
-    ("joint terms, chapter", [0x4ea2a3c2, 0x23b8c7be]),
 ];
+
+/// Checksums of the chapter's structure, which steps in f64 only.
+const KNOWN_CHAPTER: [(&str, u32); 2] = [("canonical.vdm", 0xc4f64533), ("joint terms", 0x23b8c7be)];
 
 /// Numbers, gathered bit by bit.
 #[derive(Default)]
@@ -75,11 +76,11 @@ macro_rules! read {
                 continue;
             }
             bits.add(&scene.point(state, &point, field).expect("a point"));
-            let mut surface = vec![T::ZERO; 3 * metadata.n_surface_nodes as usize];
+            let mut surface = vec![Default::default(); 3 * metadata.n_surface_nodes as usize];
             scene.surface_into(state, field, &mut surface).expect("the surface");
             bits.add(&surface);
             if scene.node(state, metadata.n_nodes as usize - 1, field).is_ok() {
-                let mut body = vec![T::ZERO; 3 * metadata.n_nodes as usize];
+                let mut body = vec![Default::default(); 3 * metadata.n_nodes as usize];
                 scene.body_into(state, field, &mut body).expect("the body");
                 bits.add(&body);
             }
@@ -175,12 +176,12 @@ fn in_a_batch<T: Scalar>(
 }
 
 /// A march of the chapter's structure under a load that ramps, holds and ends.
-fn chapter<T: Scalar>(bytes: &[u8], force: [f64; 3]) -> u32 {
+fn chapter(bytes: &[u8], force: [f64; 3]) -> u32 {
     let file = File::parse(bytes).expect("a file");
     let node = vademecum_format::Chapter::read(&file).expect("sound").expect("there");
     let node = node.positions().nth(1).expect("a position");
     let contact = Contact::new(Place::triangle([node; 3], [1.0, 0.0, 0.0]), force);
-    with_chapter::<T, _>(bytes, |scene, state, loads| {
+    with_chapter(bytes, |scene, state, loads| {
         let mut bits = Bits::default();
         loads.add_contact_staged(scene, &contact, &[0.0, 0.25, 0.5, 1.0]).expect("a contact");
         let r = scene.n_modes();
@@ -219,25 +220,7 @@ fn the_bits_of_every_result_stay() {
                 found.push((format!("{name}, {structure:?}"), both));
             }
         }
-        if name == "canonical.vdm" {
-            let force = [0.0, 0.0, 1.0];
-            found.push((
-                format!("{name}, chapter"),
-                [chapter::<f32>(&bytes, force), chapter::<f64>(&bytes, force)],
-            ));
-        }
     }
-    let layout = Layout { rows: 3, load_rows: 2, columns: 3, n_interior: 2, r: 3 };
-    let step = StepParameters { time_step: 1e-3, alpha: 0.0, beta: 0.0, density: 1.0, stiffness: 1.0 };
-    // Eigenvalues that are written here, as those of the golden files are: powers round differently from
-    // machine to machine.
-    let body = Body { lambda: vec![900.0, 40_000.0, 2_500_000.0], ..Body::closed(layout, 5) };
-    let bytes = chapter_file(&body, &bathe(), &step, &[0, 2, 5], Terms::Together);
-    let force = [0.0, 0.0, 3.0];
-    found.push((
-        "joint terms, chapter".into(),
-        [chapter::<f32>(&bytes, force), chapter::<f64>(&bytes, force)],
-    ));
     let known: Vec<_> = KNOWN.iter().map(|(name, bits)| (name.to_string(), *bits)).collect();
     let table = || {
         let row = |(name, [single, double]): &(String, [u32; 2])| {
@@ -246,4 +229,21 @@ fn the_bits_of_every_result_stay() {
         found.iter().map(row).collect::<String>()
     };
     assert!(known == found, "other bits than before:\n{}", table());
+}
+
+#[test]
+fn the_bits_of_the_chapters_structure_stay() {
+    let (_, golden) =
+        fixtures("golden").into_iter().find(|(name, _)| name == "canonical.vdm").expect("a golden file");
+    let layout = Layout { rows: 3, load_rows: 2, columns: 3, n_interior: 2, r: 3 };
+    let step = StepParameters { time_step: 1e-3, alpha: 0.0, beta: 0.0, density: 1.0, stiffness: 1.0 };
+    // Eigenvalues that are written here, as those of the golden files are: powers round differently from
+    // machine to machine.
+    let body = Body { lambda: vec![900.0, 40_000.0, 2_500_000.0], ..Body::closed(layout, 5) };
+    let joint = chapter_file(&body, &bathe(), &step, &[0, 2, 5], Terms::Together);
+    let found = [
+        ("canonical.vdm", chapter(&golden, [0.0, 0.0, 1.0])),
+        ("joint terms", chapter(&joint, [0.0, 0.0, 3.0])),
+    ];
+    assert!(found == KNOWN_CHAPTER, "other bits than before: {found:#010x?}");
 }

@@ -6,12 +6,9 @@ use std::path::PathBuf;
 use vademecum_build::input::Problem;
 use vademecum_build::pipeline::{BuildOptions, Outcome};
 use vademecum_build::progress::Silent;
-use vademecum_chapter::build;
-use vademecum_eval::chapter::{
-    ChapterBindError, ChapterLoadError, ChapterScene, ChapterState, ChapterStepError,
-};
+use vademecum_chapter::{ChapterBindError, ChapterLoadError, ChapterScene, ChapterStepError, build};
 use vademecum_eval::{
-    BindError, Contact, LoadError, OutputError, Place, Scalar, Scene, SceneOptions, Status, StepError,
+    BindError, Contact, LoadError, OutputError, Place, Scene, SceneOptions, Status, StepError,
     StructureChoice,
 };
 use vademecum_format::scheme::StepParameters;
@@ -47,19 +44,19 @@ macro_rules! march {
                 $loads.clear();
             }
             $scene.step($state, $loads).expect("a step");
-            zeta.extend($state.zeta().iter().map(|z| z.to_f64()));
+            zeta.extend_from_slice($state.zeta());
         }
         zeta
     }};
 }
 
-fn march_chapter<T: Scalar>(bytes: &[u8]) -> Vec<f64> {
-    with_chapter::<T, _>(bytes, |scene, state, loads| march!(scene, state, loads))
+fn march_chapter(bytes: &[u8]) -> Vec<f64> {
+    with_chapter(bytes, |scene, state, loads| march!(scene, state, loads))
 }
 
-fn march_diagonal<T: Scalar>(bytes: &[u8]) -> Vec<f64> {
+fn march_diagonal(bytes: &[u8]) -> Vec<f64> {
     let options = SceneOptions { structure: StructureChoice::Diagonal, ..SceneOptions::default() };
-    with_scene::<T, _>(bytes, &options, |scene, state, loads| march!(scene, state, loads))
+    with_scene::<f64, _>(bytes, &options, |scene, state, loads| march!(scene, state, loads))
 }
 
 fn distance(a: &[f64], b: &[f64]) -> f64 {
@@ -69,10 +66,10 @@ fn distance(a: &[f64], b: &[f64]) -> f64 {
 
 #[test]
 fn exact_terms_step_as_the_diagonal_structure_does() {
-    let reference = march_diagonal::<f64>(&body().file(&bathe(), &STEP, Element::F64));
+    let reference = march_diagonal(&body().file(&bathe(), &STEP, Element::F64));
     for terms in [Terms::Apart, Terms::Together] {
         let bytes = file(&body(), &bathe(), &STEP, &POSITIONS, terms);
-        let double = distance(&march_chapter::<f64>(&bytes), &reference);
+        let double = distance(&march_chapter(&bytes), &reference);
         // An interpolation rounds to ε times the axis' reach, 2e-17; the acceleration amplifies a stage's
         // error by 1/(ωΔt)², 1e3 for the lowest mode; over 300 steps, against a ζ of 1e-3.
         assert!(double < 1e-8, "{terms:?}: {double:e}");
@@ -82,7 +79,7 @@ fn exact_terms_step_as_the_diagonal_structure_does() {
 #[test]
 fn a_coordinate_off_its_axis_is_named_and_the_state_is_kept() {
     let bytes = file(&body(), &bathe(), &STEP, &POSITIONS, Terms::Apart);
-    with_chapter::<f64, _>(&bytes, |scene, state, loads| {
+    with_chapter(&bytes, |scene, state, loads| {
         let mut saved = vec![0.0; 9];
         saved[3 + 1] = 1.5 * REACH;
         state.restore(&saved).expect("nine numbers");
@@ -105,7 +102,7 @@ fn a_coordinate_off_its_axis_is_named_and_the_state_is_kept() {
 #[test]
 fn loads_the_axes_do_not_know_are_refused_by_name() {
     let apart = file(&body(), &bathe(), &STEP, &POSITIONS, Terms::Apart);
-    with_chapter::<f64, _>(&apart, |scene, _, loads| {
+    with_chapter(&apart, |scene, _, loads| {
         let sideways = Contact { force: [1.0, 0.0, 1.0], ..push(0, 1.0) };
         assert_eq!(loads.add_contact(scene, &sideways), Err(ChapterLoadError::OtherDirection));
         assert_eq!(loads.add_contact(scene, &push(1, 1.0)), Err(ChapterLoadError::NotAPosition { node: 1 }));
@@ -123,7 +120,7 @@ fn loads_the_axes_do_not_know_are_refused_by_name() {
         loads.add_contact(scene, &push(0, 1.0)).expect("another one");
     });
     let together = file(&body(), &bathe(), &STEP, &POSITIONS, Terms::Together);
-    with_chapter::<f64, _>(&together, |scene, _, loads| {
+    with_chapter(&together, |scene, _, loads| {
         let shared = Contact::new(Place::triangle([0, 2, 5], [0.2, 0.3, 0.5]), [0.0, 0.0, 2.0]);
         assert_eq!(loads.add_contact(scene, &shared), Err(ChapterLoadError::OneContact));
         loads.add_contact(scene, &push(0, 1.0)).expect("the one");
@@ -135,7 +132,7 @@ fn loads_the_axes_do_not_know_are_refused_by_name() {
 fn contacts_apart_add_up() {
     let bytes = file(&body(), &bathe(), &STEP, &POSITIONS, Terms::Apart);
     let ran = |contacts: &[Contact]| {
-        with_chapter::<f64, _>(&bytes, |scene, state, loads| {
+        with_chapter(&bytes, |scene, state, loads| {
             contacts.iter().for_each(|c| loads.add_contact(scene, c).expect("a contact"));
             assert_eq!(scene.step(state, loads), Ok(Status::Moving));
             state.zeta().to_vec()
@@ -154,7 +151,6 @@ fn other_options_than_the_files_are_refused() {
     let bytes = file(&body(), &bathe(), &STEP, &POSITIONS, Terms::Apart);
     let opened = File::parse(&bytes).expect("a file");
     assert_eq!(opened.minor(), 1);
-    let mut memory = vec![0.0; ChapterScene::<f64>::sizes(&opened).expect("sizes").scene];
     let mut regions = vademecum_eval::RegionScales::ONE;
     regions.set_density(0, 0.5).expect("a region");
     for options in [
@@ -164,11 +160,11 @@ fn other_options_than_the_files_are_refused() {
         SceneOptions { terms: Some(1), ..SceneOptions::default() },
         SceneOptions { structure: StructureChoice::Block, ..SceneOptions::default() },
     ] {
-        let bound = ChapterScene::bind(&opened, &options, &mut memory);
+        let bound = ChapterScene::bind(&opened, &options);
         assert_eq!(bound.err(), Some(ChapterBindError::Fixed), "{options:?}");
     }
     let same = SceneOptions { time_step: Some(1e-3), rest_below: 1e-9, ..SceneOptions::default() };
-    assert!(ChapterScene::bind(&opened, &same, &mut memory).is_ok());
+    assert!(ChapterScene::bind(&opened, &same).is_ok());
 }
 
 #[test]
@@ -179,14 +175,15 @@ fn each_scene_refuses_the_files_of_the_other_by_name() {
         let options = SceneOptions { structure, ..SceneOptions::default() };
         let error = Scene::<f64>::sizes(&opened, &options).expect_err("no structure of its own");
         assert_eq!(error, BindError::OnlyChapter);
-        assert!(error.to_string().contains("ChapterScene"), "{error}");
+        for way in ["vademecum run", "vademecum-chapter"] {
+            assert!(error.to_string().contains(way), "{error}");
+        }
         let bound = Scene::<f64>::bind(&opened, &options, &mut [], &mut []);
         assert_eq!(bound.err(), Some(BindError::OnlyChapter));
     }
     let ordinary = body().file(&bathe(), &STEP, Element::F64);
     let opened = File::parse(&ordinary).expect("a file");
-    assert_eq!(ChapterScene::<f64>::sizes(&opened).err(), Some(ChapterBindError::NoChapter));
-    let bound = ChapterScene::<f64>::bind(&opened, &SceneOptions::default(), &mut []);
+    let bound = ChapterScene::bind(&opened, &SceneOptions::default());
     assert_eq!(bound.err(), Some(ChapterBindError::NoChapter));
 }
 
@@ -195,8 +192,8 @@ fn states_and_loads_of_another_scene_are_refused() {
     let apart = file(&body(), &bathe(), &STEP, &POSITIONS, Terms::Apart);
     let slower = StepParameters { time_step: 2e-3, ..STEP };
     let slower = file(&body(), &bathe(), &slower, &POSITIONS, Terms::Apart);
-    with_chapter::<f64, _>(&apart, |scene, state, loads| {
-        with_chapter::<f64, _>(&slower, |other, other_state, other_loads| {
+    with_chapter(&apart, |scene, state, loads| {
+        with_chapter(&slower, |other, other_state, other_loads| {
             let mismatch = StepError::Mismatch;
             assert_eq!(scene.step(other_state, loads), Err(mismatch.into()));
             assert_eq!(scene.step(state, other_loads), Err(mismatch.into()));
@@ -204,9 +201,18 @@ fn states_and_loads_of_another_scene_are_refused() {
             assert_eq!(loads.add_contact(other, &push(0, 1.0)), Err(LoadError::Mismatch.into()));
             assert_eq!(other.energy(state), Err(OutputError::Mismatch));
         });
-        let short = ChapterState::new(scene, &mut [0.0; 3]).map(|_| ());
-        assert!(matches!(short, Err(ChapterBindError::Bind(BindError::LentMemory { found: 3, .. }))));
     });
+}
+
+#[test]
+fn the_older_word_is_taken_for_the_same() {
+    let [older, newer] = ["canonical", "chapter"].map(|word| {
+        let text = short_beam("").text.replace("= \"canonical\"", &format!("= \"{word}\""));
+        assert!(text.starts_with(&format!("representation = \"{word}\"\n")));
+        Problem::parse(&text, "short-beam.toml", PathBuf::new()).expect("a problem")
+    });
+    assert!(newer.chapter().is_some());
+    assert_eq!(older.representation, newer.representation);
 }
 
 /// The refusal of the canonical file after numbers of a section are changed (its own checksum is not looked
@@ -289,7 +295,7 @@ fn any_byte_of_the_tables_may_be_wrong_without_a_panic() {
             if let Ok(opened) = File::parse(&bytes) {
                 let canonical = Chapter::read(&opened).expect("what opens reads").expect("present");
                 assert!(canonical.parts().count() == 4);
-                with_chapter::<f64, _>(&bytes, |scene, state, loads| {
+                with_chapter(&bytes, |scene, state, loads| {
                     let _ = loads.add_contact(scene, &push(0, 1.0));
                     let _ = scene.step(state, loads);
                 });
@@ -391,13 +397,15 @@ fn the_program_builds_runs_verifies_and_describes_it() {
     assert_eq!(run(&["run", "c.vdm", "--scenario", "s.toml", "-o", "out"]).code, Some(0));
     std::fs::write(path("hard.toml"), scenario.replace("-20.0", "-40.0")).expect("written");
     run(&["run", "c.vdm", "--scenario", "hard.toml", "-o", "out"]).fails(7, &["magnitude of the load"]);
-    run(&["report", "c.vdm", "-o", "r.html"]).fails(7, &["canonical"]);
+    run(&["report", "c.vdm", "-o", "r.html"]).fails(7, &["chapter's representation"]);
     // Its structure by name, another one, another step, a load pattern; and a file that has other structures
     // only.
     let played = |file: &str, more: &[&str]| run(&[&["run", file, "-o", "out"], more].concat());
     let push = ["--scenario", "s.toml"];
     let with = |more: [&'static str; 2]| [push, more].concat();
-    assert_eq!(played("c.vdm", &with(["--structure", "canonical"])).code, Some(0));
+    for word in ["chapter", "canonical"] {
+        assert_eq!(played("c.vdm", &with(["--structure", word])).code, Some(0), "{word}");
+    }
     played("c.vdm", &with(["--structure", "block"])).fails(7, &["only the chapter's structure"]);
     played("c.vdm", &with(["--time-step", "0.002"])).fails(7, &["holds one time step"]);
     std::fs::write(path("gravity.toml"), "duration = 0.1\n[[pattern]]\nname = \"gravity\"\n")

@@ -100,7 +100,7 @@ fn every_golden_file_steps_in_every_structure_it_has() {
 
 /// The chapter's structure takes loads in its direction at its positions.
 fn steps_the_chapter(name: &str, bytes: &[u8], chapter: &Chapter<'_>) {
-    with_chapter::<f64, _>(bytes, |scene, state, loads| {
+    with_chapter(bytes, |scene, state, loads| {
         let node = chapter.positions().next().expect("a position");
         let force = chapter.direction().expect("one direction");
         let contact = Contact::new(Place::triangle([node; 3], [1.0, 0.0, 0.0]), force);

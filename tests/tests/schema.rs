@@ -164,6 +164,10 @@ fn fixtures_and_examples_fit_the_schema_and_slips_do_not() {
         }
         assert_eq!(fits(&problem, &text), None, "{text}");
     }
+    for word in ["block", "chapter", "canonical"] {
+        let text = format!("representation = \"{word}\"\n{BEAM}");
+        assert_eq!(fits(&problem, &text), None, "{text}");
+    }
     for (from, to) in [
         ("young", "yung"),
         ("[[material]]", "[material]"),

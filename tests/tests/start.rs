@@ -216,7 +216,7 @@ fn the_chapters_scene_starts_alike() {
     let node = vademecum_format::Chapter::read(&file).expect("sound").expect("there");
     let node = node.positions().nth(1).expect("a position");
     let contact = Contact::new(Place::triangle([node; 3], [1.0, 0.0, 0.0]), [0.0, 0.0, 1.0]);
-    with_chapter::<f64, _>(&bytes, |scene, state, loads| {
+    with_chapter(&bytes, |scene, state, loads| {
         loads.add_contact(scene, &contact).expect("a contact");
         let zero = vec![0.0; scene.n_modes()];
         let mut starts = vec![];

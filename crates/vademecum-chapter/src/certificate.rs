@@ -1,14 +1,14 @@
-//! Certificate of the chapter's structure: unseen loads at its positions, full order beside the
-//! evaluator on the bytes that ship, and whether the trajectories stayed on its axes.
+//! Certificate of the chapter's structure: unseen loads at its positions, full order beside
+//! the scene of the bytes that ship, and whether the trajectories stayed on its axes.
 
 use faer::{Mat, MatRef};
-use vademecum_eval::chapter::{ChapterLoads, ChapterScene, ChapterState, ChapterStepError};
 use vademecum_eval::{Contact, Place, SceneOptions};
 use vademecum_format::scheme::MAX_STAGES;
 use vademecum_format::{ChapterRole, File, StructureCertificate};
 
 use crate::error::ChapterError;
 use crate::map::{ChapterMap, StageMap};
+use crate::online::{ChapterLoads, ChapterScene, ChapterState, ChapterStepError};
 use crate::separation::StageError;
 use vademecum_build::basis::{Basis, SnapshotSchedule};
 use vademecum_build::certificate::StructureMeasured;
@@ -69,20 +69,13 @@ pub struct ChapterUnseen {
     steps: usize,
 }
 
-/// Memory lent to the scene of one march.
-struct Memory {
-    scene: Vec<f64>,
-    states: Vec<Vec<f64>>,
-    loads: Vec<Vec<f64>>,
-}
-
 /// One trajectory: its state, the loads on it, and the factors that stand in them.
-type Trajectory<'m> = (ChapterState<'m, f64>, ChapterLoads<'m, f64>, [f64; 1 + MAX_STAGES]);
+type Trajectory = (ChapterState, ChapterLoads, [f64; 1 + MAX_STAGES]);
 
 /// The march of one file beside the full-order one.
 struct March<'m> {
-    scene: ChapterScene<'m, f64>,
-    trajectories: Vec<Trajectory<'m>>,
+    scene: ChapterScene<'m>,
+    trajectories: Vec<Trajectory>,
     meter: ErrorMeter<'m>,
     left: Option<(usize, ChapterStepError)>,
 }
@@ -103,17 +96,11 @@ pub fn certify_chapter(
     let ChapterUnseen { loads: unseen, steps } = unseen;
     let timed: Vec<TimedLoad> = unseen.iter().map(|u| u.timed.clone()).collect();
     let opened = files.iter().map(|(_, bytes)| File::parse(bytes)).collect::<Result<Vec<_>, _>>()?;
-    let memory = |file: &File<'_>| -> Result<Memory, ChapterError> {
-        let sizes = ChapterScene::<f64>::sizes(file)?;
-        let lent = |length| vec![vec![0.0; length]; unseen.len()];
-        Ok(Memory { scene: vec![0.0; sizes.scene], states: lent(sizes.state), loads: lent(sizes.loads) })
-    };
-    let mut memories = opened.iter().map(memory).collect::<Result<Vec<_>, _>>()?;
-    let bind = |(file, memory)| {
+    let bind = |file| {
         let meter = ErrorMeter::new(mass, basis.vectors.as_ref(), unseen.len());
-        March::bind(file, memory, unseen, meter)
+        March::bind(file, unseen, meter)
     };
-    let mut marches = opened.iter().zip(&mut memories).map(bind).collect::<Result<Vec<_>, _>>()?;
+    let mut marches = opened.iter().map(bind).collect::<Result<Vec<_>, _>>()?;
     let mut refused = None;
     march_full_order(full, &timed, timed.len(), *steps, listener, |step, state| {
         for march in marches.iter_mut().filter(|march| step > 0 && march.left.is_none()) {
@@ -131,18 +118,12 @@ pub fn certify_chapter(
 }
 
 impl<'m> March<'m> {
-    fn bind(
-        file: &File<'m>,
-        memory: &'m mut Memory,
-        unseen: &[Unseen],
-        meter: ErrorMeter<'m>,
-    ) -> Result<Self, ChapterError> {
-        let scene = ChapterScene::bind(file, &SceneOptions::default(), &mut memory.scene)?;
+    fn bind(file: &File<'m>, unseen: &[Unseen], meter: ErrorMeter<'m>) -> Result<Self, ChapterError> {
+        let scene = ChapterScene::bind(file, &SceneOptions::default())?;
         let zero = vec![0.0; scene.n_modes()];
-        let lent = memory.states.iter_mut().zip(&mut memory.loads);
-        let trajectories = unseen.iter().zip(lent).map(|(load, (state, loads))| {
-            let (state, loads) = (ChapterState::new(&scene, state)?, ChapterLoads::new(&scene, loads)?);
-            let mut trajectory = (state, loads, [0.0; 1 + MAX_STAGES]);
+        let trajectories = unseen.iter().map(|load| {
+            let mut trajectory =
+                (ChapterState::new(&scene), ChapterLoads::new(&scene), [0.0; 1 + MAX_STAGES]);
             load_step(&scene, load, 0, &mut trajectory)?;
             // From rest the acceleration is what the force at time zero demands.
             scene.set(&mut trajectory.0, &zero, &zero, &trajectory.1)?;
@@ -255,10 +236,10 @@ impl<'m> March<'m> {
 
 /// Puts the load of a step into a trajectory's loads where it differs from that of the step before.
 fn load_step(
-    scene: &ChapterScene<'_, f64>,
+    scene: &ChapterScene<'_>,
     load: &Unseen,
     step: usize,
-    (_, loads, known): &mut Trajectory<'_>,
+    (_, loads, known): &mut Trajectory,
 ) -> Result<(), ChapterError> {
     let time_step = scene.parameters().time_step;
     let factors = scene.instants().map(|c| load.timed.when.factor((step as f64 + c) * time_step));

@@ -2,10 +2,10 @@
 
 use vademecum_format::scheme::TableError;
 
-use vademecum_eval::chapter::{ChapterBindError, ChapterLoadError, ChapterStepError};
 use vademecum_eval::{OutputError, StepError};
 use vademecum_format::FormatError;
 
+use crate::online::{ChapterBindError, ChapterLoadError, ChapterStepError};
 use vademecum_build::basis::SnapshotError;
 use vademecum_build::dynamics::MarchError;
 use vademecum_build::fem::FactorError;
@@ -32,17 +32,17 @@ pub enum ChapterError {
     /// The file that was built does not open.
     #[error("the file that was built does not open")]
     Format(#[from] FormatError),
-    /// The evaluator does not bind the file that was built.
-    #[error("the evaluator does not bind the file that was built")]
+    /// The file that was built does not bind.
+    #[error("the file that was built does not bind")]
     Bind(#[from] ChapterBindError),
-    /// The evaluator refuses a load of the certificate.
-    #[error("the evaluator refuses a load of the certificate")]
+    /// A load of the certificate is refused.
+    #[error("a load of the certificate is refused")]
     Load(#[from] ChapterLoadError),
-    /// The evaluator's step failed.
-    #[error("the evaluator's step failed")]
+    /// A step failed.
+    #[error("a step failed")]
     Step(#[from] ChapterStepError),
-    /// The evaluator cannot tell the energy.
-    #[error("the evaluator cannot tell the energy")]
+    /// The energy of a state is refused.
+    #[error("the energy of a state is refused")]
     Output(#[from] OutputError),
     /// The vectors of the basis depend on each other in the Euclidean product.
     #[error(

@@ -77,8 +77,9 @@ pub(crate) enum StructureArgument {
     Block,
     /// Each mode moved exactly.
     Exact,
-    /// The chapter's separated stage maps.
-    Canonical,
+    /// The chapter's separated stage maps; `canonical` is the older word.
+    #[value(alias = "canonical")]
+    Chapter,
 }
 
 impl StructureArgument {
@@ -88,10 +89,10 @@ impl StructureArgument {
             Self::Diagonal => StructureChoice::Diagonal,
             Self::Block => StructureChoice::Block,
             Self::Exact => StructureChoice::Exact,
-            Self::Auto | Self::Canonical => StructureChoice::Auto,
+            Self::Auto | Self::Chapter => StructureChoice::Auto,
         };
         let scene = SceneOptions { structure, ..SceneOptions::default() };
-        PlayOptions { chapter: self == Self::Canonical, scene, ..PlayOptions::default() }
+        PlayOptions { chapter: self == Self::Chapter, scene, ..PlayOptions::default() }
     }
 }
 

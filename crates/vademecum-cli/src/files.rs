@@ -182,12 +182,12 @@ fn instead(looks: Looks) -> &'static str {
     }
 }
 
-/// Refuses a file of the canonical representation where contacts anywhere or free states are needed.
-pub(crate) fn refuse_canonical(path: &Path, file: &File<'_>, what: &str) -> Result<(), Failure> {
+/// Refuses a file of the chapter's representation where contacts anywhere or free states are needed.
+pub(crate) fn refuse_chapter(path: &Path, file: &File<'_>, what: &str) -> Result<(), Failure> {
     if file.section(SectionKind::CanonicalParts).is_none() {
         return Ok(());
     }
-    let text = format!("{what} does not know the canonical representation, whose axes end");
+    let text = format!("{what} does not know the chapter's representation, whose axes end");
     let remedy = "use `run`, `verify` or `info`, or build it without `representation`";
     Err(Failure::new(Cause::File, text).about(path).remedy(remedy))
 }

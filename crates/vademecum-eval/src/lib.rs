@@ -99,7 +99,6 @@
 //! | `full`, by default | all that a file may hold; without it exact steps only, for boards | nothing |
 //! | `mmap` | [`Mapped`]: a file mapped into memory | an operating system |
 //! | `unpack` | [`format::unpack_into`]: files that were packed to be shipped | `std` |
-//! | `chapter` | [`chapter`]: files of the method as its chapter prints it, a baseline | nothing |
 //!
 //! # Arithmetic
 //!
@@ -109,7 +108,7 @@
 #![no_std]
 // The pages link to what the features add; without them those links lead nowhere.
 #![cfg_attr(
-    not(all(feature = "alloc", feature = "chapter", feature = "mmap", feature = "unpack")),
+    not(all(feature = "alloc", feature = "mmap", feature = "unpack")),
     allow(rustdoc::broken_intra_doc_links)
 )]
 
@@ -136,9 +135,6 @@ mod show;
 mod flight;
 
 mod body;
-
-#[cfg(feature = "chapter")]
-pub mod chapter;
 
 pub use base::error::{BindError, LoadError, OutputError, ParameterError, StepError};
 pub use base::options::{RegionScales, SceneOptions, Sizes, Status, Structure, StructureChoice};

@@ -10,9 +10,10 @@ use std::time::Instant;
 use vademecum_build::Matrix;
 use vademecum_build::dynamics::{self, FullOrder, INSTANTS, TimedLoad};
 use vademecum_build::progress::Listener;
-use vademecum_eval::{Body, Field, Scalar};
+use vademecum_chapter::ChapterScene;
+use vademecum_eval::{Body, Field, Scalar, SceneOptions};
 use vademecum_format::{File, SectionKind};
-use vademecum_study::parts::{median, stop_if_asked, with_marches};
+use vademecum_study::parts::{median, stop_if_asked};
 use vademecum_study::player::{ChapterBody, Playable, Track, elastic, elastic_with_fields, with_body};
 
 use super::method::{Group, Method, Precision, Stepper};
@@ -151,25 +152,23 @@ fn chapter(bytes: &[u8], tracks: &[Track], samples: &mut Samples) -> Result<(), 
     let file = File::parse(bytes)?;
     for _ in 0..REPEATS {
         let start = Instant::now();
-        with_marches(&file, None, tracks.len(), |_, _| {
-            samples.bind_us.push(1e6 * start.elapsed().as_secs_f64());
-            Ok(())
-        })?;
+        let scene = ChapterScene::bind(&file, &SceneOptions::default())?;
+        black_box(tracks.iter().map(|_| ChapterBody::new(&scene)).collect::<Vec<_>>());
+        samples.bind_us.push(1e6 * start.elapsed().as_secs_f64());
     }
-    with_marches(&file, None, tracks.len(), |scene, marches| {
-        for (track, (state, loads)) in tracks.iter().zip(&mut *marches) {
-            track.apply(&track.full_height(), &mut ChapterBody { scene, state, loads })?;
-        }
-        samples.step_ns.push(bursts(BURSTS, || {
-            for (state, loads) in &mut *marches {
-                if scene.step(state, black_box(loads)).is_err() {
-                    state.rest();
-                }
+    let scene = ChapterScene::bind(&file, &SceneOptions::default())?;
+    let mut bodies: Vec<_> = tracks.iter().map(|_| ChapterBody::new(&scene)).collect();
+    for (track, body) in tracks.iter().zip(&mut bodies) {
+        track.apply(&track.full_height(), body)?;
+    }
+    samples.step_ns.push(bursts(BURSTS, || {
+        for body in &mut bodies {
+            if scene.step(&mut body.state, black_box(&body.loads)).is_err() {
+                body.state.rest();
             }
-        }));
-        let (state, loads) = &mut marches[0];
-        reconstruct(&file, &mut ChapterBody { scene, state, loads }, samples)
-    })
+        }
+    }));
+    reconstruct(&file, &mut bodies[0], samples)
 }
 
 /// The whole body where the file holds it, the surface where not.

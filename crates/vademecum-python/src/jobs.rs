@@ -135,14 +135,15 @@ pub fn run<'py>(
     Ok((names, arrays))
 }
 
-/// Options of a run, and true if they ask for the canonical structure.
+/// Options of a run, and true if they ask for the chapter's structure.
 fn played(
     file: &PyFile,
     options: Option<&Bound<'_, PyDict>>,
 ) -> PyResult<(bool, vademecum_eval::SceneOptions)> {
     let opened = file.content.file(&file.path)?;
     let structure = options.map(|all| all.get_item("structure")).transpose()?.flatten();
-    let chapter = structure.is_some_and(|name| name.extract::<String>().is_ok_and(|n| n == "canonical"));
+    let chapter = structure
+        .is_some_and(|name| name.extract::<String>().is_ok_and(|n| ["chapter", "canonical"].contains(&&*n)));
     if let (true, Some(options)) = (chapter, options) {
         options.set_item("structure", "auto")?;
     }

@@ -18,8 +18,7 @@ use vademecum_build::pipeline::BuildError;
 use vademecum_build::prepared::{BodyError, PrepareError, TimeStepError};
 use vademecum_build::progress::Cancelled;
 use vademecum_build::response::ResponseError;
-use vademecum_chapter::ChapterError;
-use vademecum_eval::chapter::{ChapterBindError, ChapterLoadError, ChapterStepError};
+use vademecum_chapter::{ChapterBindError, ChapterError, ChapterLoadError, ChapterStepError};
 use vademecum_eval::{BindError, LoadError, OpenError, OutputError, StepError};
 use vademecum_format::scheme::TableError;
 use vademecum_format::{FormatError, SectionKind};
@@ -312,13 +311,13 @@ pub enum FileError {
     /// The evaluator has no such output.
     #[error(transparent)]
     Output(#[from] OutputError),
-    /// The evaluator does not bind its chapter's structure.
+    /// Its chapter's structure does not bind.
     #[error(transparent)]
     BindChapter(#[from] ChapterBindError),
-    /// The evaluator refuses a load on the chapter's structure.
+    /// The chapter's structure refuses a load.
     #[error(transparent)]
     LoadChapter(#[from] ChapterLoadError),
-    /// The evaluator's step of the chapter's structure failed.
+    /// A step of the chapter's structure failed.
     #[error(transparent)]
     StepChapter(#[from] ChapterStepError),
     /// The chapter's structure takes no load patterns.

@@ -46,7 +46,7 @@ pub use truth::{Entries, TruthErrors, contact_error};
 pub mod parts {
     pub use crate::compare::orthonormal;
     pub use crate::large_motion::{Extent, LargeMotion, MarchDistance, Reference, SparseLoad};
-    pub use crate::player::chapter::{left_ranges, with_marches};
+    pub use crate::player::chapter::left_ranges;
     pub use crate::player::stop_if_asked;
     pub use crate::scenario_loads::ScenarioLoads;
     pub use crate::statistics::{median, percentiles};

@@ -4,11 +4,10 @@
 #![no_std]
 
 use core::panic::PanicInfo;
-use vademecum_eval::chapter::{ChapterLoads, ChapterScene, ChapterState};
 use vademecum_eval::format::File;
 use vademecum_eval::{
-    Batch, Body, BodyOptions, Contact, Field, Place, Quantity, Scalar, SceneOptions, StructureChoice,
-    Surface, SurfaceTree,
+    Batch, Body, BodyOptions, Field, Place, Quantity, Scalar, SceneOptions, StructureChoice, Surface,
+    SurfaceTree,
 };
 
 unsafe extern "C" {
@@ -81,26 +80,6 @@ fn run<T: Scalar>(bytes: &[u8], memory: &mut [T], work: &mut [f64], block: bool)
     Some(sum + body.point(&point, Field::Displacement).ok()?[0])
 }
 
-/// The same for a file of the chapter's structure.
-fn run_chapter<T: Scalar>(bytes: &[u8], memory: &mut [T]) -> Option<f64> {
-    let file = File::parse(bytes).ok()?;
-    let sizes = ChapterScene::<T>::sizes(&file).ok()?;
-    let (scene, memory) = memory.split_at_mut_checked(sizes.scene)?;
-    let (state, memory) = memory.split_at_mut_checked(sizes.state)?;
-    let (loads, out) = memory.split_at_mut_checked(sizes.loads)?;
-    let scene = ChapterScene::bind(&file, &SceneOptions::default(), scene).ok()?;
-    let mut state = ChapterState::new(&scene, state).ok()?;
-    let mut loads = ChapterLoads::new(&scene, loads).ok()?;
-    let contact = Contact::new(Place::triangle([0; 3], [1.0, 0.0, 0.0]), [0.0, 0.0, -1.0]);
-    loads.add_contact(&scene, &contact).ok()?;
-    loads.add_contact_staged(&scene, &contact, &[0.0, 0.5, 1.0, 0.0]).ok()?;
-    scene.set(&mut state, &[0.0], &[1.0], &loads).ok()?;
-    scene.step(&mut state, &loads).ok()?;
-    loads.clear();
-    scene.body_into(&state, Field::Velocity, out).ok()?;
-    Some(scene.probe(&state, 0, Field::Displacement).ok()? + scene.energy(&state).ok()?)
-}
-
 /// `run` for f32 with the slices of a C caller.
 ///
 /// # Safety
@@ -123,7 +102,7 @@ pub unsafe extern "C" fn run_f32(
             core::slice::from_raw_parts_mut(work, n_work),
         )
     };
-    run(bytes, memory, work, block).or_else(|| run_chapter(bytes, memory)).unwrap_or(f64::NAN)
+    run(bytes, memory, work, block).unwrap_or(f64::NAN)
 }
 
 /// `run` for f64 with the slices of a C caller.
@@ -148,5 +127,5 @@ pub unsafe extern "C" fn run_f64(
             core::slice::from_raw_parts_mut(work, n_work),
         )
     };
-    run(bytes, memory, work, block).or_else(|| run_chapter(bytes, memory)).unwrap_or(f64::NAN)
+    run(bytes, memory, work, block).unwrap_or(f64::NAN)
 }

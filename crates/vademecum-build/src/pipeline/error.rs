@@ -57,7 +57,7 @@ pub enum BuildError {
     #[error("the separated solution over the parameters")]
     Parametric(#[from] ParametricError),
     /// The problem asks for the chapter's representation, which another crate builds.
-    #[error("`representation = \"canonical\"` is built by the crate `vademecum-chapter`")]
+    #[error("`representation = \"chapter\"` is built by the crate `vademecum-chapter`")]
     OtherCrate,
     /// The road of another crate failed.
     #[error("the chapter's representation")]

@@ -30,7 +30,7 @@ use self::figures::Figures;
 use crate::arguments::{Limit, OutputArguments};
 use crate::console::Console;
 use crate::failure::Failure;
-use crate::files::{check_output, open, outputs, refuse_canonical, usable_file, write_bytes};
+use crate::files::{check_output, open, outputs, refuse_chapter, usable_file, write_bytes};
 use crate::html::title;
 use crate::print::print_json;
 
@@ -96,7 +96,7 @@ impl Report {
         let mapped = open(&self.file)?;
         let mut memory = vec![];
         let file = usable_file(&self.file, &mapped, |_| true, self.limit, &mut memory)?;
-        refuse_canonical(&self.file, &file, "the report")?;
+        refuse_chapter(&self.file, &file, "the report")?;
         let stored = mapped.file().map_err(|error| Failure::file(&self.file, error))?;
         let bytes = mapped.bytes().len();
         let build = self.build.as_ref().map(|path| BuildTimes::read(path, bytes)).transpose()?;

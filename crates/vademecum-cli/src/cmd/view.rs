@@ -22,7 +22,7 @@ use crate::arguments::{Limit, OutputArguments};
 use crate::console::Console;
 use crate::failure::{Cause, Failure};
 use crate::files::{
-    check_output, is_stepped, open_or_map, outputs, refuse_canonical, usable_file, write_bytes,
+    check_output, is_stepped, open_or_map, outputs, refuse_chapter, usable_file, write_bytes,
 };
 use crate::html::{escaped, title};
 use crate::print::print_json;
@@ -276,7 +276,7 @@ fn filled(title: &str, source: &str, file: &[u8]) -> String {
 
 /// The page draws the surface; say here what it could not use.
 fn check(path: &Path, file: &File<'_>) -> Result<(), Failure> {
-    refuse_canonical(path, file, "the viewer")?;
+    refuse_chapter(path, file, "the viewer")?;
     let failed = |error: FormatError| Failure::file(path, error);
     for kind in [SectionKind::NodeCoordinates, SectionKind::Triangles, SectionKind::SurfaceBasis] {
         let missing = || Failure::file(path, FileError::Missing { kind });

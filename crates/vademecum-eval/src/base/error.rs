@@ -23,12 +23,12 @@ pub enum BindError {
     /// The structure asked for is not in the file.
     #[error("the file does not hold the structure asked for; choose the other or build it")]
     NoStructure,
-    /// The file has only the chapter's structure (`representation = "canonical"`), which an ordinary scene
-    /// does not step. The evaluator's feature `chapter` has a scene for it.
+    /// The file has only the chapter's structure (`representation = "chapter"`), which an ordinary scene
+    /// does not step. The crate `vademecum-chapter` has a scene for it.
     #[error(
-        "the file has only the chapter's structure (representation = \"canonical\"), which this scene \
-         does not step: use `vademecum run`, or `ChapterScene` of the evaluator's feature `chapter`, or \
-         build the file without that line"
+        "the file has only the chapter's structure (representation = \"chapter\"), which this scene \
+         does not step: use `vademecum run`, or `ChapterScene` of the crate `vademecum-chapter`, or build \
+         the file without that line"
     )]
     OnlyChapter,
     /// The evaluator was built without its feature `full`: it takes exact steps only.

@@ -25,8 +25,12 @@ impl Contact {
         Self { place, force, moment: [0.0; 3] }
     }
 
-    /// Refuses what is not finite, and nodes that are not loadable.
-    pub(crate) fn check(&self, limit: u32) -> Result<(), LoadError> {
+    /// Refuses what is not finite, a place that is wrong, and nodes that are not among the first `limit`, the
+    /// loadable ones ([`Metadata::n_load_nodes`](vademecum_format::Metadata::n_load_nodes)).
+    ///
+    /// # Errors
+    /// [`LoadError`].
+    pub fn check(&self, limit: u32) -> Result<(), LoadError> {
         if !self.force.iter().all(|x| x.is_finite()) {
             return Err(LoadError::NotFinite);
         }

@@ -15,9 +15,10 @@ use std::rc::Rc;
 use vademecum_build::Matrix;
 use vademecum_build::input::{BasisKind, Repair};
 use vademecum_build::progress::Listener;
-use vademecum_eval::{Contact, Place};
+use vademecum_chapter::ChapterScene;
+use vademecum_eval::{Contact, Place, SceneOptions};
 use vademecum_format::File;
-use vademecum_study::parts::{ScenarioLoads, Study, Timed, left_ranges, stop_if_asked, with_marches};
+use vademecum_study::parts::{ScenarioLoads, Study, Timed, left_ranges, stop_if_asked};
 use vademecum_study::player::{ChapterBody, PlacedContact, Playable, Track};
 
 use super::method::{Group, Identity, March, Method, Part, Precision, Stepper, Way};
@@ -160,30 +161,27 @@ pub(super) fn play(
     listener: &dyn Listener,
 ) -> Result<ChapterMarch, StudyError> {
     let file = File::parse(bytes)?;
-    with_marches(&file, Some(march.time_step), tracks.len(), |scene, marches| {
-        let instants = scene.instants();
-        let factors = |track: &Track, step: usize| track.factors(&instants, march.time_step, step);
-        let mut sum = Matrix::zeros(scene.n_modes(), march.steps + 1);
-        for (track, (state, loads)) in tracks.iter().zip(&mut *marches) {
-            let mut body = ChapterBody { scene, state, loads };
-            track.apply(&factors(track, 0), &mut body)?;
-            body.start()?;
-        }
-        for step in 0..march.steps {
-            for (track, (state, loads)) in tracks.iter().zip(&mut *marches) {
-                track.apply(
-                    &factors(track, step),
-                    &mut ChapterBody { scene, state: &mut *state, loads: &mut *loads },
-                )?;
-                if let Err(error) = scene.step(state, loads) {
-                    let left = left_ranges(error)?;
-                    return Ok(Err(format!("left its ranges at step {}: {left}", step + 1)));
-                }
-                let column = sum.col_as_slice_mut(step + 1);
-                column.iter_mut().zip(state.zeta()).for_each(|(sum, z)| *sum += z);
+    let scene =
+        ChapterScene::bind(&file, &SceneOptions { time_step: Some(march.time_step), ..Default::default() })?;
+    let mut bodies: Vec<_> = tracks.iter().map(|_| ChapterBody::new(&scene)).collect();
+    let instants = scene.instants();
+    let factors = |track: &Track, step: usize| track.factors(&instants, march.time_step, step);
+    let mut sum = Matrix::zeros(scene.n_modes(), march.steps + 1);
+    for (track, body) in tracks.iter().zip(&mut bodies) {
+        track.apply(&factors(track, 0), body)?;
+        body.start()?;
+    }
+    for step in 0..march.steps {
+        for (track, body) in tracks.iter().zip(&mut bodies) {
+            track.apply(&factors(track, step), body)?;
+            if let Err(error) = scene.step(&mut body.state, &body.loads) {
+                let left = left_ranges(error)?;
+                return Ok(Err(format!("left its ranges at step {}: {left}", step + 1)));
             }
-            stop_if_asked(listener)?;
+            let column = sum.col_as_slice_mut(step + 1);
+            column.iter_mut().zip(body.zeta()).for_each(|(sum, z)| *sum += z);
         }
-        Ok(Ok(sum))
-    })
+        stop_if_asked(listener)?;
+    }
+    Ok(Ok(sum))
 }

@@ -134,7 +134,7 @@ class File:
     ) -> Played:
         """Plays a scenario through the file, as `vademecum run` does: the same numbers, bit for bit.
 
-        Options are those of `body`, with "canonical" as one more structure.
+        Options are those of `body`, with "chapter" (or "canonical", the older word) as one more structure.
         """
         (names, supports, flown), arrays = _native.run(self._native, _given(scenario), options, long, progress)
         columns, held, flight = arrays.pop("probes"), arrays.pop("reactions"), arrays.pop("flight")

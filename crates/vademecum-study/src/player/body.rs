@@ -1,7 +1,6 @@
 //! What playing a scenario asks of a body.
 
 use vademecum_build::dynamics::INSTANTS;
-use vademecum_eval::chapter::{ChapterLoads, ChapterScene, ChapterState};
 use vademecum_eval::{
     Body, Contact, Field, FreeBody, Quantity, Scalar, SceneOptions, Structure, SurfacePoint, Tensor,
 };
@@ -266,78 +265,5 @@ impl<T: Scalar> Playable for Body<'_, T> {
         }
         self.solve_static_field()?;
         Ok(self.body_with_statics(field, out)?)
-    }
-}
-
-/// A body of the chapter's structure.
-pub struct ChapterBody<'a, 's, 't, 'l, T> {
-    /// The bound file.
-    pub scene: &'a ChapterScene<'s, T>,
-    /// Where the body is.
-    pub state: &'a mut ChapterState<'t, T>,
-    /// What acts on it.
-    pub loads: &'a mut ChapterLoads<'l, T>,
-}
-
-impl<T: Scalar> Playable for ChapterBody<'_, '_, '_, '_, T> {
-    type Number = T;
-
-    fn structure(&self) -> &'static str {
-        "canonical"
-    }
-
-    fn time_step(&self) -> f64 {
-        self.scene.parameters().time_step
-    }
-
-    fn instants(&self) -> [f64; INSTANTS] {
-        self.scene.instants()
-    }
-
-    fn clear(&mut self) {
-        self.loads.clear();
-    }
-
-    fn push(&mut self, contact: &Contact, amplitudes: &[f64; INSTANTS]) -> Result<(), FileError> {
-        Ok(self.loads.add_contact_staged(self.scene, contact, amplitudes)?)
-    }
-
-    fn start(&mut self) -> Result<(), FileError> {
-        let zero = vec![0.0; self.scene.n_modes()];
-        Ok(self.scene.set(self.state, &zero, &zero, self.loads)?)
-    }
-
-    #[inline]
-    fn step(&mut self) -> Result<(), FileError> {
-        self.scene.step(self.state, self.loads)?;
-        Ok(())
-    }
-
-    fn zeta(&self) -> &[T] {
-        self.state.zeta()
-    }
-
-    fn energy(&self) -> Result<f64, FileError> {
-        Ok(self.scene.energy(self.state)?)
-    }
-
-    fn probe(&self, index: usize) -> Result<f64, FileError> {
-        Ok(self.scene.probe(self.state, index, Field::Displacement)?)
-    }
-
-    fn node(&self, node: usize) -> Result<[f64; 3], FileError> {
-        Ok(self.scene.node(self.state, node, Field::Displacement)?)
-    }
-
-    fn point(&self, point: &SurfacePoint) -> Result<[f64; 3], FileError> {
-        Ok(self.scene.point(self.state, point, Field::Displacement)?)
-    }
-
-    fn surface_into(&mut self, field: Field, out: &mut [T]) -> Result<(), FileError> {
-        Ok(self.scene.surface_into(self.state, field, out)?)
-    }
-
-    fn body_into(&mut self, field: Field, out: &mut [T]) -> Result<(), FileError> {
-        Ok(self.scene.body_into(self.state, field, out)?)
     }
 }

@@ -4,12 +4,13 @@
 //! nodes. Its other axes end, so a march can leave them.
 
 use vademecum_build::certificate::spectral_radius;
-use vademecum_chapter::report_of_file;
-use vademecum_eval::chapter::{ChapterLoads, ChapterScene, ChapterState, ChapterStepError};
-use vademecum_eval::{Place, Scalar, SceneOptions, SurfacePoint};
+use vademecum_build::dynamics::INSTANTS;
+use vademecum_chapter::{ChapterLoads, ChapterScene, ChapterState, ChapterStepError, report_of_file};
+use vademecum_eval::{Contact, Field, Place, SurfacePoint};
 use vademecum_format::{Chapter, File, SectionKind};
 
 use super::PlayOptions;
+use super::body::Playable;
 use crate::contents::{numbers, section};
 use crate::error::{FileError, StudyError};
 
@@ -36,55 +37,88 @@ pub(super) fn nearest_position(
     Ok(SurfacePoint { place: Place::triangle([node; 3], [1.0, 0.0, 0.0]), position, distance })
 }
 
-/// Binds a scene of the chapter's structure in memory of its own and hands it over, at rest and unloaded.
-///
-/// # Errors
-/// [`StudyError::File`]: a file that the evaluator refuses; those of `work`.
-pub fn with_chapter<T: Scalar, R>(
-    file: &File<'_>,
-    options: &SceneOptions,
-    work: impl FnOnce(
-        &ChapterScene<'_, T>,
-        &mut ChapterState<'_, T>,
-        &mut ChapterLoads<'_, T>,
-    ) -> Result<R, StudyError>,
-) -> Result<R, StudyError> {
-    let sizes = ChapterScene::<T>::sizes(file)?;
-    let mut memory = vec![T::ZERO; sizes.scene];
-    let (mut state_memory, mut load_memory) = (vec![T::ZERO; sizes.state], vec![T::ZERO; sizes.loads]);
-    let scene = ChapterScene::bind(file, options, &mut memory)?;
-    let mut state = ChapterState::new(&scene, &mut state_memory)?;
-    let mut loads = ChapterLoads::new(&scene, &mut load_memory)?;
-    work(&scene, &mut state, &mut loads)
+/// A body of the chapter's structure.
+pub struct ChapterBody<'s, 'm> {
+    /// The bound file, which several bodies can share.
+    pub scene: &'s ChapterScene<'m>,
+    /// Where the body is.
+    pub state: ChapterState,
+    /// What acts on it.
+    pub loads: ChapterLoads,
 }
 
-/// States of several marches through one scene, each with its loads.
-pub type Marches<'m> = Vec<(ChapterState<'m, f64>, ChapterLoads<'m, f64>)>;
-
-/// Binds a file once and hands over a state and loads for each of `count` marches.
-///
-/// # Errors
-/// A file without the scene of the chapter, or with a time step that it refuses.
-pub fn with_marches<R>(
-    file: &File<'_>,
-    time_step: Option<f64>,
-    count: usize,
-    work: impl FnOnce(&ChapterScene<'_, f64>, &mut Marches<'_>) -> Result<R, StudyError>,
-) -> Result<R, StudyError> {
-    let options = SceneOptions { time_step, ..SceneOptions::default() };
-    let sizes = ChapterScene::<f64>::sizes(file)?;
-    let mut memory = vec![(vec![0.0; sizes.state], vec![0.0; sizes.loads]); count];
-    with_chapter::<f64, _>(file, &options, |scene, _, _| {
-        let mut marches = vec![];
-        for (state, loads) in &mut memory {
-            let state = ChapterState::new(scene, state)?;
-            marches.push((state, ChapterLoads::new(scene, loads)?));
-        }
-        work(scene, &mut marches)
-    })
+impl<'s, 'm> ChapterBody<'s, 'm> {
+    /// A body at rest and unloaded.
+    #[must_use]
+    pub fn new(scene: &'s ChapterScene<'m>) -> Self {
+        Self { scene, state: ChapterState::new(scene), loads: ChapterLoads::new(scene) }
+    }
 }
 
-/// Why a march has no further step: it left the ranges of the maps. The words of the evaluator.
+impl Playable for ChapterBody<'_, '_> {
+    type Number = f64;
+
+    fn structure(&self) -> &'static str {
+        "canonical"
+    }
+
+    fn time_step(&self) -> f64 {
+        self.scene.parameters().time_step
+    }
+
+    fn instants(&self) -> [f64; INSTANTS] {
+        self.scene.instants()
+    }
+
+    fn clear(&mut self) {
+        self.loads.clear();
+    }
+
+    fn push(&mut self, contact: &Contact, amplitudes: &[f64; INSTANTS]) -> Result<(), FileError> {
+        Ok(self.loads.add_contact_staged(self.scene, contact, amplitudes)?)
+    }
+
+    fn start(&mut self) -> Result<(), FileError> {
+        let zero = vec![0.0; self.scene.n_modes()];
+        Ok(self.scene.set(&mut self.state, &zero, &zero, &self.loads)?)
+    }
+
+    #[inline]
+    fn step(&mut self) -> Result<(), FileError> {
+        self.scene.step(&mut self.state, &self.loads)?;
+        Ok(())
+    }
+
+    fn zeta(&self) -> &[f64] {
+        self.state.zeta()
+    }
+
+    fn energy(&self) -> Result<f64, FileError> {
+        Ok(self.scene.energy(&self.state)?)
+    }
+
+    fn probe(&self, index: usize) -> Result<f64, FileError> {
+        Ok(self.scene.probe(&self.state, index, Field::Displacement)?)
+    }
+
+    fn node(&self, node: usize) -> Result<[f64; 3], FileError> {
+        Ok(self.scene.node(&self.state, node, Field::Displacement)?)
+    }
+
+    fn point(&self, point: &SurfacePoint) -> Result<[f64; 3], FileError> {
+        Ok(self.scene.point(&self.state, point, Field::Displacement)?)
+    }
+
+    fn surface_into(&mut self, field: Field, out: &mut [f64]) -> Result<(), FileError> {
+        Ok(self.scene.surface_into(&self.state, field, out)?)
+    }
+
+    fn body_into(&mut self, field: Field, out: &mut [f64]) -> Result<(), FileError> {
+        Ok(self.scene.body_into(&self.state, field, out)?)
+    }
+}
+
+/// Why a march has no further step: it left the ranges of the maps, in words.
 ///
 /// # Errors
 /// Any other refusal.

@@ -12,14 +12,16 @@ use std::time::Instant;
 use vademecum_build::dynamics::{History, INSTANTS, Window};
 use vademecum_build::progress::{Cancelled, Listener};
 use vademecum_build::suggest::did_you_mean;
+use vademecum_chapter::ChapterScene;
 use vademecum_eval::{
     Body, BodyOptions, Contact, Scalar, SceneOptions, StructureChoice, Surface, SurfacePoint,
 };
 use vademecum_format::{Chapter, File, SectionKind};
 
+pub use body::Playable;
 pub(crate) use body::structure_name;
-pub use body::{ChapterBody, Playable};
-use chapter::{nearest_position, positions_of, with_chapter};
+pub use chapter::ChapterBody;
+use chapter::{nearest_position, positions_of};
 
 use crate::contents::lines;
 use crate::error::{FileError, StudyError};
@@ -242,10 +244,9 @@ pub fn play(
     if !options.takes_chapter(file) {
         return play_in::<f64>(file, &options.scene, track, steps, listener, observe);
     }
-    with_chapter::<f64, _>(file, &options.scene, |scene, state, loads| {
-        let mut body = ChapterBody { scene, state, loads };
-        march(&mut body, track, steps, listener, Playable::step, |step, body| observe(step, body))
-    })
+    let scene = ChapterScene::bind(file, &options.scene)?;
+    let mut body = ChapterBody::new(&scene);
+    march(&mut body, track, steps, listener, Playable::step, |step, body| observe(step, body))
 }
 
 /// [`play`] through the evaluator's body, in the precision that `observe` takes.
@@ -394,9 +395,8 @@ pub fn long_run(
     listener: &dyn Listener,
 ) -> Result<LongRun, StudyError> {
     if options.takes_chapter(file) {
-        return with_chapter::<f64, _>(file, &options.scene, |scene, state, loads| {
-            long_march(&mut ChapterBody { scene, state, loads }, track, steps, listener)
-        });
+        let scene = ChapterScene::bind(file, &options.scene)?;
+        return long_march(&mut ChapterBody::new(&scene), track, steps, listener);
     }
     with_body::<f64, _>(file, &elastic(&options.scene), |body| long_march(body, track, steps, listener))
 }

@@ -1,18 +1,32 @@
 //! `representation` and `[canonical]`: which form the stage maps are written in, and what is done about the
 //! chapter's.
 
-use schemars::JsonSchema;
+use schemars::{JsonSchema, Schema};
 use serde::Deserialize;
+use serde_json::Value;
 
 /// The form of the stage maps in the file.
 #[derive(Clone, Copy, Debug, Default, Deserialize, PartialEq, Eq, JsonSchema)]
 #[serde(rename_all = "lowercase")]
+#[schemars(transform = with_chapter)]
 pub enum Representation {
     /// The state enters as the vector it is.
     #[default]
     Block,
     /// The chapter's: every state coordinate, the load's magnitude and its position are axes.
+    #[serde(alias = "chapter")]
     Canonical,
+}
+
+/// Adds the alias, which the derive leaves out.
+fn with_chapter(schema: &mut Schema) {
+    if let Some(Value::Array(choices)) = schema.get_mut("oneOf") {
+        let canonical = choices.iter().find(|choice| choice["const"] == "canonical").cloned();
+        if let Some(mut chapter) = canonical {
+            chapter["const"] = "chapter".into();
+            choices.push(chapter);
+        }
+    }
 }
 
 /// Options of the canonical representation; the defaults are the chapter's method.

@@ -221,7 +221,7 @@ impl Problem {
         let found = if self.mesh.matrices.is_some() {
             "true beside `mesh.matrices`, which do not know the mass of held displacements"
         } else if self.representation == Representation::Canonical {
-            "true beside `representation = \"canonical\"`, which takes no load patterns"
+            "true beside `representation = \"chapter\"`, which takes no load patterns"
         } else if self.parameters.iter().any(|p| p.kind == ParameterKind::Density) {
             "true beside a live density, which the inertia of a moving body follows and a load pattern does not"
         } else if self.supports.is_empty() {
@@ -247,7 +247,7 @@ impl Problem {
         let found = if self.mesh.matrices.is_some() {
             "true beside `mesh.matrices`, whose rows are the free dofs alone"
         } else if self.representation == Representation::Canonical {
-            "true beside `representation = \"canonical\"`"
+            "true beside `representation = \"chapter\"`"
         } else if self.basis.kind == Some(BasisKind::Pod) {
             "true beside `basis.kind = \"pod\"`, whose vectors do not move apart"
         } else if self.parameters.iter().any(|parameter| parameter.region != "*") {
@@ -331,7 +331,7 @@ impl Problem {
         self.require(
             self.representation != Representation::Canonical,
             key,
-            Words("exact, beside `representation = \"canonical\"`"),
+            Words("exact, beside `representation = \"chapter\"`"),
             "a scheme such as `{ name = \"bathe\" }`: stage maps need stages",
         )?;
         self.require(
@@ -470,11 +470,11 @@ impl Problem {
         self.require(
             !asked || self.parameters.is_empty(),
             "representation",
-            Words("canonical beside `[[parameter]]`"),
+            Words("chapter beside `[[parameter]]`"),
             "\"block\" where parameters are live",
         )?;
         let Some(c) = &self.canonical else { return Ok(()) };
-        self.require(asked, "canonical", Words("a table"), "`representation = \"canonical\"` beside it")?;
+        self.require(asked, "canonical", Words("a table"), "`representation = \"chapter\"` beside it")?;
         let [lower, upper] = c.load;
         let load = lower <= 0.0 && upper >= 0.0 && lower < upper && (upper - lower).is_finite();
         self.require(load, "canonical.load", c.load, "two finite numbers around zero, the smaller first")?;

@@ -19,7 +19,7 @@ impl Problem {
         } else if self.mesh.matrices.is_some() {
             "large-displacement beside `mesh.matrices`, which are linear"
         } else if self.representation == Representation::Canonical {
-            "large-displacement beside `representation = \"canonical\"`"
+            "large-displacement beside `representation = \"chapter\"`"
         } else if self.time.scheme.is_some() {
             "large-displacement beside `time.scheme`: such a file has a scheme of its own"
         } else if self.basis.kind.is_some() || self.basis.energy.is_some() || self.basis.error.is_some() {

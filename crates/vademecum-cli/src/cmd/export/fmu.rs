@@ -9,7 +9,7 @@ use vademecum_study::fmu::{
 
 use crate::arguments::{Limit, OutputArguments};
 use crate::failure::{Cause, Failure};
-use crate::files::{check_output, is_stepped, open, outputs, refuse_canonical, usable_file, write_bytes};
+use crate::files::{check_output, is_stepped, open, outputs, refuse_chapter, usable_file, write_bytes};
 use crate::print::print_json;
 
 /// The library for Linux on 64-bit Intel and AMD processors, made by `crates/vademecum-fmu/build`.
@@ -119,7 +119,7 @@ impl Fmu {
         let mapped = open(&self.file)?;
         let mut memory = vec![];
         let file = usable_file(&self.file, &mapped, is_stepped, self.limit, &mut memory)?;
-        refuse_canonical(&self.file, &file, "an FMU")?;
+        refuse_chapter(&self.file, &file, "an FMU")?;
         let name = self.output.file_stem().and_then(|stem| stem.to_str()).unwrap_or("vademecum");
         let (points, stresses) = (&self.point, &self.stress);
         let request = Request { version: self.fmi, name, points, stresses, libraries: &libraries };
