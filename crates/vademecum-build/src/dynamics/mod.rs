@@ -20,7 +20,7 @@ mod work;
 pub use damping::{Damping, DampingError, ModalRatios, NumericalDamping, Rayleigh, numerical_damping};
 pub use full_order::{FullOrder, FullOrderError, StageLoads, State, Workspace};
 pub use harmonic::{HarmonicError, harmonic};
-pub use history::{CHORD, Course, History, LoadTable, Wave};
+pub use history::{Course, History, LoadTable, Wave};
 pub use interval::Interval;
 pub(crate) use krylov::search_vectors;
 pub use march::march_stages;
@@ -35,7 +35,7 @@ pub use reference::{
     ReferenceSolution, ReferenceTrajectory,
 };
 pub use schemes::{SchemeError, SchemeKind};
-pub use window::{Acting, Span, Window};
+pub use window::{Span, Window};
 pub use work::{TooMuchWork, Work, announce, seconds_per_step, time_in_words};
 
 #[cfg(test)]

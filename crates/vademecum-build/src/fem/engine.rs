@@ -168,7 +168,7 @@ pub trait SpreadFactor: Debug + Send + Sync {
 }
 
 /// All rows, in this process.
-pub struct LocalRows<'a> {
+pub(crate) struct LocalRows<'a> {
     pencil: &'a Pencil,
     factor: &'a Factor,
     solve: Solve,
@@ -176,7 +176,7 @@ pub struct LocalRows<'a> {
 
 impl<'a> LocalRows<'a> {
     /// The rows of a pencil whose stiffness is factorised.
-    pub fn new(pencil: &'a Pencil, factor: &'a Factor) -> LocalRows<'a> {
+    pub(crate) fn new(pencil: &'a Pencil, factor: &'a Factor) -> LocalRows<'a> {
         LocalRows { pencil, factor, solve: Solve::new(factor.symbolic(), AT_ONCE, false) }
     }
 }

@@ -431,7 +431,7 @@ pub struct FactorColumns {
     /// The row of the matrix of each column, in the order of elimination.
     pub order: Vec<u32>,
     /// Columns of each group, and rows below it.
-    pub groups: Vec<[u32; 2]>,
+    pub(crate) groups: Vec<[u32; 2]>,
     /// Rows below each group, ascending, one group after the other.
     pub rows: Vec<u32>,
     /// Group by group, each column by column from the first row of the group on; zeros above the diagonal.

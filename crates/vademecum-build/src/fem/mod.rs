@@ -34,21 +34,22 @@ mod whole;
 pub(crate) use assembly::{pair_bytes, pairs};
 pub use dofs::DofMap;
 pub use element::{ElementError, Material};
-pub use engine::{Engine, LocalRows, MassProduct, PencilRows, Search, SpreadFactor};
+pub use engine::{Engine, MassProduct, PencilRows, Search, SpreadFactor};
 pub(crate) use engine::{LocalMass, agree_matrix, sum_matrix};
 pub use factor::{Factor, FactorColumns, FactorError, Solve, Symbolic};
-pub use green::{GreenError, GreenStrain, SOFTENING};
+pub(crate) use green::SOFTENING;
+pub use green::{GreenError, GreenStrain};
+pub use loads::LoadError;
 pub(crate) use loads::surface_facets;
-pub use loads::{Facet, LoadError};
 pub use model::Model;
 pub use model_error::ModelError;
 pub use pencil::{Pencil, PencilError};
 pub use rigid::RigidBody;
-pub use selected::SelectedInverse;
+pub(crate) use selected::SelectedInverse;
 pub use sparse::{AT_ONCE, Pattern, SymmetricMatrix};
 pub(crate) use sparse::{contiguous, contiguous_mut};
 pub use spread::{EngineError, Resource, SpreadMatrix};
-pub use stress::{COMPONENTS, StressBlock, StressPoint, StressRows, stress_points};
+pub use stress::{COMPONENTS, StressPoint, StressRows, stress_points};
 pub use whole::{AssemblyPart, AssemblyPlan};
 
 #[cfg(test)]

@@ -38,10 +38,10 @@ pub use error::{Fault, MeshError};
 pub use flaw::{Flaw, UnsupportedCells};
 pub use hash::hash;
 pub use place::Location;
-pub use quality::{jacobian_10, quality};
+pub use quality::jacobian_10;
 pub use raw::{RawMesh, Tetrahedra};
-pub use report::{GroupReport, MeshReport, QualityReport, RegionReport, inspect};
-pub use sources::sources;
+pub use report::{MeshReport, QualityReport, RegionReport, inspect};
+pub(crate) use sources::sources;
 pub use tables::read_tables;
 
 /// Polynomial order of the displacement in an element.

@@ -51,14 +51,14 @@ pub struct Parametric {
     #[serde(with = "crate::linalg::stored::list")]
     states: Vec<Mat<f64>>,
     /// What the enrichment did.
-    pub enrichment: EnrichmentReport,
+    pub(crate) enrichment: EnrichmentReport,
     /// Vectors of the compressed space.
-    pub reduced_size: usize,
+    pub(crate) reduced_size: usize,
     /// Parameter points at which the full space was sampled.
     pub samples: usize,
     /// Relative error of loads and state over fresh points of the box against full-order solves: (rms,
     /// worst).
-    pub map_error: (f64, f64),
+    pub(crate) map_error: (f64, f64),
 }
 
 /// Separates the stage responses over the box.
@@ -318,7 +318,7 @@ impl Parametric {
     }
 
     /// Points of each axis.
-    pub fn axis_points(&self) -> Vec<usize> {
+    pub(crate) fn axis_points(&self) -> Vec<usize> {
         self.map.axes.iter().map(Axis::len).collect()
     }
 
@@ -336,7 +336,7 @@ impl Parametric {
     ///
     /// # Errors
     /// If the setting lies outside the box.
-    pub fn responses(
+    pub(crate) fn responses(
         &self,
         scheme: &SchemeTable,
         setting: &Setting,

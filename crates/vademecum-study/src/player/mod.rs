@@ -49,7 +49,7 @@ pub struct PlacedPattern {
     /// Its number in the file.
     pub index: usize,
     /// Factor on it.
-    pub amplitude: f64,
+    pub(crate) amplitude: f64,
     /// How it follows time.
     pub when: History,
 }
@@ -194,7 +194,7 @@ pub struct PlayOptions {
 
 impl PlayOptions {
     /// Whether the chapter's scene is meant: it is asked for, or nothing is and the file has no other.
-    pub fn takes_chapter(&self, file: &File<'_>) -> bool {
+    pub(crate) fn takes_chapter(&self, file: &File<'_>) -> bool {
         let strain = file.section(SectionKind::StrainSizes).is_some();
         let only = !file.metadata().diagonal && !file.metadata().block && !strain;
         self.chapter || (only && self.scene.structure == StructureChoice::Auto)

@@ -15,8 +15,8 @@ const PLACES_ON_AN_EDGE: f64 = 4.0;
 
 /// A place on a path and the instants of its share, see [`vademecum_build::dynamics::History::share`].
 pub(super) struct Place {
-    pub point: [f64; 3],
-    pub share: [f64; 3],
+    pub(crate) point: [f64; 3],
+    pub(crate) share: [f64; 3],
 }
 
 /// Mean length of the edges of the loadable triangles.

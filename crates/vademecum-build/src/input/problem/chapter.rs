@@ -7,7 +7,7 @@ use serde::Deserialize;
 /// The form of the stage maps in the file.
 #[derive(Clone, Copy, Debug, Default, Deserialize, PartialEq, Eq, JsonSchema)]
 #[serde(rename_all = "lowercase")]
-pub enum Representation {
+pub(crate) enum Representation {
     /// The state enters as the vector it is.
     #[default]
     Block,
