@@ -15,7 +15,7 @@ use vademecum_build::input::toml_file::{self, TomlError};
 use crate::error::StudyError;
 use tables::{Columns, LARGEST, Tables};
 
-pub(crate) use check::MOST_LOADS;
+pub(crate) use check::MAX_LOADS;
 pub use entries::{
     BaseEntry, ContactEntry, FieldChoice, FreeEntry, OutputPlan, PatternUse, Scenario, SinusoidEntry, Total,
 };
@@ -67,7 +67,7 @@ impl Scenario {
     /// Number of steps of `time_step`, at least one.
     ///
     /// # Errors
-    /// [`StudyError::TooManySteps`] beyond [`MAX_STEPS`].
+    /// [`StudyError::TooManySteps`] beyond `MAX_STEPS`.
     pub fn steps(&self, time_step: f64) -> Result<usize, StudyError> {
         let (duration, steps) = (self.duration, (self.duration / time_step).round());
         let countable = steps <= MAX_STEPS as f64 && steps <= usize::MAX as f64;

@@ -24,10 +24,10 @@ use crate::separated::{
 /// Fresh points at which errors are measured.
 const FRESH: usize = 200;
 /// Solves of the small problem behind the first expansion; doubled until it keeps the tolerance, up to
-/// [`MOST_SAMPLES`].
+/// [`MAX_SAMPLES`].
 const FIRST_SAMPLES: usize = 1000;
 /// See [`FIRST_SAMPLES`].
-const MOST_SAMPLES: usize = 16_000;
+const MAX_SAMPLES: usize = 16_000;
 
 /// How far the separation goes.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -223,9 +223,9 @@ fn expand_on(
         let solve = |point: &[f64]| small.at(point).map(|response| fresh.stacked(&response));
         let samples = SampledBlocks::collect(&small.map.axes, most, known.as_ref(), solve)?;
         let expansion = Expansion::new(&samples);
-        listener.checkpoint(most, MOST_SAMPLES)?;
+        listener.checkpoint(most, MAX_SAMPLES)?;
         let enough = fresh.error(&expansion.at(&fresh.points)?) <= tolerance / 3.0;
-        if enough || samples.is_whole_grid() || most >= MOST_SAMPLES {
+        if enough || samples.is_whole_grid() || most >= MAX_SAMPLES {
             return Ok((expansion, samples.is_whole_grid()));
         }
         (known, most) = (Some(samples), 2 * most);

@@ -24,7 +24,7 @@ use chapter::{nearest_position, positions_of, with_chapter};
 use crate::contents::lines;
 use crate::error::{FileError, StudyError};
 use crate::near::{reach, within};
-use crate::scenario::{ContactEntry, FreeEntry, MOST_LOADS, PatternUse, Scenario};
+use crate::scenario::{ContactEntry, FreeEntry, MAX_LOADS, PatternUse, Scenario};
 
 /// A contact of a scenario on the surface of a file: the whole of it, a component of its force, or a place on
 /// its path.
@@ -111,8 +111,8 @@ impl Track {
                 }
             }
             // A scenario is held to as many contacts; those that move are more.
-            if contacts.len() > 3 * MOST_LOADS {
-                return Err(StudyError::TooManyPlaces { contact: index, edge, most: MOST_LOADS });
+            if contacts.len() > 3 * MAX_LOADS {
+                return Err(StudyError::TooManyPlaces { contact: index, edge, most: MAX_LOADS });
             }
         }
         let names = lines(file, SectionKind::PatternNames)?;

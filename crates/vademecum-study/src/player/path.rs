@@ -8,7 +8,7 @@ use vademecum_format::File;
 
 use crate::contents::Geometry;
 use crate::error::StudyError;
-use crate::scenario::MOST_LOADS;
+use crate::scenario::MAX_LOADS;
 
 /// Places on a mean edge of the loadable triangles.
 const PLACES_ON_AN_EDGE: f64 = 4.0;
@@ -45,8 +45,8 @@ pub(super) fn places(rows: &[(f64, [f64; 3])], edge: f64, contact: usize) -> Res
         let parts = (PLACES_ON_AN_EDGE * distance(a, b) / edge).ceil().max(1.0);
         // A surface without any extent has no edge to count by.
         let parts = if parts.is_nan() { f64::INFINITY } else { parts };
-        if stops.len() as f64 + parts > MOST_LOADS as f64 {
-            return Err(StudyError::TooManyPlaces { contact, edge, most: MOST_LOADS });
+        if stops.len() as f64 + parts > MAX_LOADS as f64 {
+            return Err(StudyError::TooManyPlaces { contact, edge, most: MAX_LOADS });
         }
         for part in 1..parts as usize {
             let c = part as f64 / parts;
