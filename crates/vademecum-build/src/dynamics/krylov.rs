@@ -5,7 +5,7 @@ use std::time::Instant;
 use faer::prelude::{Reborrow, ReborrowMut};
 use faer::{Mat, MatMut, MatRef};
 
-use super::modes::{Modes, ModesError};
+use super::natural::{Modes, ModesError};
 use super::orthonormal::orthonormalise;
 use crate::fem::{AT_ONCE, EngineError, PencilRows, Search, agree_matrix, contiguous};
 use crate::linalg::{Columns, Random, product, symmetric_eigen};

@@ -11,6 +11,7 @@ pub mod large;
 mod march;
 mod mode_table;
 mod modes;
+mod natural;
 mod orthonormal;
 mod reference;
 pub mod schemes;
@@ -29,7 +30,8 @@ pub use march::{
 };
 pub use mode_table::{ModeRow, mode_table, table_matrix};
 pub(crate) use modes::lowest_modes_kept;
-pub use modes::{FirstMode, Modes, ModesError, lowest_modes, search_on};
+pub use modes::{FirstMode, lowest_modes, search_on};
+pub use natural::{Modes, ModesError};
 pub use reference::{
     Complement, Decay, MarchMeter, MotionPart, ReferenceDistance, ReferenceError, ReferenceOptions,
     ReferenceSolution, ReferenceTrajectory,
