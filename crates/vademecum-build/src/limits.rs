@@ -10,7 +10,7 @@ mod groups;
 /// Energies are sums of products of four such numbers (a modulus, two displacements, a length), and double
 /// precision ends at 1e±308: with thirty digits to both sides no product of the builder comes near that end.
 /// Unit systems differ by far less (a modulus is 2e11 in SI, 2e5 in mm-N-tonne, 2e23 in km-kg-ns).
-pub const MAGNITUDE: (f64, f64) = (1e-30, 1e30);
+pub(crate) const MAGNITUDE: (f64, f64) = (1e-30, 1e30);
 
 /// Longest text of a problem: the vademecum file stores it in its metadata, with names and tables.
 pub(crate) const MAX_TEXT: usize = vademecum_format::MAX_METADATA - (1 << 17);
@@ -41,7 +41,7 @@ pub struct TooMuchMemory {
     /// Bytes allowed.
     pub limit: u64,
     /// The remedy, from a space on; may be empty.
-    pub instead: &'static str,
+    pub(crate) instead: &'static str,
 }
 
 /// Memory that may be used \[bytes\].

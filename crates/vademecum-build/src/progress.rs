@@ -99,7 +99,7 @@ impl<'a> Stopwatch<'a> {
     }
 
     /// The timings so far.
-    pub fn timings(&self) -> Vec<StageTiming> {
+    pub(crate) fn timings(&self) -> Vec<StageTiming> {
         self.timings.clone()
     }
 }

@@ -13,7 +13,7 @@ use crate::separated::StopReason;
 #[derive(Clone, Debug, serde::Serialize)]
 pub struct BuildReport {
     /// Title of the problem.
-    pub title: String,
+    pub(crate) title: String,
     /// Nodes of the mesh.
     pub nodes: usize,
     /// Elements of the mesh.
@@ -27,7 +27,7 @@ pub struct BuildReport {
     /// One entry per mode.
     pub mode_table: Vec<ModeRow>,
     /// Singular values of the snapshots.
-    pub singular_values: Vec<f64>,
+    pub(crate) singular_values: Vec<f64>,
     /// Snapshots taken.
     pub snapshots: usize,
     /// What was measured, per structure.

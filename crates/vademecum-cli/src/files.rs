@@ -203,11 +203,11 @@ pub(crate) fn read_file(path: &Path) -> Result<Vec<u8>, Failure> {
 #[derive(serde::Serialize)]
 pub(crate) struct RewriteOutput {
     /// Its path.
-    pub file: String,
+    pub(crate) file: String,
     /// Its length.
-    pub bytes: usize,
+    pub(crate) bytes: usize,
     /// Length of the one it was made of.
-    pub bytes_before: usize,
+    pub(crate) bytes_before: usize,
 }
 
 impl RewriteOutput {

@@ -44,7 +44,7 @@ pub mod front {
     pub use crate::arguments::{OutputArguments, positive, problem_or_demo, scenario_or_demo};
     pub use crate::console::{Console, show, tell};
     pub use crate::files::{outputs, write_bytes, write_picture};
-    pub use crate::pictures::{Area, Axes, COLORS, Chart, DrawResult, Series, axes, named};
+    pub use crate::pictures::{COLORS, Chart, DrawResult, Series, axes, named};
     pub use crate::print::{json, print_json};
 }
 

@@ -9,11 +9,11 @@ use crate::pictures::{COLORS, DrawResult, SIZE, number};
 /// Marks of an outline beside the body.
 pub(crate) struct Outline<'a> {
     /// Above the picture.
-    pub title: &'a str,
+    pub(crate) title: &'a str,
     /// Points to mark: colour index and position.
-    pub marks: &'a [(usize, [f64; 3])],
+    pub(crate) marks: &'a [(usize, [f64; 3])],
     /// Forces: where they act, and their direction.
-    pub forces: &'a [([f64; 3], [f64; 3])],
+    pub(crate) forces: &'a [([f64; 3], [f64; 3])],
 }
 
 /// Draws the surface of a body, seen from a corner: the triangles that face the viewer, far ones first.

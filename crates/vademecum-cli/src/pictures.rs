@@ -52,16 +52,16 @@ const NAMES: i32 = 26;
 /// The SVG, or why nothing could be drawn.
 pub type DrawResult = Result<String, Box<dyn Error>>;
 /// A part of a picture.
-pub type Area<'a> = DrawingArea<SVGBackend<'a>, Shift>;
+pub(crate) type Area<'a> = DrawingArea<SVGBackend<'a>, Shift>;
 /// Axes with their grid.
-pub type Axes<'a, X, Y> = ChartContext<'a, SVGBackend<'a>, Cartesian2d<X, Y>>;
+pub(crate) type Axes<'a, X, Y> = ChartContext<'a, SVGBackend<'a>, Cartesian2d<X, Y>>;
 
 /// Two lines and how far they are apart.
 pub(crate) struct ComparedLines<'a> {
     /// The reference, then the compared line.
-    pub lines: [Series<'a>; 2],
+    pub(crate) lines: [Series<'a>; 2],
     /// Start and end of each load along x.
-    pub acting: &'a [[f64; 2]],
+    pub(crate) acting: &'a [[f64; 2]],
 }
 
 /// Draws two lines that should be one, and their difference below; the times at which loads act are shaded.

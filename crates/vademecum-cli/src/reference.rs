@@ -9,9 +9,9 @@ const WIDTH: usize = 80;
 /// A page about a kind of file.
 pub(crate) struct Page {
     /// Name on the command line.
-    pub name: &'static str,
+    pub(crate) name: &'static str,
     /// Subject.
-    pub about: &'static str,
+    pub(crate) about: &'static str,
     text: &'static str,
 }
 

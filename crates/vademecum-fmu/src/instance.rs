@@ -19,7 +19,7 @@ use crate::variables::Variable;
 use crate::words::{Say, Words};
 
 /// Internal steps of one call at most: beyond that a caller has confused units, and would wait for hours.
-const MOST_STEPS: u64 = 1_000_000_000;
+const MAX_STEPS: u64 = 1_000_000_000;
 
 /// Phases of a simulation; one bit each, so that a set of them is a sum.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -372,8 +372,8 @@ impl Instance {
         if !(ratio.is_finite() && ratio > 0.0) {
             return Err(Refusal::NoMultiple { size, step }.into());
         }
-        if ratio > MOST_STEPS as f64 {
-            return Err(Refusal::TooManySteps { size, step, most: MOST_STEPS }.into());
+        if ratio > MAX_STEPS as f64 {
+            return Err(Refusal::TooManySteps { size, step, most: MAX_STEPS }.into());
         }
         let steps = (ratio + 0.5) as u64;
         // `Δt` times a whole number, but for its own rounding and that of the master's times.

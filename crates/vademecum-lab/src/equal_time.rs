@@ -9,7 +9,7 @@ use vademecum_build::input::BasisKind;
 
 use super::front::BETTER;
 use super::method::{Identity, Way};
-use super::table::Row;
+use super::row::Row;
 
 /// One canonical row and the row of ours it is held against.
 #[derive(Serialize)]

@@ -15,7 +15,8 @@ use vademecum_build::fem::SymmetricMatrix;
 use vademecum_build::progress::Listener;
 use vademecum_study::parts::Study;
 
-use super::method::{Group, March, Method, Part, Shipped, Way};
+use super::march::March;
+use super::method::{Group, Method, Part, Shipped, Way};
 use super::trajectory::{Projection, Reference, distance, distance_on_bases};
 use vademecum_study::StudyError;
 

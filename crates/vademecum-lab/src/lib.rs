@@ -17,9 +17,11 @@ mod errors;
 mod front;
 mod galerkin;
 mod large;
+mod march;
 mod measure;
 mod method;
 mod modal;
+mod row;
 mod staged;
 mod table;
 #[cfg(test)]
@@ -39,6 +41,7 @@ pub use large::{
 };
 pub use method::{Identity, Precision, Way};
 pub use modal::ExactModes;
-pub use table::{BenchTable, COLUMNS, Column, Row, SchemeDistance};
+pub use row::Row;
+pub use table::{BenchTable, COLUMNS, Column, SchemeDistance};
 pub use two_stage::TwoStage;
 pub use vademecum_study::parts::{Study, Timed};

@@ -6,14 +6,15 @@ use std::rc::Rc;
 use serde::{Serialize, Serializer};
 use vademecum_build::Matrix;
 use vademecum_build::basis::Basis;
-use vademecum_build::dynamics::{SchemeKind, TimedLoad};
+use vademecum_build::dynamics::SchemeKind;
 use vademecum_build::input::BasisKind;
 use vademecum_eval::{Scalar, SceneOptions, StructureChoice};
 use vademecum_format::File;
 use vademecum_study::compare::coordinate_matrix;
 use vademecum_study::player::{Track, play_in};
 
-use super::chapter::{self, ChapterMarch};
+use super::chapter;
+use super::march::{ChapterMarch, March};
 use super::staged::{self, ReducedSolver};
 use super::trajectory::thinned;
 use vademecum_build::progress::Listener;
@@ -214,21 +215,6 @@ pub(super) enum Stepper {
         /// The loads of each march; the answer is the sum of the marches.
         tracks: Rc<Vec<Track>>,
     },
-}
-
-/// Inputs of a march of a method.
-#[derive(Clone, Copy)]
-pub(super) struct March<'a> {
-    /// The scenario, as files take it.
-    pub track: &'a Track,
-    /// The scenario, as solvers without a file take it.
-    pub loads: &'a [TimedLoad],
-    /// Δt \[s\], for files only: a solver has its own.
-    pub time_step: f64,
-    /// Steps.
-    pub steps: usize,
-    /// Every so many instants are kept.
-    pub stride: usize,
 }
 
 impl Method {

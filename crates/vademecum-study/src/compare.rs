@@ -15,25 +15,25 @@ use crate::error::{FileError, StudyError};
 
 /// A full-order march and its distance from a reduced one.
 #[derive(Clone, Debug)]
-pub struct Comparison {
+pub(crate) struct Comparison {
     /// Relative L2 errors over all dofs and steps, mass norm.
-    pub error: TrajectoryError,
+    pub(crate) error: TrajectoryError,
     /// Energy at each instant, the start included \[J\].
-    pub energy: Vec<f64>,
+    pub(crate) energy: Vec<f64>,
     /// Value of each probe at each instant, shape (instants, probes), row-major.
-    pub probes: Vec<f64>,
+    pub(crate) probes: Vec<f64>,
     /// Wall time of one step \[s\].
-    pub seconds_per_step: f64,
+    pub(crate) seconds_per_step: f64,
 }
 
 /// A reduced motion, for comparison.
-pub struct ReducedMotion<'a> {
+pub(crate) struct ReducedMotion<'a> {
     /// Rows of `B` over the free dofs, shape (n, r).
-    pub basis: MatRef<'a, f64>,
+    pub(crate) basis: MatRef<'a, f64>,
     /// ζ at each instant, the start included; shape (r, instants).
-    pub coordinates: MatRef<'a, f64>,
+    pub(crate) coordinates: MatRef<'a, f64>,
     /// Row over the free dofs of each probe: (dof, weight).
-    pub probes: &'a [Vec<(u32, f64)>],
+    pub(crate) probes: &'a [Vec<(u32, f64)>],
 }
 
 /// Marches the loads from rest and measures the reduced trajectory against it. `observe` sees every state,
@@ -41,7 +41,7 @@ pub struct ReducedMotion<'a> {
 ///
 /// # Errors
 /// [`StudyError::March`]: as [`march_full_order`]; [`FileError::DependentColumns`].
-pub fn compare(
+pub(crate) fn compare(
     body: &Body,
     full: &FullOrder<'_>,
     loads: &[TimedLoad],

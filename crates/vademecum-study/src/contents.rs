@@ -38,7 +38,7 @@ pub fn numbers(file: &File<'_>, kind: SectionKind) -> Result<Vec<f64>, FileError
 ///
 /// # Errors
 /// As [`numbers`].
-pub fn indices(file: &File<'_>, kind: SectionKind) -> Result<Vec<u64>, FileError> {
+pub(crate) fn indices(file: &File<'_>, kind: SectionKind) -> Result<Vec<u64>, FileError> {
     let Some(section) = file.section(kind) else { return Ok(vec![]) };
     let raw = decode(&section, limit(file))?;
     let short = |bytes: &[u8; 4]| u64::from(u32::from_le_bytes(*bytes));

@@ -18,11 +18,11 @@ use crate::study::Study;
 #[derive(Clone, Debug, Serialize)]
 pub struct Model {
     /// Version of this list.
-    pub version: u32,
+    pub(crate) version: u32,
     /// Title of the problem.
-    pub title: String,
+    pub(crate) title: String,
     /// Units of the problem.
-    pub units: String,
+    pub(crate) units: String,
     /// Free dofs n.
     pub dofs: usize,
     /// Time scheme.
@@ -57,7 +57,7 @@ pub struct LoadCourse {
     pub table: Option<Vec<[f64; 2]>>,
     /// A factor.
     #[serde(skip_serializing_if = "Option::is_none")]
-    pub wave: Option<WaveFactor>,
+    pub(crate) wave: Option<WaveFactor>,
     /// A factor that rises from 0 at the first instant \[s\] to 1 at the second and falls to 0 at the third:
     /// a place on the path of a contact. Where two instants are the same, it is 1 on that side.
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -66,15 +66,15 @@ pub struct LoadCourse {
 
 /// `mean + sin(phase + 2π (f₀ t + ½ (f₁ − f₀) t²/sweep))`, with `t` from the start of the load.
 #[derive(Clone, Copy, Debug, Serialize)]
-pub struct WaveFactor {
+pub(crate) struct WaveFactor {
     /// `f₀` and `f₁` \[Hz\].
-    pub frequency: [f64; 2],
+    pub(crate) frequency: [f64; 2],
     /// Time from one to the other \[s\].
-    pub sweep: f64,
+    pub(crate) sweep: f64,
     /// Phase at the start \[rad\].
-    pub phase: f64,
+    pub(crate) phase: f64,
     /// Mean value.
-    pub mean: f64,
+    pub(crate) mean: f64,
 }
 
 impl From<&History> for LoadCourse {

@@ -40,7 +40,7 @@ mod truth;
 pub mod verify;
 
 pub use error::{FileError, StudyError};
-pub use truth::{Entries, TruthErrors, contact_error};
+pub use truth::{TruthErrors, contact_error};
 
 /// Parts of verifications for programs that compare methods: reference solutions, played files, statistics.
 pub mod parts {

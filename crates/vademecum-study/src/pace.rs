@@ -21,7 +21,7 @@ pub(crate) struct Pace<'a> {
 
 impl<'a> Pace<'a> {
     /// A march by steps of `time_step` starts now.
-    pub fn new(time_step: f64, listener: &'a dyn Listener) -> Self {
+    pub(crate) fn new(time_step: f64, listener: &'a dyn Listener) -> Self {
         Self { listener, time_step, start: Instant::now(), known: AtomicBool::new(false) }
     }
 }

@@ -16,18 +16,18 @@ pub(crate) struct PlacedProbe {
     node: usize,
     direction: [f64; 3],
     /// Position of the node at rest.
-    pub position: [f64; 3],
+    pub(crate) position: [f64; 3],
 }
 
 impl PlacedProbe {
     /// Displacement along its direction \[m\].
-    pub fn value(&self, body: &dyn Playable<Number = f64>) -> Result<f64, FileError> {
+    pub(crate) fn value(&self, body: &dyn Playable<Number = f64>) -> Result<f64, FileError> {
         let moved = self.displacement(body)?;
         Ok((0..3).map(|c| moved[c] * self.direction[c]).sum())
     }
 
     /// Displacement of its node \[m\].
-    pub fn displacement(&self, body: &dyn Playable<Number = f64>) -> Result<[f64; 3], FileError> {
+    pub(crate) fn displacement(&self, body: &dyn Playable<Number = f64>) -> Result<[f64; 3], FileError> {
         body.node(self.node)
     }
 }

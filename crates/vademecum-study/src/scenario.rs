@@ -15,15 +15,15 @@ use vademecum_build::input::toml_file::{self, TomlError};
 use crate::error::StudyError;
 use tables::{Columns, LARGEST, Tables};
 
-pub(crate) use check::MOST_LOADS;
+pub(crate) use check::MAX_LOADS;
 pub use entries::{
-    BaseEntry, ChirpEntry, ContactEntry, FieldChoice, FreeEntry, OutputPlan, PatternUse, Scenario,
-    SinusoidEntry, StressEntry, StressQuantity, Total,
+    BaseEntry, ContactEntry, FieldChoice, FreeEntry, OutputPlan, PatternUse, Scenario, SinusoidEntry, Total,
 };
+pub(crate) use entries::{StressEntry, StressQuantity};
 pub use tables::Rows;
 
 /// Most steps that a march can have: beyond, `n Δt` no longer tells one instant from the next.
-pub const MAX_STEPS: u64 = 1 << 53;
+pub(crate) const MAX_STEPS: u64 = 1 << 53;
 
 /// Most steps that a file is marched unless it is asked for more: at about a microsecond for a step and its
 /// row of probes a quarter of an hour, and a table of some 60 GB if every step writes a row.
@@ -44,7 +44,7 @@ pub struct ScenarioError(#[from] pub TomlError);
 impl Scenario {
     /// Start and end of each load \[s\], within the scenario.
     #[must_use]
-    pub fn acting(&self) -> Vec<[f64; 2]> {
+    pub(crate) fn acting(&self) -> Vec<[f64; 2]> {
         let contacts = self.contacts.iter().map(|load| [load.start, load.end]);
         let all = contacts.chain(self.patterns.iter().map(|load| [load.start, load.end]));
         all.map(|[start, end]| [start.min(self.duration), end.min(self.duration)]).collect()
@@ -67,7 +67,7 @@ impl Scenario {
     /// Number of steps of `time_step`, at least one.
     ///
     /// # Errors
-    /// [`StudyError::TooManySteps`] beyond [`MAX_STEPS`].
+    /// [`StudyError::TooManySteps`] beyond `MAX_STEPS`.
     pub fn steps(&self, time_step: f64) -> Result<usize, StudyError> {
         let (duration, steps) = (self.duration, (self.duration / time_step).round());
         let countable = steps <= MAX_STEPS as f64 && steps <= usize::MAX as f64;

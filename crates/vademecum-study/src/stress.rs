@@ -37,7 +37,7 @@ pub struct LargestStress {
 ///
 /// # Errors
 /// As [`indices`].
-pub fn stress_places(file: &File<'_>) -> Result<Vec<StressPlace>, FileError> {
+pub(crate) fn stress_places(file: &File<'_>) -> Result<Vec<StressPlace>, FileError> {
     let points = indices(file, SectionKind::StressPoints)?;
     if points.is_empty() {
         return Ok(vec![]);
@@ -54,7 +54,7 @@ pub fn stress_places(file: &File<'_>) -> Result<Vec<StressPlace>, FileError> {
 /// Points of a run with stress.
 pub(crate) struct Stresses {
     /// All points.
-    pub places: Vec<StressPlace>,
+    pub(crate) places: Vec<StressPlace>,
     columns: Vec<Column>,
 }
 
@@ -70,7 +70,7 @@ impl Stresses {
     ///
     /// # Errors
     /// [`StudyError::ProbeTwice`]; [`StudyError::NoStress`]: a file without stress.
-    pub fn place(
+    pub(crate) fn place(
         file: &File<'_>,
         entries: &[StressEntry],
         known: &mut Vec<String>,
@@ -117,19 +117,19 @@ impl Stresses {
     }
 
     /// Number of columns.
-    pub fn n_columns(&self) -> usize {
+    pub(crate) fn n_columns(&self) -> usize {
         self.columns.len()
     }
 
     /// A column, of the stresses of all points: between two regions the value of the larger size.
-    pub fn column(&self, column: usize, stresses: &[Tensor]) -> f64 {
+    pub(crate) fn column(&self, column: usize, stresses: &[Tensor]) -> f64 {
         let Column { points, quantity } = &self.columns[column];
         let values = points.iter().map(|&point| quantity.of(&stresses[point]));
         values.fold(0.0, |most: f64, value| if value.abs() > most.abs() { value } else { most })
     }
 
     /// The largest equivalent stress of all points.
-    pub fn largest(&self, stresses: &[Tensor], time: f64) -> Option<LargestStress> {
+    pub(crate) fn largest(&self, stresses: &[Tensor], time: f64) -> Option<LargestStress> {
         let all = stresses.iter().map(Tensor::von_mises).zip(&self.places);
         let (von_mises, &place) = all.max_by(|a, b| a.0.total_cmp(&b.0))?;
         Some(LargestStress { von_mises, place, time })
@@ -137,7 +137,7 @@ impl Stresses {
 
     /// Stress and equivalent stress of each of so many nodes, shape (nodes, 6) and (nodes); NaN where it is
     /// not known, and between two regions that of the larger equivalent stress.
-    pub fn fields(&self, stresses: &[Tensor], stress: &mut [f64], von_mises: &mut [f64]) {
+    pub(crate) fn fields(&self, stresses: &[Tensor], stress: &mut [f64], von_mises: &mut [f64]) {
         stress.fill(f64::NAN);
         von_mises.fill(f64::NAN);
         let rows = stress.as_chunks_mut::<6>().0;

@@ -24,7 +24,7 @@ impl StressCheck {
     ///
     /// # Errors
     /// [`FileError`]; [`StudyError::Stress`].
-    pub fn new(
+    pub(crate) fn new(
         file: &File<'_>,
         body: &Body,
         file_nodes: &[u32],
@@ -56,7 +56,11 @@ impl StressCheck {
     }
 
     /// Adds the stress that the file shows at an instant.
-    pub fn take(&self, body: &dyn Playable<Number = f64>, shown: &mut Vec<Tensor>) -> Result<(), FileError> {
+    pub(crate) fn take(
+        &self,
+        body: &dyn Playable<Number = f64>,
+        shown: &mut Vec<Tensor>,
+    ) -> Result<(), FileError> {
         for &point in &self.points {
             shown.push(body.stress(point)?);
         }
@@ -65,7 +69,7 @@ impl StressCheck {
 
     /// The largest equivalent stress of the difference, over points and instants, as a share of the largest
     /// of the exact motion; nothing where that has none.
-    pub fn error(&self, truth: &ReferenceTrajectory<'_>, shown: &[Tensor]) -> Option<f64> {
+    pub(crate) fn error(&self, truth: &ReferenceTrajectory<'_>, shown: &[Tensor]) -> Option<f64> {
         let exact = truth.along(&self.rows);
         let (mut apart, mut largest) = (0.0_f64, 0.0_f64);
         for (instant, shown) in shown.chunks_exact(self.points.len()).enumerate() {

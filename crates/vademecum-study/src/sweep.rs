@@ -32,24 +32,24 @@ pub struct Sweep {
     pub problems: Vec<PathBuf>,
     /// Keys that change from job to job.
     #[serde(default)]
-    pub vary: Vec<Vary>,
+    pub(crate) vary: Vec<Vary>,
     /// Combine the first values of all keys, then the second ones, and so on; else every
     /// value of a key meets every one of the others.
     #[serde(default)]
     pub together: bool,
     /// More arguments of every build.
     #[serde(default)]
-    pub arguments: Vec<String>,
+    pub(crate) arguments: Vec<String>,
 }
 
 /// One key of the problem file.
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub struct Vary {
+pub(crate) struct Vary {
     /// Its path, such as `material[0].young`.
-    pub key: String,
+    pub(crate) key: String,
     /// Its values.
-    pub values: Vec<Value>,
+    pub(crate) values: Vec<Value>,
 }
 
 /// A sweep that means no jobs.

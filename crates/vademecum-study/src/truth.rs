@@ -98,7 +98,7 @@ pub(crate) fn truth_errors(
 }
 
 /// Loads, and the number of the contact that each belongs to.
-pub type Entries<'a> = (&'a [TimedLoad], &'a [usize]);
+pub(crate) type Entries<'a> = (&'a [TimedLoad], &'a [usize]);
 
 /// The largest relative L2 error of what is shown under a contact, the displacement along its force, over the
 /// instants at which the force acts. Components of a force and places on a path are summed. `shown` has shape

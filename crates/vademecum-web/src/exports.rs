@@ -20,7 +20,7 @@ use vademecum_eval::{
 
 use crate::message::Message;
 use crate::refusal::Refusal;
-use crate::tool::{MOST_PLACES, Sphere, Tool, body_options};
+use crate::tool::{MAX_PLACES, Sphere, Tool, body_options};
 
 /// Numbers in the exchange buffer.
 const EXCHANGE: usize = 64;
@@ -670,7 +670,7 @@ pub extern "C" fn lift_tool() -> u32 {
 #[unsafe(no_mangle)]
 pub extern "C" fn tool() -> u32 {
     let module = module();
-    let (mut head, mut touches, mut count) = ([0.0; 6], [0.0; 6 * MOST_PLACES], 0);
+    let (mut head, mut touches, mut count) = ([0.0; 6], [0.0; 6 * MAX_PLACES], 0);
     let done = module.ask(|bound| {
         let Some(tool) = &bound.tool else { return Ok(0) };
         let pushed = tool.touches().iter().filter(|touch| touch.force != [0.0; 3]);

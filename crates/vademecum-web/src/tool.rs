@@ -20,12 +20,12 @@ use crate::refusal::Refusal;
 use crate::vectors::{Vector, dot, length, minus, plus, times};
 
 /// Places of the body that are looked at in a step, and most that may be pushed.
-pub const MOST_PLACES: usize = MOST;
+pub const MAX_PLACES: usize = MOST;
 
 /// Options of a body that a tool can press: room for the places it touches, and for the loads beside its own.
 #[must_use]
 pub fn body_options(scene: SceneOptions) -> BodyOptions {
-    BodyOptions { scene, places: MOST_PLACES, keep_loads: true, flight: false, ..BodyOptions::default() }
+    BodyOptions { scene, places: MAX_PLACES, keep_loads: true, flight: false, ..BodyOptions::default() }
 }
 
 /// Gaps are closed up to this part of the radius.

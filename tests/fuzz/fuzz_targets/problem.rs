@@ -11,7 +11,7 @@ use vademecum_build::pipeline::{BuildError, BuildOptions, with_context};
 use vademecum_build::progress::Silent;
 
 /// Most cells of a block that is meshed: a few milliseconds each way.
-const MOST_CELLS: usize = 64;
+const MAX_CELLS: usize = 64;
 /// Memory that a plan may use \[bytes\].
 const MEMORY: u64 = 200_000_000;
 
@@ -25,12 +25,12 @@ fuzz_target!(|text: &[u8]| {
     let cells: usize = block.divisions.iter().product();
     let options = BuildOptions { memory: Some(MEMORY), ..BuildOptions::default() };
     let files = problem.snapshots.npy.is_some() || problem.snapshots.vtu.is_some();
-    if files || (MOST_CELLS..20_000).contains(&cells) {
+    if files || (MAX_CELLS..20_000).contains(&cells) {
         return;
     }
     let planned = with_context(&problem, &options, &Silent, |context, _| context.plan(&problem));
     let planned: Result<_, BuildError> = planned;
-    assert!(cells < MOST_CELLS || planned.is_err(), "{cells} cells in {MEMORY} bytes");
+    assert!(cells < MAX_CELLS || planned.is_err(), "{cells} cells in {MEMORY} bytes");
     // Every refusal says something, its causes too.
     if let Err(error) = planned {
         let mut next: Option<&dyn std::error::Error> = Some(&error);

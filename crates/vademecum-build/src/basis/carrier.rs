@@ -19,11 +19,11 @@ const MAX_SAMPLES: usize = 9;
 
 /// The basis and how many snapshots stand behind it.
 #[doc(alias = "Krylov enrichment")]
-pub struct Carrier {
+pub(crate) struct Carrier {
     /// The basis, M-orthonormal in the nominal mass.
-    pub basis: Basis,
+    pub(crate) basis: Basis,
     /// Snapshots of all samples.
-    pub n_snapshots: usize,
+    pub(crate) n_snapshots: usize,
 }
 
 /// Snapshots and Ritz vectors at the nominal values and at the corners of the region scales, then their POD.

@@ -7,15 +7,14 @@ mod pod;
 mod ritz;
 mod snapshots;
 
-pub use carrier::Carrier;
 pub(crate) use carrier::sample_settings;
 pub use error::BasisError;
 pub(crate) use find::find_basis;
 pub(crate) use find::most_vectors;
 pub use find::{basis_of_pod, decompose};
-pub use pod::{Apply, Pod, StreamingPod};
+pub use pod::{Pod, StreamingPod};
 pub use ritz::{Basis, modes_basis, pod_basis, ritz_basis};
-pub use snapshots::{CachedRuns, SnapshotError, SnapshotSchedule, compute, import};
+pub use snapshots::{CachedRuns, SnapshotError, SnapshotSchedule};
 pub use snapshots::{run_loads, spread_nodes};
 
 #[cfg(test)]

@@ -15,7 +15,7 @@ use faer::{Mat, MatRef};
 use crate::linalg::NoConvergence;
 
 /// A symmetric positive (semi)definite operator `W`, applied to all columns at once: `(x, y)` sets `y = W x`.
-pub type Apply<'a> = &'a dyn Fn(MatRef<'_, f64>, faer::MatMut<'_, f64>);
+pub(crate) type Apply<'a> = &'a dyn Fn(MatRef<'_, f64>, faer::MatMut<'_, f64>);
 
 /// A symmetric matrix as an operator.
 pub(crate) fn apply(
@@ -37,7 +37,7 @@ pub struct Pod {
     /// Singular values of the snapshot matrix in the inner product, length k.
     pub singular_values: Vec<f64>,
     /// Squared W-norm of all snapshots, those truncated included.
-    pub total_energy: f64,
+    pub(crate) total_energy: f64,
     /// Number of snapshots seen.
     pub n_snapshots: usize,
 }

@@ -196,7 +196,7 @@ fn name(first: usize, count: usize) -> String {
 ///
 /// # Errors
 /// [`SnapshotError`].
-pub fn compute(
+pub(crate) fn compute(
     body: &Body,
     full: &FullOrder<'_>,
     runs: &SnapshotSchedule,
@@ -281,7 +281,7 @@ fn run_group(
 ///
 /// # Errors
 /// [`SnapshotError`] if a file cannot be read or does not fit the mesh.
-pub fn import(
+pub(crate) fn import(
     body: &Body,
     problem: &Problem,
     inner_product: Apply<'_>,

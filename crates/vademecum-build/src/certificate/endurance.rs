@@ -17,17 +17,17 @@ const AFTER_RELEASE: f64 = 0.9;
 /// A march that was measured, and what is allowed: error ≤ `floor_ratio` × floor + `absolute`.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Measured {
-    pub steps: f64,
-    pub error: f64,
-    pub floor: f64,
-    pub floor_ratio: f64,
-    pub absolute: f64,
+    pub(crate) steps: f64,
+    pub(crate) error: f64,
+    pub(crate) floor: f64,
+    pub(crate) floor_ratio: f64,
+    pub(crate) absolute: f64,
 }
 
 impl Measured {
     /// Steps for which the trajectory keeps the tolerance by that estimate: 0 where it missed it already,
     /// infinite where nothing was seen beyond the floor, else at least the steps marched.
-    pub fn good_for_steps(&self) -> f64 {
+    pub(crate) fn good_for_steps(&self) -> f64 {
         if self.error.is_nan() || self.floor.is_nan() {
             return f64::NAN;
         }

@@ -92,12 +92,12 @@ pub struct Measured {
     /// Largest modulus of the eigenvalues of the step.
     pub spectral_radius: f64,
     /// Largest energy of a long free run over the energy at its start.
-    pub energy_ratio: f64,
+    pub(crate) energy_ratio: f64,
     /// Defect of reciprocity between the loads.
-    pub reciprocity: f64,
+    pub(crate) reciprocity: f64,
     /// Largest energy of the motions that the loads left, over a million free steps, over that at their
     /// start.
-    pub energy_growth: f64,
+    pub(crate) energy_growth: f64,
 }
 
 impl Measured {
@@ -118,7 +118,7 @@ impl Measured {
 ///
 /// # Errors
 /// As [`measure`].
-pub fn certify(
+pub(crate) fn certify(
     candidates: &[Candidate<'_>],
     order: &NodeOrder,
     mass: &SymmetricMatrix,
@@ -183,7 +183,7 @@ pub fn measure(
 ///
 /// # Errors
 /// [`CertificateError`]: a stiffness that does not factorise, a file the evaluator refuses, a stop.
-pub fn certify_exact(
+pub(crate) fn certify_exact(
     candidate: &Candidate<'_>,
     (order, dofs): (&NodeOrder, &DofMap),
     model: (&Pencil, &Symbolic, MatRef<'_, f64>),

@@ -10,19 +10,19 @@
 use vademecum_format::{File, FormatError, SectionKind};
 
 /// Numbers of one structure.
-pub const FIGURES: usize = 3;
+pub(crate) const FIGURES: usize = 3;
 
 /// Figures of a structure that the metadata of a file have no place for; NaN where nothing was measured.
 #[derive(Clone, Copy, Debug, PartialEq, serde::Serialize)]
 pub struct Figures {
     /// Largest error ÷ floor of any run; the largest error may be another run's.
-    pub floor_ratio: f64,
+    pub(crate) floor_ratio: f64,
     /// Defect of reciprocity: `‖h_ab − h_ba‖ ÷ ‖h_ab‖` over pairs of unseen loads and all steps, with `h_ab`
     /// the displacement along load `a` under load `b`.
-    pub reciprocity: f64,
+    pub(crate) reciprocity: f64,
     /// Largest energy of the free motions that the unseen loads left, over the energy at their start, seen at
     /// 320 instants of a million steps.
-    pub energy_growth: f64,
+    pub(crate) energy_growth: f64,
 }
 
 impl Default for Figures {
@@ -41,13 +41,13 @@ impl Figures {
 
     /// From their order in the file.
     #[must_use]
-    pub fn from_numbers([floor_ratio, reciprocity, energy_growth]: [f64; FIGURES]) -> Self {
+    pub(crate) fn from_numbers([floor_ratio, reciprocity, energy_growth]: [f64; FIGURES]) -> Self {
         Self { floor_ratio, reciprocity, energy_growth }
     }
 
     /// The larger of each; not measured as soon as one was not.
     #[must_use]
-    pub fn worse(&self, other: &Self) -> Self {
+    pub(crate) fn worse(&self, other: &Self) -> Self {
         let (a, b) = (self.numbers(), other.numbers());
         Self::from_numbers(std::array::from_fn(|i| larger(a[i], b[i])))
     }
@@ -75,7 +75,7 @@ pub struct FileFigures {
 }
 
 impl FileFigures {
-    /// In the order of the file, shape (3, [`FIGURES`]).
+    /// In the order of the file, shape (3, `FIGURES`).
     #[must_use]
     pub fn numbers(&self) -> Vec<f64> {
         [self.diagonal, self.block, self.chapter].iter().flat_map(Figures::numbers).map(finite).collect()

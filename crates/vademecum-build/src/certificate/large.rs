@@ -60,7 +60,7 @@ pub struct LargeReport {
 
 impl LargeReport {
     /// The runs as the metadata of a file keep them.
-    pub fn measured(&self, steps: usize) -> StructureMeasured {
+    pub(crate) fn measured(&self, steps: usize) -> StructureMeasured {
         let run = |run: &LargeRun| TrajectoryError { error: run.error, floor: run.floor };
         StructureMeasured::of_runs(self.runs.iter().map(run).collect(), steps)
     }

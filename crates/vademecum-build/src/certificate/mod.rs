@@ -17,11 +17,13 @@ mod unseen;
 mod verdict;
 
 pub use error::CertificateError;
-pub use evaluated::{Candidate, Measured, certify, certify_exact, measure, spectral_radius};
-pub use figures::{FIGURES, Figures, FileFigures};
+pub use evaluated::{Candidate, Measured, measure, spectral_radius};
+pub(crate) use evaluated::{certify, certify_exact};
+pub(crate) use figures::FIGURES;
+pub use figures::{Figures, FileFigures};
 pub use large::{CONVERGED_SUBSTEPS, LargeReport, LargeRun};
 pub(crate) use large::{certify_push, push_motion};
-pub use over_box::{BoxCertificate, certify_box};
+pub(crate) use over_box::certify_box;
 pub(crate) use unseen::TRAJECTORIES;
 pub use unseen::{UnseenLoad, UnseenLoads};
 pub use verdict::{BOUNDED, StructureMeasured, StructureReport};

@@ -29,16 +29,16 @@ const SEED: u64 = 9;
 
 /// The certificate of a box and where its worst values lie.
 #[derive(Clone, Debug)]
-pub struct BoxCertificate {
+pub(crate) struct BoxCertificate {
     /// Worst values over the box, and the runs at every corner.
-    pub worst: StructureMeasured,
+    pub(crate) worst: StructureMeasured,
     /// Parameter values at the corner of the largest trajectory error.
-    pub worst_trajectory_at: Vec<f64>,
+    pub(crate) worst_trajectory_at: Vec<f64>,
     /// Parameter values at the largest spectral radius.
-    pub worst_radius_at: Vec<f64>,
+    pub(crate) worst_radius_at: Vec<f64>,
     /// The spectral radius at the corners, at the values of the problem file and at random points, in this
     /// order.
-    pub radius_samples: Vec<RadiusSample>,
+    pub(crate) radius_samples: Vec<RadiusSample>,
 }
 
 /// Marches unseen loads at every corner of the box, full order beside the file's block structure, and checks
@@ -48,7 +48,7 @@ pub struct BoxCertificate {
 ///
 /// # Errors
 /// [`CertificateError`]: a march that fails or is stopped, a file the evaluator refuses.
-pub fn certify_box(
+pub(crate) fn certify_box(
     bytes: &[u8],
     order: &NodeOrder,
     prepared: &Prepared,

@@ -21,7 +21,7 @@ pub struct UnseenLoad {
     /// Force \[N\].
     pub force: [f64; 3],
     /// The same over the free dofs, and when it acts.
-    pub timed: TimedLoad,
+    pub(crate) timed: TimedLoad,
 }
 
 /// Loads the snapshots have not seen.
@@ -74,7 +74,7 @@ impl UnseenLoads {
     }
 
     /// As the full-order solver takes them.
-    pub fn timed(&self) -> Vec<TimedLoad> {
+    pub(crate) fn timed(&self) -> Vec<TimedLoad> {
         self.loads.iter().map(|load| load.timed.clone()).collect()
     }
 }

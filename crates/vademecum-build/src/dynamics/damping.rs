@@ -54,7 +54,7 @@ impl Damping {
     /// # Errors
     /// [`DampingError`] for coefficients or ratios that are negative, not finite, or would feed energy to
     /// some mode.
-    pub fn rayleigh(&self) -> Result<Rayleigh, DampingError> {
+    pub(crate) fn rayleigh(&self) -> Result<Rayleigh, DampingError> {
         match *self {
             Damping::None => Ok(Rayleigh::default()),
             Damping::Rayleigh(r) if r.is_sound() => Ok(r),
@@ -83,7 +83,7 @@ fn rayleigh_of_ratios(pairs: [(f64, f64); 2]) -> Result<Rayleigh, DampingError> 
 
 impl Rayleigh {
     /// True if no mode gains energy: both coefficients finite and not negative.
-    pub fn is_sound(&self) -> bool {
+    pub(crate) fn is_sound(&self) -> bool {
         [self.alpha, self.beta].iter().all(|x| *x >= 0.0 && x.is_finite())
     }
 

@@ -152,11 +152,6 @@ impl<'a> FullOrder<'a> {
         &self.table
     }
 
-    /// Number of factors held: distinct pairs of weights among the stages.
-    pub fn n_factors(&self) -> usize {
-        self.factors.len()
-    }
-
     /// Memory for `columns` trajectories; `refine` adds one step of iterative refinement to every solve.
     pub fn workspace(&self, columns: usize, refine: bool) -> Workspace {
         let zero = || Mat::zeros(self.n_dof(), columns);

@@ -12,7 +12,7 @@ use std::sync::Arc;
 use super::interval::{Interval, TIE};
 
 /// Largest distance of a load from the chords it is stepped with, as a part of its amplitude.
-pub const CHORD: f64 = 1e-6;
+pub(crate) const CHORD: f64 = 1e-6;
 
 /// Most parts of a piece of time, whatever the load: 29 periods of a sinusoid.
 const MAX_PARTS: f64 = 65_536.0;
@@ -130,14 +130,6 @@ impl History {
         match self.share {
             Some([_, top, to]) if top < to => end.min(to),
             _ => end,
-        }
-    }
-
-    /// Highest frequency \[Hz\] of its course.
-    pub fn highest_frequency(&self) -> f64 {
-        match &self.course {
-            Course::Wave(wave) => wave.frequency[0].max(wave.frequency[1]),
-            _ => 0.0,
         }
     }
 

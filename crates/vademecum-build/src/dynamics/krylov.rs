@@ -5,7 +5,7 @@ use std::time::Instant;
 use faer::prelude::{Reborrow, ReborrowMut};
 use faer::{Mat, MatMut, MatRef};
 
-use super::modes::{Modes, ModesError};
+use super::natural::{Modes, ModesError};
 use super::orthonormal::orthonormalise;
 use crate::fem::{AT_ONCE, EngineError, PencilRows, Search, agree_matrix, contiguous};
 use crate::linalg::{Columns, Random, product, symmetric_eigen};
@@ -53,16 +53,16 @@ pub(crate) struct SearchSpace {
 
 /// Rayleigh–Ritz pairs, `θ` descending.
 pub(super) struct RitzPairs {
-    pub values: Vec<f64>,
+    pub(crate) values: Vec<f64>,
     /// Coordinates in the expanded basis.
     vectors: Mat<f64>,
     /// Relative to `θ`.
-    pub residuals: Vec<f64>,
+    pub(crate) residuals: Vec<f64>,
 }
 
 impl<'a> Krylov<'a> {
     /// A space for a search, of random vectors.
-    pub fn new(
+    pub(crate) fn new(
         rows: &'a mut dyn PencilRows,
         search: &Search,
         kept: Option<&'a CachedSolves<'a>>,
@@ -92,7 +92,7 @@ impl<'a> Krylov<'a> {
     }
 
     /// A space for a search, from what an earlier one for fewer modes has grown.
-    pub fn resume(
+    pub(crate) fn resume(
         rows: &'a mut dyn PencilRows,
         search: &Search,
         kept: Option<&'a CachedSolves<'a>>,
@@ -107,7 +107,7 @@ impl<'a> Krylov<'a> {
     }
 
     /// Starting space for a search for more modes; none where columns were left out for want of room.
-    pub fn grown(self) -> Option<SearchSpace> {
+    pub(crate) fn grown(self) -> Option<SearchSpace> {
         let whole = self.used() < self.capacity;
         let Self { basis, expanded, projected, random, .. } = self;
         whole.then_some(SearchSpace { basis, expanded, projected, random })
@@ -117,7 +117,7 @@ impl<'a> Krylov<'a> {
         self.basis.as_ref().ncols()
     }
 
-    pub fn frontier(&self) -> usize {
+    pub(crate) fn frontier(&self) -> usize {
         self.used() - self.expanded
     }
 
@@ -147,7 +147,7 @@ impl<'a> Krylov<'a> {
     }
 
     /// Applies `K⁻¹ M` to (a solver's share of) the frontier and appends what is new.
-    pub fn expand(&mut self) -> Result<(), EngineError> {
+    pub(crate) fn expand(&mut self) -> Result<(), EngineError> {
         let width = self.frontier().min(AT_ONCE);
         let first = self.expanded;
         let mut image = Mat::zeros(self.basis.as_ref().nrows(), width);
@@ -203,7 +203,7 @@ impl<'a> Krylov<'a> {
     ///
     /// # Errors
     /// [`ModesError`]: matrices with entries that are not numbers, a rank that was lost.
-    pub fn ritz(&mut self) -> Result<RitzPairs, ModesError> {
+    pub(crate) fn ritz(&mut self) -> Result<RitzPairs, ModesError> {
         let m = self.expanded;
         let symmetric = Mat::from_fn(m, m, |i, j| 0.5 * (self.projected[(i, j)] + self.projected[(j, i)]));
         let (ascending, vectors) = symmetric_eigen(symmetric.as_ref())?;
@@ -218,7 +218,7 @@ impl<'a> Krylov<'a> {
     }
 
     /// Ritz vectors over the dofs, with their true residuals; without rows on other ranks than the first.
-    pub fn modes(&mut self, ritz: &RitzPairs, count: usize) -> Result<Modes, ModesError> {
+    pub(crate) fn modes(&mut self, ritz: &RitzPairs, count: usize) -> Result<Modes, ModesError> {
         let n = self.basis.as_ref().nrows();
         // A singular mass shows as θ = 0, to rounding.
         let found = ritz.values.iter().take(count).filter(|&&t| t > 1e-15 * ritz.values[0]).count();

@@ -192,7 +192,7 @@ pub struct TrajectoryError {
 impl TrajectoryError {
     /// Error ÷ floor; a floor below the rounding of double precision counts as that.
     #[must_use]
-    pub fn ratio(&self) -> f64 {
+    pub(crate) fn ratio(&self) -> f64 {
         self.error / self.floor.max(f64::EPSILON)
     }
 }

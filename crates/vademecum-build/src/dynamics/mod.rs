@@ -11,6 +11,7 @@ pub mod large;
 mod march;
 mod mode_table;
 mod modes;
+mod natural;
 mod orthonormal;
 mod reference;
 pub mod schemes;
@@ -20,7 +21,7 @@ mod work;
 pub use damping::{Damping, DampingError, ModalRatios, NumericalDamping, Rayleigh, numerical_damping};
 pub use full_order::{FullOrder, FullOrderError, StageLoads, State, Workspace};
 pub use harmonic::{HarmonicError, harmonic};
-pub use history::{CHORD, Course, History, LoadTable, Wave};
+pub use history::{Course, History, LoadTable, Wave};
 pub use interval::Interval;
 pub(crate) use krylov::search_vectors;
 pub use march::march_stages;
@@ -29,13 +30,14 @@ pub use march::{
 };
 pub use mode_table::{ModeRow, mode_table, table_matrix};
 pub(crate) use modes::lowest_modes_kept;
-pub use modes::{FirstMode, Modes, ModesError, lowest_modes, search_on};
+pub use modes::{FirstMode, lowest_modes, search_on};
+pub use natural::{Modes, ModesError};
 pub use reference::{
     Complement, Decay, MarchMeter, MotionPart, ReferenceDistance, ReferenceError, ReferenceOptions,
     ReferenceSolution, ReferenceTrajectory,
 };
 pub use schemes::{SchemeError, SchemeKind};
-pub use window::{Acting, Span, Window};
+pub use window::{Span, Window};
 pub use work::{TooMuchWork, Work, announce, seconds_per_step, time_in_words};
 
 #[cfg(test)]

@@ -22,11 +22,11 @@ const PANEL: usize = 6;
 /// A block `X = V A + W R`, split by orthonormal columns `V`.
 pub(super) struct BlockSplit {
     /// `W`, orthonormal to `V` and in itself; shape (n, k') with `k'` at most the columns of the block.
-    pub new: Mat<f64>,
+    pub(crate) new: Mat<f64>,
     /// `A`, shape (columns of `V`, k).
-    pub onto_old: Mat<f64>,
+    pub(crate) onto_old: Mat<f64>,
     /// `R`, shape (k', k).
-    pub onto_new: Mat<f64>,
+    pub(crate) onto_new: Mat<f64>,
 }
 
 /// Splits a block into its part along `old` and an orthonormal rest. Columns that depend on those before them

@@ -161,7 +161,7 @@ pub(crate) fn rho_bathe(rho_infinity: f64) -> Result<SchemeTable, SchemeError> {
 ///
 /// # Errors
 /// [`SchemeError::Newmark`] unless `2β ≥ γ ≥ ½`.
-pub fn newmark(beta: f64, gamma: f64) -> Result<SchemeTable, SchemeError> {
+pub(crate) fn newmark(beta: f64, gamma: f64) -> Result<SchemeTable, SchemeError> {
     // Written so that a NaN is refused too.
     if !(2.0 * beta >= gamma && gamma >= 0.5 && beta.is_finite()) {
         return Err(SchemeError::Newmark { beta, gamma });

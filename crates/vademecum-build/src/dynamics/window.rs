@@ -12,7 +12,7 @@ use super::march::INSTANTS;
 const MARGIN: f64 = 1e-6;
 
 /// Loads that act, by number, with their factors at the instants of a step or at the ends of a part of it.
-pub type Acting = Vec<(usize, [f64; INSTANTS])>;
+pub(crate) type Acting = Vec<(usize, [f64; INSTANTS])>;
 
 /// The loads that are looked at, as a march goes on.
 pub struct Window {

@@ -32,9 +32,9 @@ pub struct TooMuchWork {
     /// Steps.
     pub steps: f64,
     /// Estimated time \[s\].
-    pub seconds: f64,
+    pub(crate) seconds: f64,
     /// The remedy.
-    pub advice: &'static str,
+    pub(crate) advice: &'static str,
 }
 
 impl Work {

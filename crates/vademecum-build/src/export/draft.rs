@@ -44,7 +44,7 @@ impl Draft {
     }
 
     /// Numbers in the precision of the file.
-    pub fn reals(
+    pub(crate) fn reals(
         kind: SectionKind,
         precision: Precision,
         shape: [usize; 3],
@@ -60,7 +60,12 @@ impl Draft {
     }
 
     /// Numbers in the precision of the file, unless binary32 cannot hold their size.
-    pub fn fitting(kind: SectionKind, precision: Precision, shape: [usize; 3], values: &[f64]) -> Self {
+    pub(crate) fn fitting(
+        kind: SectionKind,
+        precision: Precision,
+        shape: [usize; 3],
+        values: &[f64],
+    ) -> Self {
         let largest = values.iter().fold(0.0, |m: f64, x| m.max(x.abs()));
         let fits = largest == 0.0 || SINGLE.contains(&largest);
         let precision = if fits { precision } else { Precision::F64 };

@@ -15,7 +15,7 @@ use crate::prepared::Body;
 ///
 /// # Errors
 /// [`FactorError`].
-pub fn factor_sections(
+pub(crate) fn factor_sections(
     body: &Body,
     symbolic: &Symbolic,
     order: &NodeOrder,

@@ -12,12 +12,12 @@ mod strain;
 mod stress;
 
 pub use draft::Draft;
-pub use factor::factor_sections;
+pub(crate) use factor::factor_sections;
 pub use order::NodeOrder;
-pub use reaction::reaction_sections;
-pub use residual::residual_sections;
-pub use strain::{StrainMap, TrainingBox, strain_sections};
-pub use stress::{stress_order, stress_sections};
+pub(crate) use reaction::reaction_sections;
+pub(crate) use residual::residual_sections;
+pub(crate) use strain::{StrainMap, TrainingBox, strain_sections};
+pub(crate) use stress::{stress_order, stress_sections};
 
 use faer::{Mat, MatRef};
 use vademecum_format::FormatError;

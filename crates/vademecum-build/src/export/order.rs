@@ -13,13 +13,13 @@ pub struct NodeOrder {
     /// File node of each mesh node.
     pub file_node: Vec<u32>,
     /// Number of loadable nodes.
-    pub n_load: usize,
+    pub(crate) n_load: usize,
     /// Number of surface nodes, the loadable ones included.
-    pub n_surface: usize,
+    pub(crate) n_surface: usize,
     /// Surface triangles by file node, loadable ones first.
-    pub triangles: Vec<[u32; 3]>,
+    pub(crate) triangles: Vec<[u32; 3]>,
     /// Number of loadable triangles.
-    pub n_load_triangles: usize,
+    pub(crate) n_load_triangles: usize,
 }
 
 impl NodeOrder {

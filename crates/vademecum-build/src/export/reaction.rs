@@ -8,7 +8,7 @@ use crate::reaction::Reactions;
 
 /// Sections 53 to 57, as far as there is something to keep: double precision, whatever that of the fields, so
 /// that reactions and loads are in equilibrium to as many digits.
-pub fn reaction_sections(supports: &[Support], reactions: &Reactions) -> Vec<Draft> {
+pub(crate) fn reaction_sections(supports: &[Support], reactions: &Reactions) -> Vec<Draft> {
     let count = supports.len();
     let r = reactions.basis.first().map_or(0, |rows| rows.ncols());
     let nodes = reactions.nodes.first().map_or(0, Vec::len);

@@ -7,7 +7,7 @@ use crate::input::Precision;
 use crate::residual::ResidualFlexibility;
 
 /// Sections 34 to 41, as far as there is something to keep.
-pub fn residual_sections(residual: &ResidualFlexibility, precision: Precision) -> Vec<Draft> {
+pub(crate) fn residual_sections(residual: &ResidualFlexibility, precision: Precision) -> Vec<Draft> {
     let (nodes, pairs) = (residual.contact.len(), residual.pairs.len());
     let (probes, patterns) = (residual.probes.len(), residual.patterns.len());
     let bound = &residual.bound;

@@ -15,41 +15,41 @@ use crate::input::Precision;
 /// z_k = Σ_j linear_kj q_j + Σ_pairs quadratic_k,ab q_a q_b
 /// ```
 #[derive(Clone, Copy, Debug)]
-pub struct StrainMap<'a> {
+pub(crate) struct StrainMap<'a> {
     /// `n`: coordinates that interact.
-    pub interacting: usize,
+    pub(crate) interacting: usize,
     /// `L` of the first `r` rows, `(r, r)` \[1/s\]; the other rows have no linear part.
-    pub linear: MatRef<'a, f64>,
+    pub(crate) linear: MatRef<'a, f64>,
     /// `Q`, `(m, pairs)`: a column for each product of coordinates in the order of [`pair_list`]. The number
     /// is the factor of the product `q_a q_b`, so a product of two different coordinates has both halves of a
     /// symmetric matrix.
     ///
     /// [`pair_list`]: vademecum_format::StrainSizes::pair_list
-    pub quadratic: MatRef<'a, f64>,
+    pub(crate) quadratic: MatRef<'a, f64>,
     /// Natural frequency of each coordinate that is a natural mode \[rad/s\], 0 of the others, `r` of them: a
     /// step fits the inertia of those to it.
-    pub modes: &'a [f64],
+    pub(crate) modes: &'a [f64],
     /// Sub-steps of a step for which the file is certified, at least 1.
-    pub substeps: usize,
+    pub(crate) substeps: usize,
     /// Where the training was; without it nobody can say that a state leaves it.
-    pub training: Option<TrainingBox<'a>>,
+    pub(crate) training: Option<TrainingBox<'a>>,
 }
 
 /// How far from rest the states of the training were.
 #[derive(Clone, Copy, Debug)]
-pub struct TrainingBox<'a> {
+pub(crate) struct TrainingBox<'a> {
     /// `W`, `(any, r)`: a state is as far from rest as `|W q|`. `WᵀW` is the inverse of the mean of `q qᵀ`
     /// over the training: `W = Cᵀ` with its lower Cholesky factor `C`.
-    pub distance: MatRef<'a, f64>,
+    pub(crate) distance: MatRef<'a, f64>,
     /// The largest `|W q|` of the training.
-    pub largest_distance: f64,
+    pub(crate) largest_distance: f64,
     /// The largest energy of the training \[J\], kinetic and elastic.
-    pub largest_energy: f64,
+    pub(crate) largest_energy: f64,
 }
 
 /// Sections 60 to 66. Lengths are those that [`StrainMap`] says; the format refuses others.
 #[must_use]
-pub fn strain_sections(map: &StrainMap<'_>, precision: Precision) -> Vec<Draft> {
+pub(crate) fn strain_sections(map: &StrainMap<'_>, precision: Precision) -> Vec<Draft> {
     let sizes = [map.interacting, 0, map.quadratic.nrows(), map.substeps].map(|n| n as u32);
     let rows = |a: MatRef<'_, f64>| -> Vec<f64> {
         (0..a.nrows()).flat_map(|i| (0..a.ncols()).map(move |j| a[(i, j)])).collect()

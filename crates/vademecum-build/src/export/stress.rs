@@ -9,14 +9,14 @@ use crate::input::Precision;
 use crate::residual::StressFlexibility;
 
 /// The points of a body in the order of the file: by node, then by region.
-pub fn stress_order(points: &[StressPoint], order: &NodeOrder) -> Vec<StressPoint> {
+pub(crate) fn stress_order(points: &[StressPoint], order: &NodeOrder) -> Vec<StressPoint> {
     let mut points = points.to_vec();
     points.sort_by_key(|point| (order.file_node[point.node as usize], point.region));
     points
 }
 
 /// Sections 47 to 51.
-pub fn stress_sections(
+pub(crate) fn stress_sections(
     rows: &StressRows,
     residual: Option<&StressFlexibility>,
     vectors: MatRef<'_, f64>,

@@ -62,7 +62,7 @@ pub(crate) struct NodeGraph {
 
 impl NodeGraph {
     /// Reads the graph off the elements.
-    pub fn of(mesh: &Mesh) -> NodeGraph {
+    pub(crate) fn of(mesh: &Mesh) -> NodeGraph {
         let per_element = mesh.order.nodes_per_element();
         let (first, incident) = incident_elements(mesh);
         let mut starts = vec![0];
@@ -82,7 +82,7 @@ impl NodeGraph {
     }
 
     /// Neighbours of a node, ascending.
-    pub fn row(&self, node: usize) -> &[u32] {
+    pub(crate) fn row(&self, node: usize) -> &[u32] {
         &self.neighbours[self.starts[node]..self.starts[node + 1]]
     }
 

@@ -34,7 +34,7 @@ pub(super) struct CoarseSpace {
 impl CoarseSpace {
     /// The space that inverse iterations with a preconditioner find from columns drawn at random; `None`
     /// where they lose their independence.
-    pub fn find(
+    pub(crate) fn find(
         matrix: &SymmetricMatrix,
         mut precondition: impl FnMut(MatMut<'_, f64>),
     ) -> Option<CoarseSpace> {
@@ -58,20 +58,20 @@ impl CoarseSpace {
     }
 
     /// `c = Wᵀ r`, and takes `A W c` off `r`.
-    pub fn take_off(&self, r: MatMut<'_, f64>) -> Mat<f64> {
+    pub(crate) fn take_off(&self, r: MatMut<'_, f64>) -> Mat<f64> {
         let shares = transposed_product(self.columns.as_ref(), r.as_ref());
         subtract_product(r, self.images.as_ref(), shares.as_ref());
         shares
     }
 
     /// `z ← z + W (c − (A W)ᵀ z)`.
-    pub fn put_back(&self, shares: Mat<f64>, z: MatMut<'_, f64>) {
+    pub(crate) fn put_back(&self, shares: Mat<f64>, z: MatMut<'_, f64>) {
         let more = transposed_product(self.images.as_ref(), z.as_ref()) - shares;
         subtract_product(z, self.columns.as_ref(), more.as_ref());
     }
 
     /// The same \[bytes\].
-    pub fn bytes(n: usize) -> usize {
+    pub(crate) fn bytes(n: usize) -> usize {
         n.saturating_mul(2 * COLUMNS * size_of::<f64>())
     }
 }

@@ -44,7 +44,7 @@ impl Material {
     }
 
     /// True if the three constants describe a solid: `E > 0`, `−1 < ν < ½`, `ρ > 0`, all finite.
-    pub fn is_sound(&self) -> bool {
+    pub(crate) fn is_sound(&self) -> bool {
         let positive = |x: f64| x > 0.0 && x.is_finite();
         positive(self.young) && positive(self.density) && self.poisson > -1.0 && self.poisson < 0.5
     }
@@ -62,10 +62,10 @@ pub struct ElementError {
 
 /// Shape functions at one quadrature point.
 pub(super) struct Point {
-    pub weight: f64,
-    pub values: [f64; MAX_NODES],
+    pub(crate) weight: f64,
+    pub(crate) values: [f64; MAX_NODES],
     /// Derivatives along the reference axes `ξ = L_1, η = L_2, ζ = L_3`.
-    pub gradients: [[f64; 3]; MAX_NODES],
+    pub(crate) gradients: [[f64; 3]; MAX_NODES],
 }
 
 /// Data common to all elements of one order.
@@ -81,7 +81,7 @@ pub(crate) struct ElementKernel {
 
 impl ElementKernel {
     /// Tabulates the shape functions.
-    pub fn new(order: Order) -> ElementKernel {
+    pub(crate) fn new(order: Order) -> ElementKernel {
         let tabulate = |rule: Vec<([f64; 4], f64)>| -> Vec<Point> {
             rule.into_iter().map(|(l, weight)| tabulate_point(order, l, weight)).collect()
         };
@@ -103,7 +103,7 @@ impl ElementKernel {
     }
 
     /// Nodes per element.
-    pub fn n_nodes(&self) -> usize {
+    pub(crate) fn n_nodes(&self) -> usize {
         self.order.nodes_per_element()
     }
 

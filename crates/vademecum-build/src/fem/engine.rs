@@ -11,11 +11,10 @@ use std::sync::Arc;
 use faer::prelude::{Reborrow, ReborrowMut};
 use faer::{Mat, MatMut, MatRef};
 
-use super::factor::{Factor, FactorError, Solve};
+use super::factor_error::FactorError;
 use super::model_error::ModelError;
-use super::pencil::Pencil;
 use super::rigid::RigidBody;
-use super::sparse::{AT_ONCE, SymmetricMatrix};
+use super::sparse::SymmetricMatrix;
 use super::spread::{EngineError, SpreadMatrix};
 use super::whole::AssemblyPlan;
 
@@ -61,7 +60,8 @@ pub trait PencilRows: MassProduct {
     /// As [`MassProduct::mul_mass`].
     fn mul_stiffness_closely(&mut self, x: MatRef<'_, f64>, y: MatMut<'_, f64>) -> Result<(), EngineError>;
 
-    /// `x ← K⁻¹ x` by the factor alone: always the same linear map. At most [`AT_ONCE`] columns.
+    /// `x ← K⁻¹ x` by the factor alone: always the same linear map. At most
+    /// [`AT_ONCE`](super::AT_ONCE) columns.
     ///
     /// # Errors
     /// As [`MassProduct::mul_mass`].
@@ -165,73 +165,6 @@ pub trait SpreadFactor: Debug + Send + Sync {
         mass: Arc<dyn SpreadMatrix>,
         search: &Search,
     ) -> Result<Box<dyn PencilRows + 'a>, EngineError>;
-}
-
-/// All rows, in this process.
-pub struct LocalRows<'a> {
-    pencil: &'a Pencil,
-    factor: &'a Factor,
-    solve: Solve,
-}
-
-impl<'a> LocalRows<'a> {
-    /// The rows of a pencil whose stiffness is factorised.
-    pub fn new(pencil: &'a Pencil, factor: &'a Factor) -> LocalRows<'a> {
-        LocalRows { pencil, factor, solve: Solve::new(factor.symbolic(), AT_ONCE, false) }
-    }
-}
-
-impl MassProduct for LocalRows<'_> {
-    fn mul_mass(&mut self, x: MatRef<'_, f64>, y: MatMut<'_, f64>) -> Result<(), EngineError> {
-        self.pencil.mass().mul_into(x, y);
-        Ok(())
-    }
-
-    fn sum(&mut self, _: &mut [f64]) -> Result<(), EngineError> {
-        Ok(())
-    }
-}
-
-impl PencilRows for LocalRows<'_> {
-    fn own(&self) -> usize {
-        self.pencil.n_dof()
-    }
-
-    fn total(&self) -> usize {
-        self.pencil.n_dof()
-    }
-
-    fn part_into(&self, whole: &[f64], own: &mut [f64]) {
-        own.copy_from_slice(whole);
-    }
-
-    fn mul_stiffness(&mut self, x: MatRef<'_, f64>, y: MatMut<'_, f64>) -> Result<(), EngineError> {
-        self.pencil.stiffness().mul_into(x, y);
-        Ok(())
-    }
-
-    fn mul_stiffness_closely(&mut self, x: MatRef<'_, f64>, y: MatMut<'_, f64>) -> Result<(), EngineError> {
-        self.pencil.stiffness().mul_closely_into(x, y);
-        Ok(())
-    }
-
-    fn solve(&mut self, x: MatMut<'_, f64>) -> Result<(), EngineError> {
-        self.solve.solve_in_place(self.factor, x);
-        Ok(())
-    }
-
-    fn agree(&mut self, _: &mut [f64]) -> Result<(), EngineError> {
-        Ok(())
-    }
-
-    fn gather(&mut self, x: Mat<f64>) -> Result<Mat<f64>, EngineError> {
-        Ok(x)
-    }
-
-    fn scatter(&mut self, whole: Option<&Mat<f64>>, mut own: MatMut<'_, f64>) -> Result<(), EngineError> {
-        own.copy_from(whole.expect("the one rank has all rows"));
-        Ok(())
-    }
 }
 
 /// The mass of a body whose rows are all in this process.

@@ -11,7 +11,8 @@ use faer::prelude::{Reborrow, ReborrowMut};
 use faer::{Mat, MatMut};
 use rayon::prelude::*;
 
-use super::engine::{Engine, LocalRows, PencilRows, Search, SpreadFactor};
+use super::engine::{Engine, PencilRows, Search, SpreadFactor};
+use super::factor_error::FactorError;
 use super::multifrontal::factorise;
 use super::ordering::structure;
 use super::pencil::{Pencil, RemoteMatrices};
@@ -30,36 +31,6 @@ const SOLVE_GROUP: usize = 8;
 
 /// Precondition of reading the entries of a factor.
 const READABLE: &str = "a factor in this process and in double precision";
-
-/// Why a factorisation failed.
-#[derive(Clone, Debug, PartialEq, thiserror::Error)]
-pub enum FactorError {
-    /// Conjugate gradients with a factor in single precision do not reach the tolerance.
-    #[error(
-        "systems cannot be solved to {TOLERANCE:e} with a factor in single precision (error {error:.0e} of the \
-         energy norm): the stiffness is too ill-conditioned for it"
-    )]
-    NotConverged {
-        /// The error that was reached, relative in the energy norm.
-        error: f64,
-    },
-    /// The matrix is not positive definite: a body that can move freely, or a bad combination of weights.
-    #[error(
-        "the matrix is not positive definite (pivot {pivot} of {n}): is the body held, are all weights positive?"
-    )]
-    NotPositiveDefinite {
-        /// The pivot, in elimination order, at which it showed.
-        pivot: usize,
-        /// Size of the matrix.
-        n: usize,
-    },
-    /// The memory for the factor was refused.
-    #[error("not enough memory for the factor")]
-    OutOfMemory,
-    /// Ranks that factorise together had to stop.
-    #[error(transparent)]
-    Engine(#[from] EngineError),
-}
 
 /// Order and structure of the factor of every matrix on one pattern.
 #[derive(Clone, Debug)]
@@ -366,23 +337,19 @@ impl Factor {
         &self.symbolic
     }
 
-    /// The rows of a search for modes of the pencil whose stiffness this is the factor of.
+    /// The rows of a search for modes of the pencil whose stiffness this is the factor of, where they are
+    /// spread over ranks; `None` where they are all here.
     ///
     /// # Errors
     /// [`EngineError`].
-    pub(crate) fn rows<'a>(
+    pub(super) fn spread_rows<'a>(
         &'a self,
-        pencil: &'a Pencil,
+        pencil: &Pencil,
         search: &Search,
-    ) -> Result<Box<dyn PencilRows + 'a>, EngineError> {
-        match &self.numbers {
-            Numbers::Distributed(spread) => {
-                let symbolic = &self.symbolic;
-                let engine = symbolic.engine.as_ref().expect("what is spread has an engine");
-                spread.begin(on_ranks(pencil.mass(), engine, symbolic.order())?, search)
-            }
-            _ => Ok(Box::new(LocalRows::new(pencil, self))),
-        }
+    ) -> Result<Option<Box<dyn PencilRows + 'a>>, EngineError> {
+        let Numbers::Distributed(spread) = &self.numbers else { return Ok(None) };
+        let engine = self.symbolic.engine.as_ref().expect("what is spread has an engine");
+        spread.begin(on_ranks(pencil.mass(), engine, self.symbolic.order())?, search).map(Some)
     }
 
     /// `L` of `P A Pᵀ = L Lᵀ`, group by group of columns with the same rows below them.
@@ -431,7 +398,7 @@ pub struct FactorColumns {
     /// The row of the matrix of each column, in the order of elimination.
     pub order: Vec<u32>,
     /// Columns of each group, and rows below it.
-    pub groups: Vec<[u32; 2]>,
+    pub(crate) groups: Vec<[u32; 2]>,
     /// Rows below each group, ascending, one group after the other.
     pub rows: Vec<u32>,
     /// Group by group, each column by column from the first row of the group on; zeros above the diagonal.

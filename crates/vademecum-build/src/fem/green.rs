@@ -39,7 +39,7 @@ const CHUNK: usize = 32;
 const WAVE: usize = 4096;
 
 /// The stretch `1/√3`: a bar of St. Venant and Kirchhoff's law has its largest compressive force there.
-pub const SOFTENING: f64 = 0.577_350_269_189_625_8;
+pub(crate) const SOFTENING: f64 = 0.577_350_269_189_625_8;
 
 /// A 3 × 3 matrix, row by row.
 type Tensor = [[f64; 3]; 3];
@@ -156,7 +156,7 @@ impl<'m> GreenStrain<'m> {
     }
 
     /// Length of `z`: six for each point of integration, element by element.
-    pub fn n_rows(&self) -> usize {
+    pub(crate) fn n_rows(&self) -> usize {
         ROWS * self.first[self.first.len() - 1][1]
     }
 
@@ -169,7 +169,7 @@ impl<'m> GreenStrain<'m> {
     ///
     /// # Panics
     /// Here and below, if a vector over the dofs has not [`n_dof`](Self::n_dof) numbers or one over the rows
-    /// not [`n_rows`](Self::n_rows).
+    /// not `n_rows`.
     pub fn energy(&self, u: &[f64]) -> f64 {
         let u = self.expand(u);
         let of_chunk = |chunk: usize| {
@@ -210,7 +210,7 @@ impl<'m> GreenStrain<'m> {
     }
 
     /// `z ← E₂(u, v)`, symmetric: `z(u) = B u + E₂(u, u)`.
-    pub fn bilinear(&self, u: &[f64], v: &[f64], z: &mut [f64]) {
+    pub(crate) fn bilinear(&self, u: &[f64], v: &[f64], z: &mut [f64]) {
         let (u, v) = (self.expand(u), self.expand(v));
         self.fill_rows(z, |element, rows| {
             let (u, v) = (self.nodal(&u, element), self.nodal(&v, element));
@@ -222,7 +222,7 @@ impl<'m> GreenStrain<'m> {
     }
 
     /// `z ← G(u) v = B v + 2 E₂(u, v)`: the rate of strain of the velocity `v`.
-    pub fn rate(&self, u: &[f64], v: &[f64], z: &mut [f64]) {
+    pub(crate) fn rate(&self, u: &[f64], v: &[f64], z: &mut [f64]) {
         let (u, v) = (self.expand(u), self.expand(v));
         self.fill_rows(z, |element, rows| {
             let (u, v) = (self.nodal(&u, element), self.nodal(&v, element));
@@ -269,14 +269,6 @@ impl<'m> GreenStrain<'m> {
         });
     }
 
-    /// `∂²V/∂u²`: the derivative of [`force`](Self::force), on the pattern of the pencil. It is not positive
-    /// definite where the body buckles.
-    pub fn tangent(&self, u: &[f64]) -> SymmetricMatrix {
-        let mut z = vec![0.0; self.n_rows()];
-        self.strain(u, &mut z);
-        self.weighted_tangent(u, 1.0, &z, false)
-    }
-
     /// `m G(u)ᵀ G(u) + 2 E₂(·,·)ᵀ z`: the material part with the weight `m`, and the part that the stress of
     /// rows `z` adds. With `pulled`, compression is left out of that stress, so that the matrix is positive
     /// definite wherever `B` sees all motions.
@@ -315,7 +307,7 @@ impl<'m> GreenStrain<'m> {
 
     /// The least principal stretch over the points of integration, with the sign of `det ∂x/∂X`: 1 at rest,
     /// and negative where an element is turned inside out, which the energy of St. Venant–Kirchhoff does not
-    /// prevent. Below [`SOFTENING`] a bar that is compressed has less force, the more it is compressed.
+    /// prevent. Below `SOFTENING` a bar that is compressed has less force, the more it is compressed.
     pub fn least_stretch(&self, u: &[f64]) -> f64 {
         let u = self.expand(u);
         let of_chunk = |chunk: usize| {

@@ -14,12 +14,12 @@ pub(super) struct Lazy<T> {
 
 impl<T> Lazy<T> {
     /// A value that is not there yet.
-    pub fn new(make: impl Fn() -> T + Send + Sync + 'static) -> Self {
+    pub(crate) fn new(make: impl Fn() -> T + Send + Sync + 'static) -> Self {
         Self { found: OnceLock::new(), make: Box::new(make) }
     }
 
     /// The value, made by the first who asks.
-    pub fn get(&self) -> &T {
+    pub(crate) fn get(&self) -> &T {
         self.found.get_or_init(|| (self.make)())
     }
 

@@ -18,14 +18,14 @@ const FACES: [[usize; 3]; 4] = [[0, 2, 1], [0, 1, 3], [1, 2, 3], [0, 3, 2]];
 
 /// A triangle of the body's surface with all its nodes, counter-clockwise seen from outside.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Facet {
+pub(crate) struct Facet {
     nodes: [u32; 6],
     order: Order,
 }
 
 impl Facet {
     /// Three corners, then for quadratic elements the nodes on the edges (0,1) (1,2) (2,0).
-    pub fn nodes(&self) -> &[u32] {
+    pub(crate) fn nodes(&self) -> &[u32] {
         match self.order {
             Order::Linear => &self.nodes[..3],
             Order::Quadratic => &self.nodes,

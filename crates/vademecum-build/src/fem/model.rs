@@ -99,7 +99,7 @@ impl Model {
 
     /// `K_fs t` and `M_fs t` over the free dofs, for displacements `t` of held dofs: shape (n_dof, columns),
     /// zero at free dofs. Zeros where the matrices came from another program.
-    pub fn couple(&self, t: MatRef<'_, f64>) -> [Mat<f64>; 2] {
+    pub(crate) fn couple(&self, t: MatRef<'_, f64>) -> [Mat<f64>; 2] {
         let found = couple(&self.mesh, &self.materials, &self.dofs, t);
         found.expect("the assembled mesh has no folded element")
     }

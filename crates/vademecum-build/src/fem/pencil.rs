@@ -16,8 +16,8 @@ use super::spread::SpreadMatrix;
 /// Mass and stiffness of one region.
 #[derive(Clone, Debug)]
 pub(crate) struct RegionMatrices {
-    pub mass: SymmetricMatrix,
-    pub stiffness: SymmetricMatrix,
+    pub(crate) mass: SymmetricMatrix,
+    pub(crate) stiffness: SymmetricMatrix,
 }
 
 /// Mass and stiffness of a body over its free dofs, in total and per region.
@@ -39,13 +39,13 @@ pub struct Pencil {
 #[derive(Debug)]
 pub(super) struct RemoteMatrices {
     /// The free dof at each place of the order in which rows are dealt.
-    pub order: Arc<Vec<u32>>,
+    pub(crate) order: Arc<Vec<u32>>,
     /// Number of material regions.
-    pub regions: usize,
+    pub(crate) regions: usize,
     /// About how many numbers a factor has.
-    pub factor_entries: usize,
+    pub(crate) factor_entries: usize,
     /// Both matrices in this process, once something needs their entries.
-    pub here: Arc<Lazy<Pencil>>,
+    pub(crate) here: Arc<Lazy<Pencil>>,
 }
 
 impl RemoteMatrices {
@@ -234,7 +234,7 @@ impl Pencil {
     }
 
     /// Number of material regions, at least 1.
-    pub fn n_regions(&self) -> usize {
+    pub(crate) fn n_regions(&self) -> usize {
         self.away.as_ref().map_or(self.regions.len().max(1), |away| away.regions)
     }
 
@@ -249,13 +249,13 @@ impl Pencil {
     }
 
     /// Mass `M_q` of region `q`.
-    pub fn region_mass(&self, q: usize) -> &SymmetricMatrix {
+    pub(crate) fn region_mass(&self, q: usize) -> &SymmetricMatrix {
         let here = self.here();
         here.regions.get(q).map_or(&here.mass, |r| &r.mass)
     }
 
     /// Stiffness `K_q` of region `q`.
-    pub fn region_stiffness(&self, q: usize) -> &SymmetricMatrix {
+    pub(crate) fn region_stiffness(&self, q: usize) -> &SymmetricMatrix {
         let here = self.here();
         here.regions.get(q).map_or(&here.stiffness, |r| &r.stiffness)
     }

@@ -44,7 +44,7 @@ const MOVE: f64 = 40.0;
 /// Entries of `A⁻¹` and of `A⁻¹WA⁻¹` on the pattern of the factor of `A`.
 #[derive(Clone, Debug)]
 #[doc(alias("Takahashi", "selected inversion"))]
-pub struct SelectedInverse {
+pub(crate) struct SelectedInverse {
     supernodes: Arc<Supernodes>,
     inverse: Vec<f64>,
     weighted: Vec<f64>,
@@ -54,14 +54,14 @@ pub struct SelectedInverse {
 impl SelectedInverse {
     /// Entry of `A⁻¹`; `None` off the pattern. For the stiffness of a body without supports it is that of
     /// `K⁺`.
-    pub fn inverse(&self, row: usize, column: usize) -> Option<f64> {
+    pub(crate) fn inverse(&self, row: usize, column: usize) -> Option<f64> {
         let relief = self.relief.as_ref().map_or(0.0, |relief| relief.of_inverse(row, column));
         self.supernodes.position(row, column).map(|at| self.inverse[at] - relief)
     }
 
     /// Entry of `A⁻¹WA⁻¹`; `None` off the pattern. For the stiffness of a body without supports it is that of
     /// `K⁺MK⁺`.
-    pub fn weighted(&self, row: usize, column: usize) -> Option<f64> {
+    pub(crate) fn weighted(&self, row: usize, column: usize) -> Option<f64> {
         let relief = self.relief.as_ref().map_or(0.0, |relief| relief.of_weighted(row, column));
         self.supernodes.position(row, column).map(|at| self.weighted[at] - relief)
     }
@@ -147,7 +147,7 @@ impl Factor {
     /// If `weight` is on another pattern.
     ///
     /// For the stiffness of a body without supports `weight` is its mass.
-    pub fn select(
+    pub(crate) fn select(
         self,
         weight: &SymmetricMatrix,
         listener: &dyn Listener,

@@ -54,13 +54,13 @@ pub(super) struct Iteration {
 
 impl Iteration {
     /// Memory for `columns` columns of `n` rows.
-    pub fn new(n: usize, columns: usize) -> Self {
+    pub(crate) fn new(n: usize, columns: usize) -> Self {
         let [residual, direction, turned] = [(); 3].map(|()| Mat::zeros(n, columns));
         Self { image: vec![0.0; n * columns], residual, direction, turned }
     }
 
     /// The same \[bytes\].
-    pub fn bytes(n: usize, columns: usize) -> usize {
+    pub(crate) fn bytes(n: usize, columns: usize) -> usize {
         n.saturating_mul(columns).saturating_mul(3 * size_of::<f64>() + size_of::<f32>())
     }
 }
@@ -99,7 +99,7 @@ impl Convergence {
 
 impl SingleFactor {
     /// Factorises a matrix; `None` where no δ makes it definite.
-    pub fn new(supernodes: &Supernodes, matrix: &SymmetricMatrix) -> Option<Self> {
+    pub(crate) fn new(supernodes: &Supernodes, matrix: &SymmetricMatrix) -> Option<Self> {
         let root = |i| 0.5 * matrix.diagonal(i).max(f64::MIN_POSITIVE).log2();
         let scale: Vec<f64> = (0..matrix.n()).map(|i| (-root(i).round()).exp2()).collect();
         let mut scaling = Scaling { scale, shift: 0.0 };
@@ -114,14 +114,14 @@ impl SingleFactor {
     }
 
     /// Memory of one \[bytes\].
-    pub fn bytes(supernodes: &Supernodes) -> usize {
+    pub(crate) fn bytes(supernodes: &Supernodes) -> usize {
         let values = supernodes.len().saturating_mul(size_of::<f32>());
         values.saturating_add(CoarseSpace::bytes(supernodes.n()))
     }
 
     /// Overwrites the columns of `x` by `A⁻¹ x`, and returns the largest error of them, relative in the
     /// energy norm, as it was estimated. `memory` is for as many columns or more.
-    pub fn solve(
+    pub(crate) fn solve(
         &self,
         supernodes: &Supernodes,
         matrix: &SymmetricMatrix,

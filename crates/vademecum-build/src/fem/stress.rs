@@ -25,7 +25,7 @@ pub struct StressPoint {
 }
 
 /// Derivative of a stress by the displacement of one node, row by component of stress \[Pa/m\].
-pub type StressBlock = [[f64; 3]; COMPONENTS];
+pub(crate) type StressBlock = [[f64; 3]; COMPONENTS];
 
 /// Stress at points as rows over the displacements of nodes.
 #[derive(Clone, Debug)]

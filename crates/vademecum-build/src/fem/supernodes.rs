@@ -17,28 +17,28 @@ use super::tree::{Contribution, Tree};
 #[derive(Clone, Debug)]
 pub(super) struct Group {
     /// The first of the columns, in the order of elimination.
-    pub first: usize,
+    pub(crate) first: usize,
     /// Their number.
-    pub columns: usize,
+    pub(crate) columns: usize,
     /// Range of the rows below among those of all groups.
     rows: Range<usize>,
     /// Range of the values: shape (columns + rows, columns), column by column.
-    pub values: Range<usize>,
+    pub(crate) values: Range<usize>,
 }
 
 impl Group {
     /// The column after the last one.
-    pub fn end(&self) -> usize {
+    pub(crate) fn end(&self) -> usize {
         self.first + self.columns
     }
 
     /// Rows below the columns.
-    pub fn below(&self) -> usize {
+    pub(crate) fn below(&self) -> usize {
         self.rows.len()
     }
 
     /// Columns, and rows below them.
-    pub fn height(&self) -> usize {
+    pub(crate) fn height(&self) -> usize {
         self.columns + self.below()
     }
 
@@ -53,7 +53,7 @@ impl Group {
     }
 
     /// The square on the columns of the group, and the rows below it.
-    pub fn parts<'v, T>(&self, values: &'v [T]) -> (MatRef<'v, T>, MatRef<'v, T>) {
+    pub(crate) fn parts<'v, T>(&self, values: &'v [T]) -> (MatRef<'v, T>, MatRef<'v, T>) {
         MatRef::from_column_major_slice(&values[self.values.clone()], self.height(), self.columns)
             .split_at_row(self.columns)
     }
@@ -62,11 +62,11 @@ impl Group {
 /// All groups of a factor.
 #[derive(Debug)]
 pub(super) struct Supernodes {
-    pub groups: Vec<Group>,
+    pub(crate) groups: Vec<Group>,
     /// For a factorisation.
-    pub tree: Tree,
+    pub(crate) tree: Tree,
     /// For solves.
-    pub solves: Tree,
+    pub(crate) solves: Tree,
     rows: Vec<u32>,
     /// For each row, its position in the parent of its group.
     in_parent: Vec<u32>,
@@ -82,9 +82,9 @@ pub(super) struct Supernodes {
 #[derive(Clone, Debug)]
 pub(super) struct Scaling {
     /// `D`.
-    pub scale: Vec<f64>,
+    pub(crate) scale: Vec<f64>,
     /// `δ`.
-    pub shift: f64,
+    pub(crate) shift: f64,
 }
 
 impl Scaling {
@@ -97,16 +97,16 @@ impl Scaling {
 /// Rows below a group that are columns of one other group.
 pub(super) struct Run {
     /// Index of that group.
-    pub owner: usize,
+    pub(crate) owner: usize,
     /// Their places among the rows.
-    pub places: Range<usize>,
+    pub(crate) places: Range<usize>,
     /// For these and all later rows, their rows in the values of the other group.
-    pub local: Vec<u32>,
+    pub(crate) local: Vec<u32>,
 }
 
 impl Supernodes {
     /// The groups of a structure, whose rows fit 32 bits whatever its entries need.
-    pub fn new<I: Index>(cholesky: &SymbolicCholesky<I>) -> Self {
+    pub(crate) fn new<I: Index>(cholesky: &SymbolicCholesky<I>) -> Self {
         let n = cholesky.ncols();
         let narrow = |indices: &[I]| indices.iter().map(|index| index.zx() as u32).collect::<Vec<_>>();
         let (order, place) = match cholesky.perm() {
@@ -157,7 +157,7 @@ impl Supernodes {
     }
 
     /// The row of the matrix of each column.
-    pub fn order(&self) -> &[u32] {
+    pub(crate) fn order(&self) -> &[u32] {
         &self.order
     }
 
@@ -167,7 +167,11 @@ impl Supernodes {
     }
 
     /// Numbers of all groups, cut into those of each; `count` says how many a group has.
-    pub fn split<'v, T>(&self, numbers: &'v mut [T], count: impl Fn(&Group) -> usize) -> Vec<&'v mut [T]> {
+    pub(crate) fn split<'v, T>(
+        &self,
+        numbers: &'v mut [T],
+        count: impl Fn(&Group) -> usize,
+    ) -> Vec<&'v mut [T]> {
         let mut rest = numbers;
         let mut part = |group: &Group| {
             let (own, later) = std::mem::take(&mut rest).split_at_mut(count(group));
@@ -178,17 +182,17 @@ impl Supernodes {
     }
 
     /// Rows of the matrix.
-    pub fn n(&self) -> usize {
+    pub(crate) fn n(&self) -> usize {
         self.order.len()
     }
 
     /// Numbers in all groups.
-    pub fn len(&self) -> usize {
+    pub(crate) fn len(&self) -> usize {
         self.groups.last().map_or(0, |group| group.values.end)
     }
 
     /// The rows below a group, ascending.
-    pub fn rows(&self, group: &Group) -> &[u32] {
+    pub(crate) fn rows(&self, group: &Group) -> &[u32] {
         &self.rows[group.rows.clone()]
     }
 
@@ -198,12 +202,12 @@ impl Supernodes {
     }
 
     /// Most numbers of a group.
-    pub fn largest(&self) -> usize {
+    pub(crate) fn largest(&self) -> usize {
         self.groups.iter().map(|group| group.values.len()).max().unwrap_or(0)
     }
 
     /// The groups that own the rows below one, in order, each with the rows it owns.
-    pub fn runs(&self, group: &Group) -> Vec<Run> {
+    pub(crate) fn runs(&self, group: &Group) -> Vec<Run> {
         let rows = self.rows(group);
         let mut runs = vec![];
         let mut start = 0;
@@ -219,12 +223,12 @@ impl Supernodes {
     }
 
     /// The group of the first row below one: its parent in the elimination tree.
-    pub fn parent(&self, group: &Group) -> Option<usize> {
+    pub(crate) fn parent(&self, group: &Group) -> Option<usize> {
         self.rows(group).first().map(|&row| self.owner[row as usize] as usize)
     }
 
     /// Positions of rows among the columns and rows of a group that has them all; both ascend.
-    pub fn local(&self, rows: &[u32], group: &Group) -> Vec<u32> {
+    pub(crate) fn local(&self, rows: &[u32], group: &Group) -> Vec<u32> {
         let below = self.rows(group);
         let mut at = 0;
         let place = |&row: &u32| match row as usize - group.first {
@@ -239,7 +243,7 @@ impl Supernodes {
 
     /// Position of the value of two rows of the matrix, in either order; `None` off the pattern of the
     /// factor.
-    pub fn position(&self, row: usize, column: usize) -> Option<usize> {
+    pub(crate) fn position(&self, row: usize, column: usize) -> Option<usize> {
         let [a, b] = [self.place[row] as usize, self.place[column] as usize];
         let (low, high) = (a.min(b), a.max(b));
         let group = &self.groups[self.owner[low] as usize];
@@ -253,7 +257,11 @@ impl Supernodes {
 
     /// The lower triangle of `A`, or of `D A D + δ I`, in the places of the groups, zeros elsewhere; all
     /// threads.
-    pub fn scatter<T: FactorScalar>(&self, matrix: &SymmetricMatrix, scaling: Option<&Scaling>) -> Vec<T> {
+    pub(crate) fn scatter<T: FactorScalar>(
+        &self,
+        matrix: &SymmetricMatrix,
+        scaling: Option<&Scaling>,
+    ) -> Vec<T> {
         let mut values = vec![T::nearest(0.0); self.len()];
         let places = self.split(&mut values, |group| group.values.len());
         self.groups.par_iter().zip(places).for_each(|(group, own)| self.fill(group, matrix, scaling, own));

@@ -37,7 +37,7 @@ pub(super) enum BlockKernel {
 impl BlockKernel {
     /// Does it, where there is a kernel for `k` right-hand sides; whether there is. `x` and `y` hold `k`
     /// numbers for each row.
-    pub fn apply<T: FactorScalar>(self, x: &mut [T], a: MatRef<'_, T>, y: &[T], k: usize) -> bool {
+    pub(crate) fn apply<T: FactorScalar>(self, x: &mut [T], a: MatRef<'_, T>, y: &[T], k: usize) -> bool {
         let arch = Arch::new();
         if k != K || matches!(arch, Arch::Scalar) {
             return false;

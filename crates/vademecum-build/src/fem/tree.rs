@@ -65,7 +65,7 @@ pub(super) struct Tree {
 
 impl Tree {
     /// The tree of groups by their parents; `work` is what each of them takes, and `leaves` what it leaves.
-    pub fn new(parent: Vec<Option<usize>>, mut work: Vec<f64>, leaves: Contribution) -> Tree {
+    pub(crate) fn new(parent: Vec<Option<usize>>, mut work: Vec<f64>, leaves: Contribution) -> Tree {
         let mut children = vec![vec![]; parent.len()];
         for (group, parent) in parent.iter().enumerate() {
             if let Some(parent) = *parent {
@@ -112,7 +112,7 @@ impl Tree {
     ///
     /// # Errors
     /// The first one of the tasks.
-    pub fn upwards<P: Send, L: Send, E: Send>(
+    pub(crate) fn upwards<P: Send, L: Send, E: Send>(
         &self,
         parts: Vec<P>,
         task: impl Fn(usize, P, Vec<(usize, L)>) -> Result<L, E> + Sync,
@@ -143,7 +143,7 @@ impl Tree {
     }
 
     /// From the roots to the leaves. `task` gets a group, its part, and what its parent left.
-    pub fn downwards<P: Send, L: Send + Sync>(
+    pub(crate) fn downwards<P: Send, L: Send + Sync>(
         &self,
         parts: Vec<P>,
         task: impl Fn(usize, P, Option<&L>) -> L + Sync,

@@ -23,11 +23,11 @@ const SHORTEST_ENTRY: usize = 6;
 
 /// A symmetric matrix as a file has it.
 #[derive(Clone, Debug, PartialEq)]
-pub struct MarketMatrix {
+pub(crate) struct MarketMatrix {
     /// Number of rows and columns.
-    pub n: usize,
+    pub(crate) n: usize,
     /// `(row, column, value)` from 0, `row ≥ column`, every place once, sorted by column and row.
-    pub lower: Vec<(u32, u32, f64)>,
+    pub(crate) lower: Vec<(u32, u32, f64)>,
 }
 
 impl MarketMatrix {
@@ -75,7 +75,7 @@ struct MarketHeader {
 /// [`FieldError::Io`], or [`FieldError::Faulty`] with the line of the first fault: another kind of matrix,
 /// one that is not square or not symmetric, a count beyond the file, an entry that is malformed, outside the
 /// matrix or given twice.
-pub fn read_matrix_market(path: &Path) -> Result<MarketMatrix, FieldError> {
+pub(crate) fn read_matrix_market(path: &Path) -> Result<MarketMatrix, FieldError> {
     let bytes = read_regular(path).map_err(io_error(path))?;
     let mut text = Text::new(path, &bytes);
     text.section = "the header".into();

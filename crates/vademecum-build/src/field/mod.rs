@@ -3,8 +3,8 @@
 //! [`write_vtu`] and [`write_pvd`] write what ParaView opens; [`read_vtu`] and [`read_displacements`] read
 //! point data of VTU files, [`read_npy`] a NumPy matrix. Snapshots of another code enter the build through
 //! the last two; [`matrix_market_into`] hands a model to another code. The model of another code enters
-//! through [`read_matrix_market`], which reads its matrices, and [`read_dofs`], [`read_points`] and
-//! [`read_triangles`], which say what their rows are.
+//! through `read_matrix_market`, which reads its matrices, and `read_dofs`, `read_points` and
+//! `read_triangles`, which say what their rows are.
 
 mod market;
 mod npy;
@@ -16,10 +16,12 @@ mod vtu_write;
 use std::io::Write;
 use std::path::{Path, PathBuf};
 
-pub use market::{MarketMatrix, matrix_market_into, read_matrix_market};
+pub(crate) use market::{MarketMatrix, read_matrix_market};
+
+pub use market::matrix_market_into;
 pub use npy::{npy_into, read_npy, write_npy};
 pub use pvd::{PVD_HEAD, PVD_TAIL, pvd_line, read_pvd, write_pvd};
-pub use tables::{DofRow, PointRow, TriangleRow, read_dofs, read_points, read_triangles};
+pub(crate) use tables::{DofRow, PointRow, read_dofs, read_points, read_triangles};
 pub use vtu_read::{PointArray, VtuFile, read_displacements, read_vtu};
 pub use vtu_write::{Cells, vtu_into, write_vtu};
 

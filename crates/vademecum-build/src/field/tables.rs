@@ -14,44 +14,44 @@ use crate::store::read_regular;
 
 /// Meaning of one row of the matrices.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct DofRow {
+pub(crate) struct DofRow {
     /// Row of the matrices, from 0.
-    pub row: u64,
+    pub(crate) row: u64,
     /// Number of the node.
-    pub node: u64,
+    pub(crate) node: u64,
     /// Component of its displacement: 0, 1 or 2.
-    pub component: usize,
+    pub(crate) component: usize,
     /// Coordinates of the node.
-    pub position: [f64; 3],
+    pub(crate) position: [f64; 3],
     /// Line of the table, for messages.
-    pub line: usize,
+    pub(crate) line: usize,
 }
 
 /// A node.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct PointRow {
+pub(crate) struct PointRow {
     /// Number of the node.
-    pub node: u64,
+    pub(crate) node: u64,
     /// Its coordinates.
-    pub position: [f64; 3],
+    pub(crate) position: [f64; 3],
     /// Line of the table, for messages.
-    pub line: usize,
+    pub(crate) line: usize,
 }
 
 /// A triangle of the surface.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct TriangleRow {
+pub(crate) struct TriangleRow {
     /// Numbers of its nodes, counter-clockwise seen from outside.
-    pub nodes: [u64; 3],
+    pub(crate) nodes: [u64; 3],
     /// Line of the table, for messages.
-    pub line: usize,
+    pub(crate) line: usize,
 }
 
 /// Reads `row,node,component,x,y,z`, that line first.
 ///
 /// # Errors
 /// [`FieldError::Io`], or [`FieldError::Faulty`] with the line.
-pub fn read_dofs(path: &Path) -> Result<Vec<DofRow>, FieldError> {
+pub(crate) fn read_dofs(path: &Path) -> Result<Vec<DofRow>, FieldError> {
     const HEADER: &str = "row,node,component,x,y,z";
     const EXPECTED: &str = "a row from 0, a node, `x`, `y` or `z`, and three finite coordinates";
     read(path, TableHeader::Required(HEADER), |line, cells| {
@@ -75,7 +75,7 @@ pub fn read_dofs(path: &Path) -> Result<Vec<DofRow>, FieldError> {
 ///
 /// # Errors
 /// As [`read_dofs`].
-pub fn read_points(path: &Path) -> Result<Vec<PointRow>, FieldError> {
+pub(crate) fn read_points(path: &Path) -> Result<Vec<PointRow>, FieldError> {
     const EXPECTED: &str = "a node and three finite coordinates";
     read(path, TableHeader::Required("node,x,y,z"), |line, cells| {
         let [node, x, y, z] = *cells else { return Err(EXPECTED) };
@@ -92,7 +92,7 @@ pub fn read_points(path: &Path) -> Result<Vec<PointRow>, FieldError> {
 ///
 /// # Errors
 /// As [`read_dofs`].
-pub fn read_triangles(path: &Path) -> Result<Vec<TriangleRow>, FieldError> {
+pub(crate) fn read_triangles(path: &Path) -> Result<Vec<TriangleRow>, FieldError> {
     const EXPECTED: &str = "three different node numbers";
     read(path, TableHeader::Allowed("a,b,c"), |line, cells| {
         let [a, b, c] = *cells else { return Err(EXPECTED) };

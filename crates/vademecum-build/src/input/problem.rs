@@ -17,13 +17,15 @@ pub use body::{
     BaseEntry, BlockSource, Component, DampingEntry, LoadEntry, MaterialEntry, MatricesSource, MeshSource,
     OrderEntry, PatternEntry, RegionEntry, SupportEntry, TablesSource,
 };
-pub use chapter::{ChapterEntry, Projection, Repair, Representation};
+pub(crate) use chapter::Representation;
+pub use chapter::{ChapterEntry, Projection, Repair};
 pub(crate) use check::CENTRIFUGAL;
 pub use large::{LargeEntry, ModelKind};
 pub use plan::{
-    BasisEntry, BasisKind, Fields, GaugeEntry, InnerProduct, OutputEntry, ParameterEntry, ParameterKind,
-    ParameterScale, Precision, ProbeEntry, STRESS_UNASKED, SnapshotPlan, StressPlaces, TimeEntry, Tolerances,
+    BasisEntry, BasisKind, Fields, OutputEntry, ParameterEntry, ParameterKind, ParameterScale, ProbeEntry,
+    SnapshotPlan, StressPlaces, TimeEntry, Tolerances,
 };
+pub(crate) use plan::{GaugeEntry, InnerProduct, Precision, STRESS_UNASKED};
 pub use ranges::{problem_schema, range_table};
 
 use std::path::{Path, PathBuf};
@@ -77,7 +79,7 @@ pub struct Problem {
     pub large: Option<LargeEntry>,
     /// The form of the stage maps in the file.
     #[serde(default)]
-    pub representation: Representation,
+    pub(crate) representation: Representation,
     /// Options of the canonical one.
     pub canonical: Option<ChapterEntry>,
     /// Source of the mesh.
@@ -201,14 +203,14 @@ impl Problem {
 
     /// The kind of basis: the one asked for, or else natural modes for exact steps, if nothing of the
     /// snapshots is asked for, and Ritz vectors of snapshots otherwise.
-    pub fn basis_kind(&self) -> BasisKind {
+    pub(crate) fn basis_kind(&self) -> BasisKind {
         let imported = self.snapshots.npy.is_some() || self.snapshots.vtu.is_some();
         let modes = self.scheme() == (SchemeKind::Exact {}) && !imported && self.basis.energy.is_none();
         self.basis.kind.unwrap_or(if modes { BasisKind::Modes } else { BasisKind::Ritz })
     }
 
     /// True for a free body: a problem with a mesh and without supports.
-    pub fn is_free(&self) -> bool {
+    pub(crate) fn is_free(&self) -> bool {
         self.supports.is_empty() && self.mesh.matrices.is_none()
     }
 

@@ -35,16 +35,16 @@ const MARGIN: f64 = 1.3;
 
 /// Options of a reduced strain.
 #[derive(Clone, Copy, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
-pub struct LargeOptions {
+pub(crate) struct LargeOptions {
     /// Largest displacement of the loadable surface \[m\].
-    pub displacement: f64,
+    pub(crate) displacement: f64,
     /// Coordinates; all of them interact.
-    pub coordinates: usize,
+    pub(crate) coordinates: usize,
     /// Strain rows in addition to one for each coordinate.
-    pub rows: usize,
+    pub(crate) rows: usize,
     /// States that the strains are fitted to, half of them at coordinates of the fewest modes of any map;
     /// fewer show which shapes follow the modes.
-    pub states: usize,
+    pub(crate) states: usize,
 }
 
 impl LargeOptions {
@@ -97,36 +97,36 @@ pub enum LearnError {
 /// Natural modes and condensed shapes (static modal derivatives).
 #[derive(Clone, Debug)]
 #[doc(alias("followers", "static modal derivatives", "static condensation"))]
-pub struct CondensedBasis {
+pub(crate) struct CondensedBasis {
     /// Shape (n, R); their mass is the identity, their eigenvalues ascend.
-    pub vectors: Mat<f64>,
+    pub(crate) vectors: Mat<f64>,
     /// Diagonal of their stiffness.
-    pub eigenvalues: Vec<f64>,
+    pub(crate) eigenvalues: Vec<f64>,
     /// Natural frequencies of the coordinates that are natural modes \[rad/s\], 0 of the others.
-    pub natural: Vec<f64>,
+    pub(crate) natural: Vec<f64>,
 }
 
 /// A basis and the reduced strain over it.
 #[derive(Clone, Debug)]
 #[doc(alias = "reduced-order model")]
-pub struct LargeModel {
+pub(crate) struct LargeModel {
     /// In words.
-    pub name: String,
+    pub(crate) name: String,
     /// Natural modes of the basis; the other shapes follow them.
-    pub modes: usize,
+    pub(crate) modes: usize,
     prior: Prior,
     /// Kind of its coordinates.
-    pub basis: CondensedBasis,
+    pub(crate) basis: CondensedBasis,
     /// The strain map.
-    pub map: ReducedStrain,
+    pub(crate) map: ReducedStrain,
     /// Coordinates of the states, one a column.
-    pub states: Mat<f64>,
+    pub(crate) states: Mat<f64>,
     /// Their energies \[J\].
-    pub energies: Vec<f64>,
+    pub(crate) energies: Vec<f64>,
 }
 
 /// Input of the regression of a body's reduced strain.
-pub struct StrainLearner<'a> {
+pub(crate) struct StrainLearner<'a> {
     body: &'a Body,
     symbolic: &'a Symbolic,
     strain: GreenStrain<'a>,
@@ -141,7 +141,7 @@ impl<'a> StrainLearner<'a> {
     ///
     /// # Errors
     /// [`LearnError`].
-    pub fn new(
+    pub(crate) fn new(
         body: &'a Body,
         symbolic: &'a Symbolic,
         options: &LargeOptions,
@@ -184,7 +184,7 @@ impl<'a> StrainLearner<'a> {
     ///
     /// # Errors
     /// [`LearnError`].
-    pub fn fitted(&self, from: &LargeModel) -> Result<Vec<LargeModel>, LearnError> {
+    pub(crate) fn fitted(&self, from: &LargeModel) -> Result<Vec<LargeModel>, LearnError> {
         let states = self.mixed(from.modes)?;
         let basis = &from.basis;
         let states = self.seen(&basis.vectors, &states);

@@ -20,7 +20,7 @@ use crate::linalg::{NoConvergence, Random, product, symmetric_part};
 #[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
 pub struct Pairs {
     /// Coordinates whose products all count.
-    pub interacting: usize,
+    pub(crate) interacting: usize,
 }
 
 impl Pairs {
@@ -51,43 +51,26 @@ impl Pairs {
 /// A reduced Green–Lagrange strain by rows: `z_k = ω_k q_k + Q_k · m(q)` for `k < R`, `Q_k · m(q)` after.
 #[derive(Clone, Debug)]
 #[doc(alias("strain map", "reduced Green-Lagrange strain"))]
-pub struct ReducedStrain {
+pub(crate) struct ReducedStrain {
     /// `ω`, one for each coordinate \[rad/s\].
-    pub frequencies: Vec<f64>,
+    pub(crate) frequencies: Vec<f64>,
     /// The products that count.
-    pub pairs: Pairs,
+    pub(crate) pairs: Pairs,
     /// `Q`, shape (rows, products).
-    pub quadratic: Mat<f64>,
-}
-
-impl ReducedStrain {
-    /// `z(q)`, length rows.
-    pub fn strain(&self, q: &[f64]) -> Vec<f64> {
-        let products = self.pairs.products(q);
-        let mut z: Vec<f64> = (0..self.quadratic.nrows())
-            .map(|k| products.iter().enumerate().map(|(j, m)| self.quadratic[(k, j)] * m).sum())
-            .collect();
-        z.iter_mut().zip(self.frequencies.iter().zip(q)).for_each(|(z, (w, q))| *z += w * q);
-        z
-    }
-
-    /// `½ |z(q)|²`.
-    pub fn energy(&self, q: &[f64]) -> f64 {
-        0.5 * self.strain(q).iter().map(|z| z * z).sum::<f64>()
-    }
+    pub(crate) quadratic: Mat<f64>,
 }
 
 /// Gram matrix of full strains, from which the rows of a reduced strain are selected.
 #[derive(Clone, Debug)]
-pub struct StrainGram {
+pub(crate) struct StrainGram {
     /// `ω`.
-    pub frequencies: Vec<f64>,
+    pub(crate) frequencies: Vec<f64>,
     /// The products that count.
-    pub pairs: Pairs,
+    pub(crate) pairs: Pairs,
     /// `UᵀA_q`, shape (R, products).
-    pub top: Mat<f64>,
+    pub(crate) top: Mat<f64>,
     /// `A_qᵀA_q`, shape (products, products).
-    pub gram: Mat<f64>,
+    pub(crate) gram: Mat<f64>,
 }
 
 impl StrainGram {
@@ -97,7 +80,7 @@ impl StrainGram {
     ///
     /// # Errors
     /// [`NoConvergence`].
-    pub fn rows(&self, states: MatRef<'_, f64>, extra: usize) -> Result<ReducedStrain, NoConvergence> {
+    pub(crate) fn rows(&self, states: MatRef<'_, f64>, extra: usize) -> Result<ReducedStrain, NoConvergence> {
         let Self { top, gram, pairs, .. } = self;
         let (r, extra) = (top.nrows(), extra.min(pairs.count()));
         let rest = symmetric_part((gram - product(top.transpose(), top.as_ref())).as_ref());

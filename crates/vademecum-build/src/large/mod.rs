@@ -12,14 +12,14 @@ mod states;
 mod trial;
 
 pub(crate) use learn::CANDIDATES;
-pub use learn::{CondensedBasis, LargeModel, LargeOptions, LearnError, StrainLearner};
-pub use map::{Pairs, ReducedStrain, StrainGram};
-pub use prediction::Prediction;
+pub use learn::LearnError;
+pub(crate) use learn::{LargeModel, LargeOptions, StrainLearner};
+pub use map::Pairs;
 pub use prior::{Prior, columns};
 pub use regression::StrainColumns;
-pub use shapes::relaxed;
-pub use states::{TrainingStates, draw};
-pub use trial::{PARTS, ProjectedRun, Push, PushFamily, ReferenceModel, ReferenceRun, asked_displacement};
+pub use states::draw;
+pub use trial::asked_displacement;
+pub(crate) use trial::{PARTS, ProjectedRun, Push, PushFamily, ReferenceModel, ReferenceRun};
 
 #[cfg(test)]
 mod tests;

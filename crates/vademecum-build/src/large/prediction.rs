@@ -10,7 +10,7 @@ use crate::fem::{Factor, GreenStrain, Symbolic};
 
 /// `u(q) = V q + Σ w_ab q_a q_b` over natural modes, with what the rest of the body does with each product.
 #[doc(alias("static modal derivatives", "quadratic manifold"))]
-pub struct Prediction<'a> {
+pub(crate) struct Prediction<'a> {
     pub(super) strain: &'a GreenStrain<'a>,
     /// Shape (n, r).
     pub(super) modes: MatRef<'a, f64>,
@@ -21,7 +21,7 @@ pub struct Prediction<'a> {
 
 impl<'a> Prediction<'a> {
     /// One solve for each product of two modes.
-    pub fn new(
+    pub(crate) fn new(
         strain: &'a GreenStrain<'a>,
         (modes, eigenvalues): (MatRef<'a, f64>, &[f64]),
         factor: (&Symbolic, &Factor),
@@ -32,7 +32,7 @@ impl<'a> Prediction<'a> {
     }
 
     /// The displacement, and its stress to second order, `B u + E₂(V q, V q)`.
-    pub fn at(&self, q: &[f64]) -> InitialGuess {
+    pub(crate) fn at(&self, q: &[f64]) -> InitialGuess {
         let linear = self.modes * ColRef::from_slice(q);
         let displacement = &linear + &self.moved * ColRef::from_slice(&self.pairs.products(q));
         let of = |column: &faer::Col<f64>| column.iter().copied().collect::<Vec<f64>>();

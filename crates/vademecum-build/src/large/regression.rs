@@ -34,7 +34,7 @@ pub struct StrainColumns {
     /// `ω`.
     pub frequencies: Vec<f64>,
     /// The products that count.
-    pub pairs: Pairs,
+    pub(crate) pairs: Pairs,
     /// `A_l`, shape (strains, R).
     pub linear: Mat<f64>,
     /// `A_q`, shape (strains, products).
@@ -43,7 +43,7 @@ pub struct StrainColumns {
 
 impl StrainColumns {
     /// Data that determine the energy, before any regression.
-    pub fn gram(&self) -> StrainGram {
+    pub(crate) fn gram(&self) -> StrainGram {
         let top = transposed_product(self.linear.as_ref(), self.quadratic.as_ref());
         let mut gram = Mat::zeros(self.pairs.count(), self.pairs.count());
         for (own, _) in self.chunks() {
@@ -57,7 +57,11 @@ impl StrainColumns {
     ///
     /// # Errors
     /// [`NoConvergence`].
-    pub fn fitted(&self, states: &TrainingStates, ridges: &[f64]) -> Result<Vec<StrainGram>, NoConvergence> {
+    pub(crate) fn fitted(
+        &self,
+        states: &TrainingStates,
+        ridges: &[f64],
+    ) -> Result<Vec<StrainGram>, NoConvergence> {
         let (p, q) = (self.pairs.count(), states.coordinates.as_ref());
         let products = self.pairs.products_of(q);
         let weight = |s: usize| 1.0 / states.energies[s].max(f64::MIN_POSITIVE);

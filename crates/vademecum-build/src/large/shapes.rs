@@ -48,7 +48,7 @@ pub(super) fn kept_states(
 ///
 /// # Errors
 /// [`LargeError`]: a body without supports, memory.
-pub fn relaxed(
+pub(crate) fn relaxed(
     prediction: &Prediction<'_>,
     symbolic: &Symbolic,
     drawn: MatRef<'_, f64>,

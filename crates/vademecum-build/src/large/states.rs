@@ -13,13 +13,13 @@ use crate::linalg::{Random, transposed_product, unit};
 
 /// Full-order training states with their coordinates.
 #[derive(Clone, Debug)]
-pub struct TrainingStates {
+pub(crate) struct TrainingStates {
     /// `VᵀM u`, shape (R, states).
-    pub coordinates: Mat<f64>,
+    pub(crate) coordinates: Mat<f64>,
     /// The full strains, shape (strains, states).
-    pub strains: Mat<f64>,
+    pub(crate) strains: Mat<f64>,
     /// Their energies, `½|z|²`.
-    pub energies: Vec<f64>,
+    pub(crate) energies: Vec<f64>,
 }
 
 /// Draws coordinates of natural modes: shape (modes, count). `moving` are the modes at the loadable nodes,
@@ -56,7 +56,11 @@ pub fn draw(moving: MatRef<'_, f64>, eigenvalues: &[f64], largest: f64, count: u
 
 impl TrainingStates {
     /// States as displacements, in the coordinates `VᵀM u` of a basis with momenta `MV`.
-    pub fn new(strain: &GreenStrain<'_>, momenta: MatRef<'_, f64>, states: &[Vec<f64>]) -> TrainingStates {
+    pub(crate) fn new(
+        strain: &GreenStrain<'_>,
+        momenta: MatRef<'_, f64>,
+        states: &[Vec<f64>],
+    ) -> TrainingStates {
         let n = strain.n_dof();
         let displacements = Mat::from_fn(n, states.len(), |i, s| states[s][i]);
         let coordinates = transposed_product(momenta, displacements.as_ref());

@@ -20,7 +20,7 @@ use crate::progress::Listener;
 use crate::store::{Inputs, StageCache};
 
 /// Steps of the reference in a step of the file, where nothing else is asked for.
-pub const PARTS: usize = 4;
+pub(crate) const PARTS: usize = 4;
 /// Tolerance of Newton's method in the reference, far below the error of any reduced motion.
 const TOLERANCE: f64 = 1e-5;
 /// Load halvings before a load case is redrawn.
@@ -42,22 +42,22 @@ const HELD: f64 = 2.0;
 
 /// A push by something blunt: a force spread over the loadable nodes around one of them.
 #[derive(Clone, Debug, Serialize, Deserialize)]
-pub struct Push {
+pub(crate) struct Push {
     /// Unique name among the pushes of the body.
-    pub name: String,
+    pub(crate) name: String,
     /// Loadable nodes and their forces \[N\] at the height of the push.
-    pub nodes: Vec<(u32, [f64; 3])>,
+    pub(crate) nodes: Vec<(u32, [f64; 3])>,
     /// The same over the free dofs.
-    pub force: Vec<f64>,
+    pub(crate) force: Vec<f64>,
     /// Duration \[s\].
-    pub length: f64,
+    pub(crate) length: f64,
     /// True for a pulse shaped as a squared sine; otherwise the force is constant and ends at once.
-    pub pulse: bool,
+    pub(crate) pulse: bool,
 }
 
 impl Push {
     /// Its share of the height at a time \[s\]; where it jumps the mean of both sides.
-    pub fn at(&self, time: f64) -> f64 {
+    pub(crate) fn at(&self, time: f64) -> f64 {
         let near = 1e-6 * self.length;
         0.5 * (self.within(time, time - near) + self.within(time, time + near))
     }
@@ -69,7 +69,7 @@ impl Push {
     }
 
     /// Its share at a time that belongs to the same side of a jump as another one.
-    pub fn within(&self, time: f64, beside: f64) -> f64 {
+    pub(crate) fn within(&self, time: f64, beside: f64) -> f64 {
         let acts = (0.0..=self.length).contains(&beside);
         match (acts, self.pulse) {
             (false, _) => 0.0,
@@ -96,21 +96,21 @@ fn longest_edge(mesh: &Mesh) -> f64 {
 }
 
 /// Distribution of the pushes of a body.
-pub struct PushFamily<'a> {
+pub(crate) struct PushFamily<'a> {
     /// The body.
-    pub body: &'a Body,
+    pub(crate) body: &'a Body,
     /// A few of its natural modes.
-    pub modes: &'a Modes,
+    pub(crate) modes: &'a Modes,
     /// Largest displacement \[m\].
-    pub displacement: f64,
+    pub(crate) displacement: f64,
     /// Step of the file \[s\].
-    pub time_step: f64,
+    pub(crate) time_step: f64,
 }
 
 impl PushFamily<'_> {
     /// Pushes at random places, one for each word whether it is a pulse, so strong that the linear motion
     /// under them reaches about 0.4 to 0.8 of the largest displacement.
-    pub fn draw(&self, pulses: &[bool], seed: u64) -> Vec<Push> {
+    pub(crate) fn draw(&self, pulses: &[bool], seed: u64) -> Vec<Push> {
         let Self { body, modes, displacement, time_step } = *self;
         let (mesh, nodes) = (body.model.mesh(), &body.load_nodes);
         let moving = at_load_nodes(body, modes.vectors.as_ref());
@@ -162,17 +162,17 @@ fn over_dofs(body: &Body, push: &[(u32, [f64; 3])]) -> Vec<f64> {
 }
 
 /// Full-order model of a body with its time scheme.
-pub struct ReferenceModel<'a> {
+pub(crate) struct ReferenceModel<'a> {
     /// The strain.
-    pub strain: &'a GreenStrain<'a>,
+    pub(crate) strain: &'a GreenStrain<'a>,
     /// Structure of the factor.
-    pub symbolic: &'a Symbolic,
+    pub(crate) symbolic: &'a Symbolic,
     /// Rayleigh damping; the part of the stiffness damps the rate of strain.
-    pub damping: Rayleigh,
+    pub(crate) damping: Rayleigh,
     /// Step of the file \[s\].
-    pub time_step: f64,
+    pub(crate) time_step: f64,
     /// Steps of the reference in a step of the file.
-    pub parts: usize,
+    pub(crate) parts: usize,
 }
 
 impl ReferenceModel<'_> {
@@ -181,7 +181,7 @@ impl ReferenceModel<'_> {
     ///
     /// # Errors
     /// [`LargeError`].
-    pub fn work(&self, push: &Push, steps: f64, listener: &dyn Listener) -> Result<Work, LargeError> {
+    pub(crate) fn work(&self, push: &Push, steps: f64, listener: &dyn Listener) -> Result<Work, LargeError> {
         const FEW: usize = 3;
         let start = Instant::now();
         self.follow(push, FEW, listener)?;
@@ -198,7 +198,7 @@ impl ReferenceModel<'_> {
     ///
     /// # Errors
     /// [`LargeError`].
-    pub fn references(
+    pub(crate) fn references(
         &self,
         drawn: &PushFamily<'_>,
         (count, seed): (usize, u64),
@@ -269,7 +269,7 @@ impl ReferenceModel<'_> {
     ///
     /// # Errors
     /// [`LargeError`].
-    pub fn follow(
+    pub(crate) fn follow(
         &self,
         push: &Push,
         steps: usize,
@@ -318,7 +318,7 @@ impl ReferenceRun {
     ///
     /// # Errors
     /// [`LargeError`].
-    pub fn refined(
+    pub(crate) fn refined(
         self,
         full: &ReferenceModel<'_>,
         kept: &StageCache<'_>,
@@ -342,48 +342,48 @@ impl ReferenceRun {
 /// A push, and the motion under it at full order.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 #[doc(alias = "validation load case")]
-pub struct ReferenceRun {
+pub(crate) struct ReferenceRun {
     /// The push as it was marched.
-    pub push: Push,
+    pub(crate) push: Push,
     /// Displacements over the free dofs after each step of the file \[m\].
-    pub displacements: Vec<Vec<f64>>,
+    pub(crate) displacements: Vec<Vec<f64>>,
     /// The least principal stretch in any element and step.
-    pub least_stretch: f64,
+    pub(crate) least_stretch: f64,
     /// Discretisation error in time of the motion itself: relative, over all dofs and steps, in the mass
     /// norm; not a number where nobody looked.
-    pub own_error: f64,
+    pub(crate) own_error: f64,
     /// Wall time of a step of the file \[s\], with as many marches side by side as there are cores.
-    pub seconds_per_step: f64,
+    pub(crate) seconds_per_step: f64,
 }
 
 /// A reference run projected on a basis.
-pub struct ProjectedRun {
+pub(crate) struct ProjectedRun {
     /// Coordinates after each step, one a column.
-    pub coordinates: Mat<f64>,
+    pub(crate) coordinates: Mat<f64>,
     /// Square of the projection error in the mass norm, summed over the steps.
-    pub projection_residual: f64,
+    pub(crate) projection_residual: f64,
     /// The same of everything.
-    pub whole: f64,
+    pub(crate) whole: f64,
 }
 
 impl ProjectedRun {
     /// Error of a motion against what the basis sees of a reference: relative, over all dofs and steps, in
     /// the mass norm; and what no motion in this basis can be below.
-    pub fn error(&self, found: &Mat<f64>) -> TrajectoryError {
+    pub(crate) fn error(&self, found: &Mat<f64>) -> TrajectoryError {
         let off = (&self.coordinates - found).squared_norm_l2();
         let root = |x: f64| (x / self.whole).sqrt();
         TrajectoryError { error: root(off + self.projection_residual), floor: root(self.projection_residual) }
     }
 
     /// Distance of two motions in the basis, relative to the reference.
-    pub fn apart(&self, one: &Mat<f64>, other: &Mat<f64>) -> f64 {
+    pub(crate) fn apart(&self, one: &Mat<f64>, other: &Mat<f64>) -> f64 {
         (one - other).norm_l2() / self.whole.sqrt()
     }
 }
 
 impl LargeModel {
     /// Projects a reference run on the basis.
-    pub fn see(&self, body: &Body, reference: &ReferenceRun) -> ProjectedRun {
+    pub(crate) fn see(&self, body: &Body, reference: &ReferenceRun) -> ProjectedRun {
         let (n, reference) = (self.basis.vectors.nrows(), &reference.displacements);
         let u = Mat::from_fn(n, reference.len(), |i, s| reference[s][i]);
         let mut momenta = Mat::zeros(n, reference.len());

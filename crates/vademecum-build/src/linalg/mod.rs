@@ -126,14 +126,14 @@ pub(crate) struct Columns {
 
 impl Columns {
     /// No column yet; room for some of `n` rows.
-    pub fn with_room(n: usize, room: usize) -> Self {
+    pub(crate) fn with_room(n: usize, room: usize) -> Self {
         let mut matrix = Mat::with_capacity(n, room);
         matrix.resize_with(n, 0, |_, _| 0.0);
         Self { matrix, room }
     }
 
     /// Copies columns behind those that are there.
-    pub fn append(&mut self, columns: MatRef<'_, f64>) {
+    pub(crate) fn append(&mut self, columns: MatRef<'_, f64>) {
         let (n, old) = (self.matrix.nrows(), self.matrix.ncols());
         let new = old + columns.ncols();
         if new > self.room {
@@ -143,7 +143,7 @@ impl Columns {
         self.matrix.resize_with(n, new, |i, j| columns[(i, j - old)]);
     }
 
-    pub fn as_ref(&self) -> MatRef<'_, f64> {
+    pub(crate) fn as_ref(&self) -> MatRef<'_, f64> {
         self.matrix.as_ref()
     }
 }

@@ -26,26 +26,26 @@ impl Stored {
 const TORN: &str = "a matrix has another number of entries than its shape";
 
 /// Writes a matrix.
-pub fn serialize<S: Serializer>(matrix: &Mat<f64>, serializer: S) -> Result<S::Ok, S::Error> {
+pub(crate) fn serialize<S: Serializer>(matrix: &Mat<f64>, serializer: S) -> Result<S::Ok, S::Error> {
     Stored::new(matrix.as_ref()).serialize(serializer)
 }
 
 /// Reads a matrix.
-pub fn deserialize<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Mat<f64>, D::Error> {
+pub(crate) fn deserialize<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Mat<f64>, D::Error> {
     Stored::deserialize(deserializer)?.matrix().ok_or_else(|| D::Error::custom(TORN))
 }
 
 /// The same for a list of matrices.
-pub mod list {
+pub(crate) mod list {
     use super::*;
 
     /// Writes matrices.
-    pub fn serialize<S: Serializer>(matrices: &[Mat<f64>], serializer: S) -> Result<S::Ok, S::Error> {
+    pub(crate) fn serialize<S: Serializer>(matrices: &[Mat<f64>], serializer: S) -> Result<S::Ok, S::Error> {
         serializer.collect_seq(matrices.iter().map(|matrix| Stored::new(matrix.as_ref())))
     }
 
     /// Reads matrices.
-    pub fn deserialize<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Vec<Mat<f64>>, D::Error> {
+    pub(crate) fn deserialize<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Vec<Mat<f64>>, D::Error> {
         let stored = Vec::<Stored>::deserialize(deserializer)?;
         stored.into_iter().map(|s| s.matrix().ok_or_else(|| D::Error::custom(TORN))).collect()
     }

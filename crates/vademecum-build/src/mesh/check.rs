@@ -15,10 +15,10 @@ use crate::linalg::vec3::{norm, sub};
 
 /// The repaired mesh and its remaining flaws.
 pub(crate) struct CheckedMesh {
-    pub mesh: Mesh,
-    pub problems: Vec<Flaw>,
-    pub unused_nodes: usize,
-    pub reoriented: usize,
+    pub(crate) mesh: Mesh,
+    pub(crate) problems: Vec<Flaw>,
+    pub(crate) unused_nodes: usize,
+    pub(crate) reoriented: usize,
 }
 
 /// Repairs what is harmless and lists the problems.

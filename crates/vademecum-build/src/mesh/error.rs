@@ -20,7 +20,7 @@ pub struct Fault {
     /// The expected content.
     pub expected: String,
     /// The remedy.
-    pub remedy: String,
+    pub(crate) remedy: String,
 }
 
 impl fmt::Display for Fault {
@@ -98,20 +98,20 @@ impl MeshError {
 
 /// Position of a parser, for the report of a fault.
 pub(crate) struct FaultSite<'a> {
-    pub file: &'a Path,
-    pub place: Location,
-    pub section: &'a str,
+    pub(crate) file: &'a Path,
+    pub(crate) place: Location,
+    pub(crate) section: &'a str,
 }
 
 /// The remedy for a file that breaks its format's rules.
 const REWRITE: &str = "correct the file, or write it again with the mesher";
 
 impl FaultSite<'_> {
-    pub fn malformed(&self, found: impl Into<String>, expected: impl Into<String>) -> MeshError {
+    pub(crate) fn malformed(&self, found: impl Into<String>, expected: impl Into<String>) -> MeshError {
         MeshError::Malformed(Box::new(self.fault(found.into(), expected.into(), REWRITE.into())))
     }
 
-    pub fn unsupported(
+    pub(crate) fn unsupported(
         &self,
         found: impl Into<String>,
         expected: impl Into<String>,
@@ -120,7 +120,7 @@ impl FaultSite<'_> {
         MeshError::Unsupported(Box::new(self.fault(found.into(), expected.into(), remedy.into())))
     }
 
-    pub fn fault(&self, found: String, expected: String, remedy: String) -> Fault {
+    pub(crate) fn fault(&self, found: String, expected: String, remedy: String) -> Fault {
         let (file, section) = (self.file.to_path_buf(), self.section.to_string());
         Fault { file, place: self.place, section, found, expected, remedy }
     }

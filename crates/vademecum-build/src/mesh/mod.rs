@@ -16,6 +16,7 @@ mod inp;
 mod load;
 mod medit;
 mod mfem;
+mod order;
 mod place;
 pub(crate) mod quality;
 mod raw;
@@ -37,31 +38,13 @@ pub(crate) use error::shown;
 pub use error::{Fault, MeshError};
 pub use flaw::{Flaw, UnsupportedCells};
 pub use hash::hash;
+pub use order::Order;
 pub use place::Location;
-pub use quality::{jacobian_10, quality};
+pub use quality::jacobian_10;
 pub use raw::{RawMesh, Tetrahedra};
-pub use report::{GroupReport, MeshReport, QualityReport, RegionReport, inspect};
-pub use sources::sources;
+pub use report::{MeshReport, QualityReport, RegionReport, inspect};
+pub(crate) use sources::sources;
 pub use tables::read_tables;
-
-/// Polynomial order of the displacement in an element.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Order {
-    /// 4-node tetrahedra.
-    Linear,
-    /// 10-node tetrahedra, mid-side nodes on edges (0,1) (1,2) (2,0) (0,3) (1,3) (2,3).
-    Quadratic,
-}
-
-impl Order {
-    /// Nodes of one element.
-    pub fn nodes_per_element(self) -> usize {
-        match self {
-            Order::Linear => 4,
-            Order::Quadratic => 10,
-        }
-    }
-}
 
 /// A set of elements with one material.
 #[derive(Clone, Debug, PartialEq, Eq)]

@@ -24,7 +24,7 @@ pub(crate) fn longest_edge(p: [[f64; 3]; 4]) -> f64 {
 
 /// Shape quality q = 6√2 V / L³ with the longest edge L: 1 for the regular tetrahedron, 0 for a flat one,
 /// negative for an inverted one.
-pub fn quality(p: [[f64; 3]; 4]) -> f64 {
+pub(crate) fn quality(p: [[f64; 3]; 4]) -> f64 {
     let edge = longest_edge(p);
     if edge == 0.0 { 0.0 } else { 6.0 * std::f64::consts::SQRT_2 * corner_volume(p) / (edge * edge * edge) }
 }

@@ -37,7 +37,7 @@ impl CellKind {
     }
 
     /// Dimension of the cell, 0 to 3.
-    pub fn dimension(self) -> usize {
+    pub(crate) fn dimension(self) -> usize {
         match self {
             CellKind::Point => 0,
             CellKind::Line(_) => 1,
@@ -51,7 +51,7 @@ impl CellKind {
 #[derive(Clone, Debug, Default)]
 pub struct Tetrahedra {
     /// Node indices, 4 or 10 per element.
-    pub connectivity: Vec<u32>,
+    pub(crate) connectivity: Vec<u32>,
     /// Region tag per element.
     pub region: Vec<i64>,
 }
@@ -67,19 +67,19 @@ pub struct RawMesh {
     /// Coordinates.
     pub nodes: Vec<[f64; 3]>,
     /// Number of each node in the file.
-    pub node_ids: Vec<u64>,
+    pub(crate) node_ids: Vec<u64>,
     /// 4-node tetrahedra.
     pub linear: Tetrahedra,
     /// 10-node tetrahedra.
     pub quadratic: Tetrahedra,
     /// Names of regions by tag.
-    pub region_names: BTreeMap<i64, String>,
+    pub(crate) region_names: BTreeMap<i64, String>,
     /// Node sets; not yet sorted.
     pub node_groups: BTreeMap<String, Vec<u32>>,
     /// Facet sets by corner nodes.
     pub facet_groups: BTreeMap<String, Vec<[u32; 3]>>,
     /// Volume cells that are refused.
-    pub unsupported: Vec<UnsupportedCells>,
+    pub(crate) unsupported: Vec<UnsupportedCells>,
     /// Surface cells that are no triangles and were left out, by kind.
     pub(crate) skipped: BTreeMap<&'static str, usize>,
     /// Remarks made while reading.
@@ -163,18 +163,18 @@ pub(crate) struct NodeIndex(HashMap<u64, u32>);
 
 impl NodeIndex {
     /// Registers the next node; a number that was used before is a fault.
-    pub fn insert(&mut self, id: u64, index: usize, at: &FaultSite<'_>) -> Result<(), MeshError> {
+    pub(crate) fn insert(&mut self, id: u64, index: usize, at: &FaultSite<'_>) -> Result<(), MeshError> {
         match self.0.insert(id, index as u32) {
             None => Ok(()),
             Some(_) => Err(at.malformed(format!("node {id} a second time"), "every node number once")),
         }
     }
 
-    pub fn get(&self, id: u64) -> Option<u32> {
+    pub(crate) fn get(&self, id: u64) -> Option<u32> {
         self.0.get(&id).copied()
     }
 
-    pub fn find(&self, id: u64, at: &FaultSite<'_>) -> Result<u32, MeshError> {
+    pub(crate) fn find(&self, id: u64, at: &FaultSite<'_>) -> Result<u32, MeshError> {
         self.get(id).ok_or_else(|| at.malformed(format!("node {id}"), "a node number that the file defines"))
     }
 }

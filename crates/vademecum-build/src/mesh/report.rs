@@ -23,47 +23,47 @@ pub struct MeshReport {
     /// Nodes of one element, 4 or 10.
     pub nodes_per_element: usize,
     /// Nodes that no tetrahedron uses; they are dropped.
-    pub unused_nodes: usize,
+    pub(crate) unused_nodes: usize,
     /// Elements that were inverted; they are reoriented.
-    pub reoriented_elements: usize,
+    pub(crate) reoriented_elements: usize,
     /// Lower and upper corner of the bounding box, in the mesh's unit of length.
-    pub bounding_box: [[f64; 3]; 2],
+    pub(crate) bounding_box: [[f64; 3]; 2],
     /// Volume of all elements, in that unit cubed.
     pub volume: f64,
     /// Regions with their elements and volumes.
     pub regions: Vec<RegionReport>,
     /// Groups with their sizes.
-    pub groups: Vec<GroupReport>,
+    pub(crate) groups: Vec<GroupReport>,
     /// Shape quality of the elements.
     pub quality: QualityReport,
     /// Flaws that exclude a computation, in sentences; empty if the mesh is sound.
     pub problems: Vec<String>,
     /// Repairs and omissions, in sentences.
-    pub notes: Vec<String>,
+    pub(crate) notes: Vec<String>,
 }
 
 /// One region of a mesh.
 #[derive(Clone, Debug, Serialize)]
 pub struct RegionReport {
     /// Number in the file.
-    pub tag: i64,
+    pub(crate) tag: i64,
     /// Name.
     pub name: String,
     /// Its elements.
     pub elements: usize,
     /// Its volume.
-    pub volume: f64,
+    pub(crate) volume: f64,
 }
 
 /// One group of a mesh.
 #[derive(Clone, Debug, Serialize)]
-pub struct GroupReport {
+pub(crate) struct GroupReport {
     /// Name.
-    pub name: String,
+    pub(crate) name: String,
     /// Its nodes.
-    pub nodes: usize,
+    pub(crate) nodes: usize,
     /// Its facets, 0 for a pure node group.
-    pub facets: usize,
+    pub(crate) facets: usize,
 }
 
 /// Shape quality q = 6√2 V/L³ (L the longest edge; on the corners of quadratic elements).
@@ -74,9 +74,9 @@ pub struct QualityReport {
     /// Mean.
     pub mean: f64,
     /// Element counts for q in [0, 0.1), [0.1, 0.2), … [0.9, 1].
-    pub histogram: [usize; 10],
+    pub(crate) histogram: [usize; 10],
     /// File numbers of the corner nodes of the worst element.
-    pub worst: Option<[u64; 4]>,
+    pub(crate) worst: Option<[u64; 4]>,
 }
 
 /// Looks at a mesh without refusing it.

@@ -5,14 +5,14 @@ use super::text::{Binary, Endian, ParsedNumber, Text, tokens};
 
 /// Reads rows from text or binary alike.
 pub(crate) struct RowReader<'a> {
-    pub text: Text<'a>,
+    pub(crate) text: Text<'a>,
     endian: Option<Endian>,
     line: &'a [u8],
     rest: &'a [u8],
 }
 
 impl<'a> RowReader<'a> {
-    pub fn new(text: Text<'a>, endian: Option<Endian>) -> Self {
+    pub(crate) fn new(text: Text<'a>, endian: Option<Endian>) -> Self {
         RowReader { text, endian, line: b"", rest: b"" }
     }
 
@@ -21,7 +21,7 @@ impl<'a> RowReader<'a> {
     }
 
     /// Starts a row; in text that is the next line.
-    pub fn begin(&mut self, expected: &str) -> Result<(), MeshError> {
+    pub(crate) fn begin(&mut self, expected: &str) -> Result<(), MeshError> {
         if self.endian.is_none() {
             self.line = self.text.line(expected)?;
             self.rest = self.line;
@@ -35,7 +35,7 @@ impl<'a> RowReader<'a> {
     }
 
     /// Ends a row; in text nothing may be left on the line.
-    pub fn end(&mut self, expected: &str) -> Result<(), MeshError> {
+    pub(crate) fn end(&mut self, expected: &str) -> Result<(), MeshError> {
         if self.endian.is_none() && tokens(self.rest).next().is_some() {
             return Err(self.text.malformed(self.line, expected));
         }
@@ -53,7 +53,7 @@ impl<'a> RowReader<'a> {
     }
 
     /// A 32-bit integer of a binary file.
-    pub fn int(&mut self, expected: &str) -> Result<i64, MeshError> {
+    pub(crate) fn int(&mut self, expected: &str) -> Result<i64, MeshError> {
         match self.endian {
             Some(endian) => Ok(i64::from(self.text.value::<i32>(endian, expected)?)),
             None => self.next::<i64>(expected),
@@ -61,12 +61,12 @@ impl<'a> RowReader<'a> {
     }
 
     /// A 64-bit count or tag of a binary file.
-    pub fn size(&mut self, expected: &str) -> Result<u64, MeshError> {
+    pub(crate) fn size(&mut self, expected: &str) -> Result<u64, MeshError> {
         self.next::<u64>(expected)
     }
 
     /// A finite real.
-    pub fn real(&mut self, expected: &str) -> Result<f64, MeshError> {
+    pub(crate) fn real(&mut self, expected: &str) -> Result<f64, MeshError> {
         let value: f64 = self.next(expected)?;
         if value.is_finite() {
             return Ok(value);
@@ -75,12 +75,12 @@ impl<'a> RowReader<'a> {
     }
 
     /// Three finite reals.
-    pub fn point(&mut self, expected: &str) -> Result<[f64; 3], MeshError> {
+    pub(crate) fn point(&mut self, expected: &str) -> Result<[f64; 3], MeshError> {
         Ok([self.real(expected)?, self.real(expected)?, self.real(expected)?])
     }
 
     /// A node or element number: a positive 32-bit integer of a binary file.
-    pub fn id(&mut self, expected: &str) -> Result<u64, MeshError> {
+    pub(crate) fn id(&mut self, expected: &str) -> Result<u64, MeshError> {
         let value = self.int(expected)?;
         u64::try_from(value).map_err(|_| self.text.at().malformed(format!("{value}"), expected))
     }

@@ -35,7 +35,7 @@ pub enum Selection {
 /// A coordinate axis.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, Serialize, JsonSchema)]
 #[serde(rename_all = "lowercase")]
-pub enum AxisName {
+pub(crate) enum AxisName {
     /// First coordinate.
     X,
     /// Second coordinate.
@@ -60,13 +60,13 @@ pub enum Side {
 pub struct Plane {
     /// Axis the plane is normal to.
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub axis: Option<AxisName>,
+    pub(crate) axis: Option<AxisName>,
     /// Coordinate on that axis, in the mesh's unit.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub at: Option<f64>,
     /// Normal direction.
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub normal: Option<[f64; 3]>,
+    pub(crate) normal: Option<[f64; 3]>,
     /// A point of the plane.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub point: Option<[f64; 3]>,
@@ -91,7 +91,7 @@ pub struct Cuboid {
 #[serde(deny_unknown_fields)]
 pub struct Ball {
     /// Centre.
-    pub center: [f64; 3],
+    pub(crate) center: [f64; 3],
     /// Radius.
     pub radius: f64,
 }
@@ -101,11 +101,11 @@ pub struct Ball {
 #[serde(deny_unknown_fields)]
 pub struct Share {
     /// The axis.
-    pub axis: AxisName,
+    pub(crate) axis: AxisName,
     /// Which end.
     pub side: Side,
     /// Between 0 and 1: of the extent (`fraction`) or of the node count (`quantile`).
-    pub fraction: f64,
+    pub(crate) fraction: f64,
 }
 
 /// Why a selection cannot be made. The caller's input is at fault in all of them.

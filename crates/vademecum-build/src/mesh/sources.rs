@@ -7,7 +7,7 @@ const MAX_FILES: usize = 1000;
 
 /// The files that reading a mesh file reads: itself, the other one of a TetGen pair, and what an Abaqus or
 /// CalculiX deck includes, whether they are there or not. Only the keyword lines of decks are looked at.
-pub fn sources(path: &Path) -> Vec<PathBuf> {
+pub(crate) fn sources(path: &Path) -> Vec<PathBuf> {
     let mut found = vec![path.to_path_buf()];
     let extension = path.extension().and_then(|e| e.to_str()).unwrap_or("").to_ascii_lowercase();
     if ["node", "ele"].contains(&extension.as_str()) {

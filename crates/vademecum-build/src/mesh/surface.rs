@@ -14,14 +14,14 @@ pub struct Surface {
     pub order: Order,
     /// Node indices of the mesh, 3 or 6 per facet: corners counter-clockwise seen from outside, then the
     /// mid-side nodes on edges (0,1), (1,2), (2,0).
-    pub facets: Vec<u32>,
+    pub(crate) facets: Vec<u32>,
     /// The element each facet belongs to.
-    pub facet_element: Vec<u32>,
+    pub(crate) facet_element: Vec<u32>,
     /// Linear triangles on node indices of the mesh, outward: the facets themselves, or four for each 6-node
     /// facet.
     pub triangles: Vec<[u32; 3]>,
     /// The facet each triangle belongs to.
-    pub triangle_facet: Vec<u32>,
+    pub(crate) triangle_facet: Vec<u32>,
     /// Nodes on the surface, ascending.
     pub nodes: Vec<u32>,
     /// Outward unit normal at each of `nodes`: that of the triangles round it, weighted by area.

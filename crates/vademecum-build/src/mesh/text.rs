@@ -9,14 +9,14 @@ use super::place::Location;
 
 /// A cursor over a file that is read by lines, by tokens or by bytes.
 pub(crate) struct Text<'a> {
-    pub file: &'a Path,
+    pub(crate) file: &'a Path,
     bytes: &'a [u8],
     pos: usize,
     line: usize,
     /// Faults are placed by byte from here on (a binary section has no lines).
-    pub binary: bool,
+    pub(crate) binary: bool,
     /// The section being read, for messages.
-    pub section: String,
+    pub(crate) section: String,
 }
 
 /// Byte order of a binary section.
@@ -27,21 +27,21 @@ pub(crate) enum Endian {
 }
 
 impl<'a> Text<'a> {
-    pub fn new(file: &'a Path, bytes: &'a [u8]) -> Self {
+    pub(crate) fn new(file: &'a Path, bytes: &'a [u8]) -> Self {
         Text { file, bytes, pos: 0, line: 0, binary: false, section: "the file".into() }
     }
 
     /// Bytes not read yet.
-    pub fn left(&self) -> usize {
+    pub(crate) fn left(&self) -> usize {
         self.bytes.len() - self.pos
     }
 
-    pub fn pos(&self) -> usize {
+    pub(crate) fn pos(&self) -> usize {
         self.pos
     }
 
     /// The place of what was read last.
-    pub fn place(&self) -> Location {
+    pub(crate) fn place(&self) -> Location {
         if self.binary { Location::Byte(self.pos) } else { Location::Line(self.line.max(1)) }
     }
 
@@ -50,11 +50,11 @@ impl<'a> Text<'a> {
         self.line
     }
 
-    pub fn at(&self) -> FaultSite<'_> {
+    pub(crate) fn at(&self) -> FaultSite<'_> {
         FaultSite { file: self.file, place: self.place(), section: &self.section }
     }
 
-    pub fn malformed(&self, found: &[u8], expected: impl Into<String>) -> MeshError {
+    pub(crate) fn malformed(&self, found: &[u8], expected: impl Into<String>) -> MeshError {
         self.at().malformed(shown(found), expected)
     }
 
@@ -81,7 +81,7 @@ impl<'a> Text<'a> {
     }
 
     /// The next line that is not blank; the end of the file is a fault.
-    pub fn line(&mut self, expected: &str) -> Result<&'a [u8], MeshError> {
+    pub(crate) fn line(&mut self, expected: &str) -> Result<&'a [u8], MeshError> {
         match self.next_line() {
             Some(line) => Ok(line),
             None => Err(self.at().malformed("the end of the file", expected)),
@@ -89,7 +89,7 @@ impl<'a> Text<'a> {
     }
 
     /// The next line must be `word`.
-    pub fn literal(&mut self, word: &str) -> Result<(), MeshError> {
+    pub(crate) fn literal(&mut self, word: &str) -> Result<(), MeshError> {
         let line = self.line(word)?;
         if line == word.as_bytes() { Ok(()) } else { Err(self.malformed(line, format!("`{word}`"))) }
     }
@@ -119,7 +119,7 @@ impl<'a> Text<'a> {
         token
     }
 
-    pub fn token(&mut self, expected: &str) -> Result<&'a [u8], MeshError> {
+    pub(crate) fn token(&mut self, expected: &str) -> Result<&'a [u8], MeshError> {
         match self.next_token() {
             Some(token) => Ok(token),
             None => Err(self.at().malformed("the end of the file", expected)),
@@ -127,13 +127,13 @@ impl<'a> Text<'a> {
     }
 
     /// The next token as a number.
-    pub fn number<T: ParsedNumber>(&mut self, expected: &str) -> Result<T, MeshError> {
+    pub(crate) fn number<T: ParsedNumber>(&mut self, expected: &str) -> Result<T, MeshError> {
         let token = self.token(expected)?;
         T::parse(token).ok_or_else(|| self.malformed(token, expected))
     }
 
     /// `N` numbers that stand alone on `line`.
-    pub fn exactly<T: ParsedNumber, const N: usize>(
+    pub(crate) fn exactly<T: ParsedNumber, const N: usize>(
         &self,
         line: &[u8],
         expected: &str,
@@ -147,7 +147,7 @@ impl<'a> Text<'a> {
     }
 
     /// A declared count, believed only if the rest of the file can hold that many items of `least` bytes.
-    pub fn bounded(&self, count: u64, least: usize, what: &str) -> Result<usize, MeshError> {
+    pub(crate) fn bounded(&self, count: u64, least: usize, what: &str) -> Result<usize, MeshError> {
         let most = self.left() / least + 1;
         match usize::try_from(count) {
             Ok(n) if n <= most && count < u64::from(u32::MAX) => Ok(n),
@@ -160,7 +160,7 @@ impl<'a> Text<'a> {
     }
 
     /// The next `n` bytes; too few left is a fault.
-    pub fn take(&mut self, n: usize, what: &str) -> Result<&'a [u8], MeshError> {
+    pub(crate) fn take(&mut self, n: usize, what: &str) -> Result<&'a [u8], MeshError> {
         if n > self.left() {
             let found = format!("{} bytes to the end of the file", self.left());
             return Err(self.at().malformed(found, format!("{n} bytes of {what}")));
@@ -171,12 +171,12 @@ impl<'a> Text<'a> {
     }
 
     /// One binary value.
-    pub fn value<T: Binary>(&mut self, endian: Endian, what: &str) -> Result<T, MeshError> {
+    pub(crate) fn value<T: Binary>(&mut self, endian: Endian, what: &str) -> Result<T, MeshError> {
         Ok(T::from_bytes(self.take(T::SIZE, what)?, endian))
     }
 
     /// The rest of the file.
-    pub fn rest(&self) -> &'a [u8] {
+    pub(crate) fn rest(&self) -> &'a [u8] {
         &self.bytes[self.pos..]
     }
 }

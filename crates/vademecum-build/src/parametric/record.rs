@@ -10,9 +10,9 @@ pub struct SeparationRecord {
     /// Points of each axis.
     pub axis_points: Vec<usize>,
     /// Relative error after each enrichment, at fresh points of the reduced problem.
-    pub history: Vec<f64>,
+    pub(crate) history: Vec<f64>,
     /// Terms after each enrichment.
-    pub history_terms: Vec<usize>,
+    pub(crate) history_terms: Vec<usize>,
     /// Why the enrichment ended.
     pub stop: StopReason,
     /// Vectors of the compressed space.
@@ -26,7 +26,7 @@ pub struct SeparationRecord {
     /// Parameter values at the largest spectral radius.
     pub worst_radius_at: Vec<f64>,
     /// Spectral radius of the fused step at every point of the box where it was computed.
-    pub radius_samples: Vec<RadiusSample>,
+    pub(crate) radius_samples: Vec<RadiusSample>,
     /// What `--repair` did, in order; empty without it.
     pub repairs: Vec<String>,
 }

@@ -24,10 +24,10 @@ use crate::separated::{
 /// Fresh points at which errors are measured.
 const FRESH: usize = 200;
 /// Solves of the small problem behind the first expansion; doubled until it keeps the tolerance, up to
-/// [`MOST_SAMPLES`].
+/// [`MAX_SAMPLES`].
 const FIRST_SAMPLES: usize = 1000;
 /// See [`FIRST_SAMPLES`].
-const MOST_SAMPLES: usize = 16_000;
+const MAX_SAMPLES: usize = 16_000;
 
 /// How far the separation goes.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -51,14 +51,14 @@ pub struct Parametric {
     #[serde(with = "crate::linalg::stored::list")]
     states: Vec<Mat<f64>>,
     /// What the enrichment did.
-    pub enrichment: EnrichmentReport,
+    pub(crate) enrichment: EnrichmentReport,
     /// Vectors of the compressed space.
-    pub reduced_size: usize,
+    pub(crate) reduced_size: usize,
     /// Parameter points at which the full space was sampled.
     pub samples: usize,
     /// Relative error of loads and state over fresh points of the box against full-order solves: (rms,
     /// worst).
-    pub map_error: (f64, f64),
+    pub(crate) map_error: (f64, f64),
 }
 
 /// Separates the stage responses over the box.
@@ -223,9 +223,9 @@ fn expand_on(
         let solve = |point: &[f64]| small.at(point).map(|response| fresh.stacked(&response));
         let samples = SampledBlocks::collect(&small.map.axes, most, known.as_ref(), solve)?;
         let expansion = Expansion::new(&samples);
-        listener.checkpoint(most, MOST_SAMPLES)?;
+        listener.checkpoint(most, MAX_SAMPLES)?;
         let enough = fresh.error(&expansion.at(&fresh.points)?) <= tolerance / 3.0;
-        if enough || samples.is_whole_grid() || most >= MOST_SAMPLES {
+        if enough || samples.is_whole_grid() || most >= MAX_SAMPLES {
             return Ok((expansion, samples.is_whole_grid()));
         }
         (known, most) = (Some(samples), 2 * most);
@@ -318,7 +318,7 @@ impl Parametric {
     }
 
     /// Points of each axis.
-    pub fn axis_points(&self) -> Vec<usize> {
+    pub(crate) fn axis_points(&self) -> Vec<usize> {
         self.map.axes.iter().map(Axis::len).collect()
     }
 
@@ -336,7 +336,7 @@ impl Parametric {
     ///
     /// # Errors
     /// If the setting lies outside the box.
-    pub fn responses(
+    pub(crate) fn responses(
         &self,
         scheme: &SchemeTable,
         setting: &Setting,

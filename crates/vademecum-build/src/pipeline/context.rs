@@ -25,7 +25,7 @@ pub struct BuildContext<'a> {
     /// The full-order march; absent where nothing is marched.
     pub(super) full: Option<&'a FullOrder<'a>>,
     /// First natural period \[s\].
-    pub first_period: f64,
+    pub(crate) first_period: f64,
     /// The runs that snapshots are taken of.
     pub runs: &'a SnapshotSchedule,
     /// The loads of the certificate.

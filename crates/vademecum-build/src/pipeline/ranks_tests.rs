@@ -7,8 +7,8 @@ use faer::{Mat, MatMut, MatRef};
 
 use super::{BuildOptions, Outcome, build};
 use crate::fem::{
-    AT_ONCE, AssemblyPlan, Engine, EngineError, Factor, FactorError, LocalRows, ModelError, Pencil,
-    PencilRows, RigidBody, Search, Solve, SpreadFactor, SpreadMatrix, Symbolic, SymmetricMatrix,
+    AT_ONCE, AssemblyPlan, Engine, EngineError, Factor, FactorError, ModelError, Pencil, PencilRows,
+    RigidBody, Search, Solve, SpreadFactor, SpreadMatrix, Symbolic, SymmetricMatrix, pencil_rows,
 };
 use crate::input::Problem;
 use crate::progress::Listener;
@@ -120,11 +120,11 @@ impl SpreadFactor for Made {
     fn begin<'a>(
         &'a self,
         mass: Arc<dyn SpreadMatrix>,
-        _: &Search,
+        search: &Search,
     ) -> Result<Box<dyn PencilRows + 'a>, EngineError> {
         let mut image = Mat::<f64>::zeros(self.pencil.n_dof(), AT_ONCE);
         mass.mul_into(image.clone().as_ref(), image.as_mut());
-        Ok(Box::new(LocalRows::new(&self.pencil, &self.factor)))
+        pencil_rows(&self.pencil, &self.factor, search)
     }
 }
 

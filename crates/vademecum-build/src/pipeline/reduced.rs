@@ -27,9 +27,9 @@ pub struct ReducedModel {
     /// Residual flexibility, stress, reactions, and the factor of the stiffness where it is asked for.
     pub sections: Vec<Draft>,
     /// True if the residual flexibility is among them.
-    pub has_residual: bool,
+    pub(crate) has_residual: bool,
     /// True if the factor is among them.
-    pub has_factor: bool,
+    pub(crate) has_factor: bool,
 }
 
 impl ReducedModel {

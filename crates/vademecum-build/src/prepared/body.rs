@@ -184,7 +184,7 @@ pub struct Body {
     pub loadable: Vec<[u32; 3]>,
     /// Nodes forces may act on, ascending: those of `loadable`, or of a body without triangles the chosen
     /// ones.
-    pub load_nodes: Vec<u32>,
+    pub(crate) load_nodes: Vec<u32>,
     /// Load patterns: name and force over the free dofs, length n.
     pub patterns: Vec<(String, Vec<f64>)>,
     /// Part of each pattern on held dofs, over all dofs; empty for imported matrices.
@@ -286,7 +286,7 @@ impl Body {
     ///
     /// # Errors
     /// [`BodyError`], by cause.
-    pub fn of_matrices(problem: &Problem, matrices: MatrixModel) -> Result<Self, BodyError> {
+    pub(crate) fn of_matrices(problem: &Problem, matrices: MatrixModel) -> Result<Self, BodyError> {
         let MatrixModel { mesh, constrained, pencil, triangles: surface } = matrices;
         let mesh_hash = mesh::hash(&mesh);
         let chosen = match &problem.load.surface {

@@ -52,15 +52,15 @@ pub enum MatricesError {
 
 /// Content of the files of `mesh.matrices`.
 #[derive(Clone, Debug)]
-pub struct MatrixModel {
+pub(crate) struct MatrixModel {
     /// Nodes without elements, in one region.
-    pub mesh: Mesh,
+    pub(crate) mesh: Mesh,
     /// True if each dof is held, three per node.
-    pub constrained: Vec<bool>,
+    pub(crate) constrained: Vec<bool>,
     /// The matrices, one row per free dof, ascending.
-    pub pencil: Pencil,
+    pub(crate) pencil: Pencil,
     /// Triangles of the surface by mesh node; none without their table.
-    pub triangles: Vec<[u32; 3]>,
+    pub(crate) triangles: Vec<[u32; 3]>,
 }
 
 impl MatrixModel {
@@ -68,7 +68,7 @@ impl MatrixModel {
     ///
     /// # Errors
     /// [`MatricesError`], by file and line where there is one.
-    pub fn read(problem: &Problem, source: &MatricesSource) -> Result<Self, MatricesError> {
+    pub(crate) fn read(problem: &Problem, source: &MatricesSource) -> Result<Self, MatricesError> {
         let dofs_file = problem.resolve(&source.dofs);
         let rows = in_order(&dofs_file, field::read_dofs(&dofs_file)?)?;
         let nodes = match &source.nodes {

@@ -19,13 +19,13 @@ pub enum FactorPrecision {
 }
 
 /// Memory, engine and precision of a computation.
-pub struct Means<'a> {
+pub(crate) struct Means<'a> {
     /// Memory that may be used.
-    pub memory: Memory,
+    pub(crate) memory: Memory,
     /// The engine for factors of the stiffness; absent: this process.
-    pub engine: Option<&'a Arc<dyn Engine>>,
+    pub(crate) engine: Option<&'a Arc<dyn Engine>>,
     /// The precision of these, in this process.
-    pub precision: FactorPrecision,
+    pub(crate) precision: FactorPrecision,
 }
 
 /// Memory of a build in addition to its matrices, as a multiple of the factor: what a factorisation holds at

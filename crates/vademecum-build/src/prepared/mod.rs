@@ -10,8 +10,10 @@ mod size;
 mod time_step;
 
 pub use body::{Body, BodyError, Probe, Support, read_mesh};
-pub use matrices::{MatricesError, MatrixModel};
-pub use means::{FactorPrecision, Means};
+pub use matrices::MatricesError;
+pub(crate) use matrices::MatrixModel;
+pub use means::FactorPrecision;
+pub(crate) use means::Means;
 pub use parameters::{LiveParameter, ParameterSpace, Setting};
 pub use proposed::{STEPS_PER_PERIOD, proposed_time_step};
 pub use time_step::TimeStepError;
@@ -86,7 +88,7 @@ pub struct Prepared {
     /// Damping ratios in addition to Rayleigh's, of a file that moves its modes exactly.
     pub ratios: ModalRatios,
     /// The first natural mode, once something has asked for it: the time step may be proposed from it.
-    pub first_mode: Option<FirstMode>,
+    pub(crate) first_mode: Option<FirstMode>,
 }
 
 impl Prepared {

@@ -26,7 +26,7 @@ pub struct LiveParameter {
     /// Its unit; empty for a factor.
     pub unit: &'static str,
     /// The scaled property.
-    pub role: ParameterRole,
+    pub(crate) role: ParameterRole,
     /// Smallest value.
     pub lower: f64,
     /// Largest value.
@@ -34,7 +34,7 @@ pub struct LiveParameter {
     /// Values spread evenly in the logarithm.
     pub log: bool,
     /// Value of the problem file.
-    pub nominal: f64,
+    pub(crate) nominal: f64,
 }
 
 /// The live parameters of a problem.
@@ -44,7 +44,7 @@ pub struct ParameterSpace {
     /// The parameters, in the order of the problem file.
     pub parameters: Vec<LiveParameter>,
     /// Material regions of the mesh.
-    pub n_regions: usize,
+    pub(crate) n_regions: usize,
     fixed: StepParameters,
 }
 
@@ -158,7 +158,7 @@ impl ParameterSpace {
     }
 
     /// Corners of the box (all of them up to six parameters, else the same number of random ones).
-    pub fn corners(&self) -> Vec<Vec<f64>> {
+    pub(crate) fn corners(&self) -> Vec<Vec<f64>> {
         let p = self.parameters.len();
         let corner = |bits: u64| -> Vec<f64> {
             let end = |(k, parameter): (usize, &LiveParameter)| {
@@ -207,7 +207,7 @@ impl ParameterSpace {
     }
 
     /// Parameters merged into θ and parameters with an axis of their own, in sentences for the build log.
-    pub fn explain(&self, theta: (f64, f64)) -> Vec<String> {
+    pub(crate) fn explain(&self, theta: (f64, f64)) -> Vec<String> {
         let name = |p: &LiveParameter| format!("`{}`", p.name);
         let (regional, uniform): (Vec<&LiveParameter>, Vec<&LiveParameter>) =
             self.parameters.iter().partition(|p| region_of(p.role).is_some());

@@ -25,15 +25,15 @@ const DIRECTIONS: [[f64; 3]; 13] = [
 
 /// `‖R F‖_M / ‖K⁻¹F‖_M` over loadable nodes and directions of the force.
 #[derive(Clone, Copy, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
-pub struct StaticBound {
+pub(crate) struct StaticBound {
     /// True if it bounds the error at every instant, or estimates it.
-    pub rigorous: bool,
+    pub(crate) rigorous: bool,
     /// Largest over nodes and all directions.
-    pub worst: f64,
+    pub(crate) worst: f64,
     /// Median over nodes and 13 directions.
-    pub median: f64,
+    pub(crate) median: f64,
     /// 95th percentile of the same.
-    pub most: f64,
+    pub(crate) most: f64,
 }
 
 impl StaticBound {

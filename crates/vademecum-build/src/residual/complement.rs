@@ -34,14 +34,14 @@ pub(super) struct ResidualOperator<'a> {
 /// Memory for as many columns as are worked on at once.
 pub(super) struct ResidualWorkspace {
     /// Forces, then answers; shape (n, columns).
-    pub columns: Mat<f64>,
+    pub(crate) columns: Mat<f64>,
     /// `M` times the answers.
-    pub images: Mat<f64>,
+    pub(crate) images: Mat<f64>,
     solve: Solve,
 }
 
 impl<'a> ResidualOperator<'a> {
-    pub fn new(
+    pub(crate) fn new(
         body: &'a Body,
         symbolic: &'a Symbolic,
         vectors: MatRef<'a, f64>,
@@ -56,7 +56,7 @@ impl<'a> ResidualOperator<'a> {
     }
 
     /// The factor of `K`.
-    pub fn factor(&self) -> &Factor {
+    pub(crate) fn factor(&self) -> &Factor {
         self.factor.as_ref().expect("a factor that is not used up")
     }
 
@@ -73,7 +73,7 @@ impl<'a> ResidualOperator<'a> {
     }
 
     /// `B`, shape (n, r).
-    pub fn vectors(&self) -> MatRef<'a, f64> {
+    pub(crate) fn vectors(&self) -> MatRef<'a, f64> {
         self.vectors
     }
 
@@ -87,12 +87,12 @@ impl<'a> ResidualOperator<'a> {
         &self.compliances
     }
 
-    pub fn pencil(&self) -> &Pencil {
+    pub(crate) fn pencil(&self) -> &Pencil {
         self.body.model.pencil()
     }
 
     /// Columns worked on at once: one group a thread, and one in all where an engine solves.
-    pub fn at_once(symbolic: &Symbolic) -> usize {
+    pub(crate) fn at_once(symbolic: &Symbolic) -> usize {
         if symbolic.is_spread() { GROUP } else { GROUP * rayon::current_num_threads().max(1) }
     }
 
@@ -102,7 +102,7 @@ impl<'a> ResidualOperator<'a> {
     }
 
     /// Memory for `columns` columns.
-    pub fn workspace(&self, columns: usize) -> ResidualWorkspace {
+    pub(crate) fn workspace(&self, columns: usize) -> ResidualWorkspace {
         let n = self.pencil().n_dof();
         let [own, images] = [Mat::zeros(n, columns), Mat::zeros(n, columns)];
         ResidualWorkspace {
@@ -113,12 +113,12 @@ impl<'a> ResidualOperator<'a> {
     }
 
     /// Place of a component of a node among the free dofs; `None` where it is held.
-    pub fn free(&self, node: u32, component: usize) -> Option<usize> {
+    pub(crate) fn free(&self, node: u32, component: usize) -> Option<usize> {
         self.body.model.dofs().free(3 * node as usize + component).map(|free| free as usize)
     }
 
     /// Overwrites the first `used` columns, forces `F`, by `R F`.
-    pub fn apply(&self, memory: &mut ResidualWorkspace, used: usize) {
+    pub(crate) fn apply(&self, memory: &mut ResidualWorkspace, used: usize) {
         let r = self.compliances.len();
         let groups = used.div_ceil(GROUP);
         let mut shares = vec![Mat::zeros(r, GROUP); groups];
@@ -164,7 +164,7 @@ impl<'a> ResidualOperator<'a> {
     }
 
     /// `Λ⁻¹Bᵀ` of unit forces at a node, shape (r, 3): what the modes answer.
-    pub fn modal(&self, node: u32) -> Mat<f64> {
+    pub(crate) fn modal(&self, node: u32) -> Mat<f64> {
         let row = |k: usize, c: usize| {
             self.free(node, c).map_or(0.0, |free| self.compliances[k] * self.vectors[(free, k)])
         };
@@ -172,7 +172,7 @@ impl<'a> ResidualOperator<'a> {
     }
 
     /// `Bᵀ` times three weighed columns, shape (r, 3).
-    pub fn project(&self, weighed: MatRef<'_, f64>) -> Mat<f64> {
+    pub(crate) fn project(&self, weighed: MatRef<'_, f64>) -> Mat<f64> {
         let mut product = Mat::zeros(self.compliances.len(), weighed.ncols());
         if !self.compliances.is_empty() {
             let product = product.as_mut();
@@ -182,12 +182,12 @@ impl<'a> ResidualOperator<'a> {
     }
 
     /// The displacement of a node in one column.
-    pub fn row(&self, column: MatRef<'_, f64>, node: u32) -> [f64; 3] {
+    pub(crate) fn row(&self, column: MatRef<'_, f64>, node: u32) -> [f64; 3] {
         std::array::from_fn(|c| self.free(node, c).map_or(0.0, |free| column[(free, 0)]))
     }
 
     /// The displacements of a node in three columns, row by row.
-    pub fn rows(&self, columns: MatRef<'_, f64>, node: u32) -> [f64; 9] {
+    pub(crate) fn rows(&self, columns: MatRef<'_, f64>, node: u32) -> [f64; 9] {
         std::array::from_fn(|at| self.free(node, at / 3).map_or(0.0, |free| columns[(free, at % 3)]))
     }
 

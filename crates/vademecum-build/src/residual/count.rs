@@ -27,7 +27,7 @@ const FIRST: usize = 16;
 const MAX_MODES: usize = 512;
 
 /// The value found.
-pub enum ModeSearch {
+pub(crate) enum ModeSearch {
     /// The fewest modes that keep the bound, and what they reach.
     Modes(Modes, f64),
     /// So many modes reach no more than this.

@@ -19,12 +19,12 @@ mod stress;
 mod sweep;
 mod way;
 
-pub use bound::StaticBound;
-pub use count::ModeSearch;
+pub(crate) use bound::StaticBound;
+pub(crate) use count::ModeSearch;
 pub(crate) use count::modes_within;
 pub use error::ResidualError;
-pub use stress::{StressFlexibility, stress_residual};
-pub use way::BlockMethod;
+pub(crate) use stress::{StressFlexibility, stress_residual};
+pub(crate) use way::BlockMethod;
 
 use crate::prepared::Body;
 use crate::progress::Listener;
@@ -38,41 +38,41 @@ use sweep::{answers, sweep};
 
 /// A body and the basis whose residual flexibility is computed.
 #[derive(Clone, Copy)]
-pub struct ResidualBasis<'a> {
+pub(crate) struct ResidualBasis<'a> {
     /// The body.
-    pub body: &'a Body,
+    pub(crate) body: &'a Body,
     /// Symbolic factorisation of its pattern.
-    pub symbolic: &'a crate::fem::Symbolic,
+    pub(crate) symbolic: &'a crate::fem::Symbolic,
     /// `B`, shape (n, r), `BᵀMB = I`.
-    pub vectors: MatRef<'a, f64>,
+    pub(crate) vectors: MatRef<'a, f64>,
     /// `Λ`, the diagonal of `BᵀKB`.
-    pub eigenvalues: &'a [f64],
+    pub(crate) eigenvalues: &'a [f64],
     /// True if `B` are natural modes and the step is exact in time: whether the bound is rigorous.
-    pub rigorous: bool,
+    pub(crate) rigorous: bool,
 }
 
 /// `R` where a file keeps it, and its bound.
 #[derive(Clone, Debug, serde::Serialize, serde::Deserialize)]
 #[doc(alias("static residual", "residual attachment modes", "static correction", "mode acceleration"))]
-pub struct ResidualFlexibility {
+pub(crate) struct ResidualFlexibility {
     /// `R` between each loadable node and itself \[m/N\].
-    pub contact: Vec<Symmetric>,
+    pub(crate) contact: Vec<Symmetric>,
     /// Pairs of loadable nodes with a loadable triangle in common, the first below the second, ascending.
-    pub pairs: Vec<[u32; 2]>,
+    pub(crate) pairs: Vec<[u32; 2]>,
     /// `R` of each pair \[m/N\]: row the displacement at the first, column the force at the second.
-    pub pair_blocks: Vec<[f64; 9]>,
+    pub(crate) pair_blocks: Vec<[f64; 9]>,
     /// Per probe, its value under unit forces at each loadable node \[m/N\].
-    pub probes: Vec<Vec<[f64; 3]>>,
+    pub(crate) probes: Vec<Vec<[f64; 3]>>,
     /// Per pattern, the displacement `R F_p` of each loadable node \[m\].
-    pub patterns: Vec<Vec<[f64; 3]>>,
+    pub(crate) patterns: Vec<Vec<[f64; 3]>>,
     /// Per pattern, the value of each probe under `R F_p` \[m\].
-    pub pattern_probes: Vec<Vec<f64>>,
+    pub(crate) pattern_probes: Vec<Vec<f64>>,
     /// `G = RᵀMR` of each loadable node \[kg m²/N²\].
-    pub gram: Vec<Symmetric>,
+    pub(crate) gram: Vec<Symmetric>,
     /// Largest relative bound of each loadable node.
-    pub at_nodes: Vec<f64>,
+    pub(crate) at_nodes: Vec<f64>,
     /// The bound over all of them.
-    pub bound: StaticBound,
+    pub(crate) bound: StaticBound,
 }
 
 /// Bytes for the residual of `r` modes at the loadable nodes, in addition to one factor.

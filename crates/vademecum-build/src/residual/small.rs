@@ -1,7 +1,7 @@
 //! Symmetric 3 × 3 matrices.
 
 /// A symmetric 3 × 3 matrix: xx, xy, xz, yy, yz, zz.
-pub type Symmetric = [f64; 6];
+pub(crate) type Symmetric = [f64; 6];
 
 /// Rotations of a Jacobi iteration at most, in sweeps over the three pairs; it takes some five.
 const SWEEPS: usize = 30;

@@ -10,12 +10,12 @@ use crate::progress::Listener;
 /// Stress of `R`, where a file keeps it.
 #[derive(Clone, Debug, Default, serde::Serialize, serde::Deserialize)]
 #[doc(alias = "static correction of the stress")]
-pub struct StressFlexibility {
+pub(crate) struct StressFlexibility {
     /// Per point and loadable node the stress under unit forces \[Pa/N\]: row the component of stress, column
     /// that of the force. Empty where it was not asked for.
-    pub contacts: Vec<Vec<[f64; 3 * COMPONENTS]>>,
+    pub(crate) contacts: Vec<Vec<[f64; 3 * COMPONENTS]>>,
     /// Per pattern and point the stress of `R F_p` \[Pa\].
-    pub patterns: Vec<Vec<[f64; COMPONENTS]>>,
+    pub(crate) patterns: Vec<Vec<[f64; COMPONENTS]>>,
 }
 
 /// The stress of `R` at points under each pattern and, if `contacts`, under forces at the given nodes.
@@ -24,7 +24,7 @@ pub struct StressFlexibility {
 ///
 /// # Errors
 /// [`ResidualError`].
-pub fn stress_residual(
+pub(crate) fn stress_residual(
     reduced: &ResidualBasis<'_>,
     rows: &StressRows,
     nodes: &[u32],

@@ -15,11 +15,11 @@ use crate::progress::Listener;
 /// Data kept of the responses to forces at one node.
 pub(super) struct AtNode<T> {
     /// Data that the caller extracted from the three columns `R e`.
-    pub taken: T,
+    pub(crate) taken: T,
     /// `(R e)ᵀ M (R e)`.
-    pub gram: Symmetric,
+    pub(crate) gram: Symmetric,
     /// `(K⁻¹e)ᵀ M (K⁻¹e)`.
-    pub answer: Symmetric,
+    pub(crate) answer: Symmetric,
 }
 
 /// The columns of `R` at each node, shape (n, 3), shown to `take` with the place of the node; nodes in order.

@@ -11,7 +11,7 @@ const PROJECTIONS: f64 = 6.0;
 
 /// Method for the blocks at the loadable nodes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize)]
-pub enum BlockMethod {
+pub(crate) enum BlockMethod {
     /// Three right-hand sides for each node.
     Solves,
     /// Entries of `K⁻¹` and `K⁻¹MK⁻¹` on the pattern of the factor, whatever the number of nodes.
@@ -23,7 +23,7 @@ impl BlockMethod {
     /// program are solved with: nodes that are neighbours on the surface need not be coupled in them. A
     /// factor on several ranks or in single precision is solved with too: its entries are not here or not
     /// exact.
-    pub fn cheaper(body: &Body, symbolic: &Symbolic, r: usize, nodes: usize) -> Self {
+    pub(crate) fn cheaper(body: &Body, symbolic: &Symbolic, r: usize, nodes: usize) -> Self {
         let assembled = !body.model.mesh().elements.is_empty();
         let selects = assembled && symbolic.has_entries() && selection_to_solves(symbolic, r, nodes) < 1.0;
         if selects { Self::Selection } else { Self::Solves }

@@ -10,7 +10,7 @@ pub struct BlockTerms<'a> {
     /// The axes.
     pub axes: Vec<AxisTable<'a>>,
     /// Space part of `C − I` of each term, shape (r, r).
-    pub states: Vec<Mat<f64>>,
+    pub(crate) states: Vec<Mat<f64>>,
     /// Space part of `H − B` of each term over the free dofs, shape (n, r).
     pub loads: Vec<Mat<f64>>,
 }
@@ -18,7 +18,7 @@ pub struct BlockTerms<'a> {
 /// An axis with its points and factors.
 pub struct AxisTable<'a> {
     /// As the file keeps it.
-    pub axis: Axis<'a>,
+    pub(crate) axis: Axis<'a>,
     /// Its points.
     pub points: Vec<f64>,
     /// Factors, shape (terms, points).

@@ -103,7 +103,7 @@ impl Axis {
     }
 
     /// Whether the functions are functions of `ln μ`.
-    pub fn is_log(&self) -> bool {
+    pub(crate) fn is_log(&self) -> bool {
         self.log
     }
 
@@ -137,7 +137,7 @@ impl Axis {
     /// # Errors
     /// [`SeparatedError::OutsideAxis`] (NaN included), [`SeparatedError::NotAPosition`]; `values` is then
     /// untouched.
-    pub fn basis_into(&self, point: f64, values: &mut [f64]) -> Result<(), SeparatedError> {
+    pub(crate) fn basis_into(&self, point: f64, values: &mut [f64]) -> Result<(), SeparatedError> {
         super::error::check_len("basis values", self.len(), values.len())?;
         if !(self.lower <= point && point <= self.upper) {
             let (lower, upper) = (self.lower, self.upper);
@@ -160,7 +160,7 @@ impl Axis {
     /// Value at `point` of the factor whose values at the axis' points are `factor`.
     ///
     /// # Errors
-    /// As [`Axis::basis_into`].
+    /// As `Axis::basis_into`.
     pub fn evaluate(&self, factor: &[f64], point: f64) -> Result<f64, SeparatedError> {
         super::error::check_len("factor", self.len(), factor.len())?;
         let mut basis = vec![0.0; self.len()];

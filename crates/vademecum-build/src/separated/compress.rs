@@ -18,7 +18,7 @@ pub type Energy<'a> = dyn Fn(MatRef<'_, f64>) -> Mat<f64> + Sync + 'a;
 ///
 /// # Errors
 /// [`SeparatedError::Shape`]; [`SeparatedError::NoConvergence`] when an entry is not finite.
-pub fn compress(
+pub(crate) fn compress(
     samples: &[Mat<f64>],
     energy: &Energy<'_>,
     tolerance: f64,

@@ -19,7 +19,7 @@ use faer::{Mat, MatRef};
 use rayon::prelude::*;
 
 /// An error of a candidate, or the reason to give up.
-pub type Measure<'a, E> = &'a dyn Fn(&Separated) -> Result<f64, E>;
+pub(crate) type Measure<'a, E> = &'a dyn Fn(&Separated) -> Result<f64, E>;
 
 /// Greedy fit of an expansion until `measure` (or, without one, the relative error of the coefficients) meets
 /// the tolerance. `options.update_sweeps = 0` is the plain greedy method.

@@ -58,7 +58,7 @@ impl std::fmt::Display for StopReason {
 #[derive(Clone, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct EnrichmentReport {
     /// Measured error after each enrichment.
-    pub history: Vec<f64>,
+    pub(crate) history: Vec<f64>,
     /// Terms after each enrichment.
     pub terms: Vec<usize>,
     /// Error of the solution returned.

@@ -8,7 +8,7 @@
 //! # From samples to terms
 //!
 //! A build with live parameters goes this way, because its problem in space is small once it is
-//! [`compress`]ed:
+//! compressed:
 //!
 //! 1. An [`Axis`] is one parameter with its unit, its range and the functions that live on it.
 //! 2. [`SampledBlocks::collect`] calls a solver at points of the box that the axes span: at the whole grid
@@ -77,16 +77,17 @@ mod update;
 
 pub(crate) use axis::chebyshev_points;
 pub use axis::{Axis, AxisKind};
-pub use compress::{Energy, EnergyBasis, compress};
+pub(crate) use compress::compress;
+pub use compress::{Energy, EnergyBasis};
 pub use enrich::enrich;
 pub use error::{SeparatedError, check_len};
 pub use expansion::{Expansion, SampledBlocks};
-pub use fit::{Measure, fit};
+pub use fit::fit;
 pub use greedy::{EnrichmentOptions, EnrichmentReport, StopReason};
 pub use kronecker::{KroneckerProblem, Source};
 pub use linalg::{product, transposed_product};
 pub use operator::AxisOperator;
-pub use regions::RegionAxes;
+pub(crate) use regions::RegionAxes;
 pub use solution::Separated;
 pub use space::{DenseSpace, Space};
 

@@ -18,7 +18,7 @@ impl AxisOperator {
     }
 
     /// With `lower[j]` at `(j+1, j)` and `upper[j]` at `(j, j+1)`, each one shorter than the diagonal.
-    pub fn tridiagonal(lower: Vec<f64>, diagonal: Vec<f64>, upper: Vec<f64>) -> AxisOperator {
+    pub(crate) fn tridiagonal(lower: Vec<f64>, diagonal: Vec<f64>, upper: Vec<f64>) -> AxisOperator {
         assert!(
             lower.len() + 1 == diagonal.len() && upper.len() + 1 == diagonal.len(),
             "lengths of the diagonals"
@@ -47,7 +47,7 @@ impl AxisOperator {
     }
 
     /// `A G`, column by column.
-    pub fn apply_all(&self, g: MatRef<'_, f64>) -> Mat<f64> {
+    pub(crate) fn apply_all(&self, g: MatRef<'_, f64>) -> Mat<f64> {
         let mut out = Mat::zeros(g.nrows(), g.ncols());
         for i in 0..g.ncols() {
             let column: Vec<f64> = (0..g.nrows()).map(|j| g[(j, i)]).collect();
@@ -57,7 +57,7 @@ impl AxisOperator {
     }
 
     /// `gᵀ A h`.
-    pub fn bilinear(&self, g: &[f64], h: &[f64]) -> f64 {
+    pub(crate) fn bilinear(&self, g: &[f64], h: &[f64]) -> f64 {
         dot(g, &self.apply(h))
     }
 

@@ -13,7 +13,7 @@ use std::f64::consts::{FRAC_PI_2, PI};
 
 /// The map between the common `θ` and region scales, and a point on the axes.
 #[derive(Clone, Debug, serde::Serialize, serde::Deserialize)]
-pub struct RegionAxes {
+pub(crate) struct RegionAxes {
     axes: Vec<Axis>,
     /// `[q][a]`: exponent of axis `a` in `θ_q`.
     powers: Vec<Vec<f64>>,
@@ -27,7 +27,7 @@ impl RegionAxes {
     ///
     /// # Errors
     /// As [`Axis::new`]; [`SeparatedError::Shape`] without regions.
-    pub fn new(
+    pub(crate) fn new(
         theta: (f64, f64),
         scales: &[Option<(f64, f64)>],
         tolerance: f64,
@@ -71,12 +71,12 @@ impl RegionAxes {
     }
 
     /// The axes, the common one first.
-    pub fn axes(&self) -> &[Axis] {
+    pub(crate) fn axes(&self) -> &[Axis] {
         &self.axes
     }
 
     /// Exponents of the axes in `θ_q`, one list per region: `θ_q = Π_a μ_a^{powers[q][a]}`.
-    pub fn powers(&self) -> &[Vec<f64>] {
+    pub(crate) fn powers(&self) -> &[Vec<f64>] {
         &self.powers
     }
 
@@ -84,7 +84,7 @@ impl RegionAxes {
     ///
     /// # Errors
     /// [`SeparatedError::Shape`]. Whether the point is on the axes is for the axes to say.
-    pub fn point(&self, theta: f64, scales: &[f64]) -> Result<Vec<f64>, SeparatedError> {
+    pub(crate) fn point(&self, theta: f64, scales: &[f64]) -> Result<Vec<f64>, SeparatedError> {
         check_len("stiffness scales, one per region", self.live.len(), scales.len())?;
         let mut point = match (scales, self.axes.len()) {
             ([only], _) => vec![theta * only],

@@ -74,7 +74,7 @@ impl Separated {
     }
 
     /// Columns of a block.
-    pub fn n_columns(&self) -> usize {
+    pub(crate) fn n_columns(&self) -> usize {
         self.blocks.nrows() / self.n_rows.max(1)
     }
 

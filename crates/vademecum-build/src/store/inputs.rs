@@ -23,7 +23,7 @@ pub struct Inputs(Xxh3);
 impl Inputs {
     /// Of nothing but the program: its version and, where the system shows them, the bytes it runs from. A
     /// program that was built anew computes anew.
-    pub fn none() -> Self {
+    pub(crate) fn none() -> Self {
         static PROGRAM: OnceLock<u128> = OnceLock::new();
         let program = PROGRAM.get_or_init(|| {
             let mut state = Xxh3::new();
@@ -51,7 +51,7 @@ impl Inputs {
     }
 
     /// A row of indices.
-    pub fn indices(mut self, indices: &[u32]) -> Self {
+    pub(crate) fn indices(mut self, indices: &[u32]) -> Self {
         self.length(indices.len());
         indices.iter().for_each(|i| self.0.update(&i.to_le_bytes()));
         self
@@ -78,7 +78,7 @@ impl Inputs {
     }
 
     /// The address.
-    pub fn address(&self) -> u128 {
+    pub(crate) fn address(&self) -> u128 {
         self.0.digest128()
     }
 

@@ -27,7 +27,7 @@ pub use growing::GrowingFile;
 pub use inputs::{Inputs, StageInput};
 pub use kind::Kind;
 pub(crate) use read::read_text_within;
-pub use read::{TEXT_LIMIT, open_regular, read_regular, read_text};
+pub use read::{open_regular, read_regular, read_text};
 pub use solves::CachedSolves;
 
 use std::fmt::Debug;

@@ -10,7 +10,7 @@ use std::io::{self, Read};
 use std::path::Path;
 
 /// Longest text a person writes \[bytes\]: problems, scenarios, reports of a build.
-pub const TEXT_LIMIT: u64 = 64 << 20;
+pub(crate) const TEXT_LIMIT: u64 = 64 << 20;
 
 /// Opens a regular file; links are followed.
 ///
@@ -40,7 +40,7 @@ pub fn read_regular(path: &Path) -> io::Result<Vec<u8>> {
 /// The text of a regular file, or of `/dev/stdin`.
 ///
 /// # Errors
-/// As [`open_regular`]; [`io::ErrorKind::FileTooLarge`] above [`TEXT_LIMIT`],
+/// As [`open_regular`]; [`io::ErrorKind::FileTooLarge`] above `TEXT_LIMIT`,
 /// [`io::ErrorKind::InvalidData`] for bytes that are no UTF-8.
 pub fn read_text(path: &Path) -> io::Result<String> {
     read_text_within(path, TEXT_LIMIT)

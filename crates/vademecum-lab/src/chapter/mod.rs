@@ -9,28 +9,24 @@
 //! it ended.
 
 mod map;
+mod play;
 
 use std::rc::Rc;
 
-use vademecum_build::Matrix;
 use vademecum_build::input::{BasisKind, Repair};
 use vademecum_build::progress::Listener;
-use vademecum_chapter::ChapterScene;
-use vademecum_eval::{Contact, Place, SceneOptions};
-use vademecum_format::File;
-use vademecum_study::parts::{ScenarioLoads, Study, Timed, left_ranges, stop_if_asked};
-use vademecum_study::player::{ChapterBody, PlacedContact, Playable, Track};
+use vademecum_eval::{Contact, Place};
+use vademecum_study::parts::{ScenarioLoads, Study, Timed};
+use vademecum_study::player::{PlacedContact, Track};
 
-use super::method::{Group, Identity, March, Method, Part, Precision, Stepper, Way};
+use super::method::{Group, Identity, Method, Part, Precision, Stepper, Way};
 use vademecum_study::StudyError;
 
 pub use map::{LoadSites, chapter_bytes};
+pub(super) use play::play;
 
 /// Most terms of a stage in the chapter's rows; the last one has as many as the exact map.
 const TERMS: [Option<usize>; 3] = [Some(20), Some(40), None];
-
-/// A march in coordinates `(r, instants)`, or why there is none.
-pub(super) type ChapterMarch = Result<Matrix, String>;
 
 /// True of numbers of modes that are compared: with many modes the maps take long to make.
 fn compared(modes: usize) -> bool {
@@ -151,37 +147,4 @@ fn sites(study: &Study, scenario: &ScenarioLoads, nodal: &[Track], magnitude: f6
         marched: each_once(scenario.track.contacts.iter().filter_map(heaviest).collect()),
         magnitude,
     }
-}
-
-/// The sum of the marches of all tracks from rest.
-pub(super) fn play(
-    bytes: &[u8],
-    tracks: &[Track],
-    march: &March<'_>,
-    listener: &dyn Listener,
-) -> Result<ChapterMarch, StudyError> {
-    let file = File::parse(bytes)?;
-    let scene =
-        ChapterScene::bind(&file, &SceneOptions { time_step: Some(march.time_step), ..Default::default() })?;
-    let mut bodies: Vec<_> = tracks.iter().map(|_| ChapterBody::new(&scene)).collect();
-    let instants = scene.instants();
-    let factors = |track: &Track, step: usize| track.factors(&instants, march.time_step, step);
-    let mut sum = Matrix::zeros(scene.n_modes(), march.steps + 1);
-    for (track, body) in tracks.iter().zip(&mut bodies) {
-        track.apply(&factors(track, 0), body)?;
-        body.start()?;
-    }
-    for step in 0..march.steps {
-        for (track, body) in tracks.iter().zip(&mut bodies) {
-            track.apply(&factors(track, step), body)?;
-            if let Err(error) = scene.step(&mut body.state, &body.loads) {
-                let left = left_ranges(error)?;
-                return Ok(Err(format!("left its ranges at step {}: {left}", step + 1)));
-            }
-            let column = sum.col_as_slice_mut(step + 1);
-            column.iter_mut().zip(body.zeta()).for_each(|(sum, z)| *sum += z);
-        }
-        stop_if_asked(listener)?;
-    }
-    Ok(Ok(sum))
 }

@@ -14,21 +14,21 @@ const SI: &str = "SI: m, kg, s, N, Pa";
 
 /// Contents of a description.
 pub(super) struct Description<'a> {
-    pub version: FmiVersion,
-    pub name: &'a str,
-    pub identifier: &'a str,
-    pub token: &'a str,
-    pub metadata: &'a Metadata<'a>,
-    pub internal_step: f64,
-    pub variables: &'a [VariableDescription],
+    pub(crate) version: FmiVersion,
+    pub(crate) name: &'a str,
+    pub(crate) identifier: &'a str,
+    pub(crate) token: &'a str,
+    pub(crate) metadata: &'a Metadata<'a>,
+    pub(crate) internal_step: f64,
+    pub(crate) variables: &'a [VariableDescription],
 }
 
 /// A variable, in words.
 pub(super) struct VariableDescription {
-    pub variable: Variable,
+    pub(crate) variable: Variable,
     /// Its value reference.
     reference: u32,
-    pub name: String,
+    pub(crate) name: String,
     text: String,
     unit: String,
     /// Value at the start; none for what is computed.
@@ -44,16 +44,16 @@ fn unit(metadata: &Metadata<'_>, si: &str) -> String {
 
 /// Names of what variables belong to, and what else they are described by.
 pub(super) struct VariableNames<'a> {
-    pub points: Vec<String>,
-    pub stresses: Vec<String>,
-    pub patterns: Vec<String>,
-    pub probes: Vec<String>,
-    pub supports: Vec<String>,
+    pub(crate) points: Vec<String>,
+    pub(crate) stresses: Vec<String>,
+    pub(crate) patterns: Vec<String>,
+    pub(crate) probes: Vec<String>,
+    pub(crate) supports: Vec<String>,
     /// `1` for a strain gauge; none where all are displacements.
-    pub probe_units: Vec<String>,
-    pub metadata: &'a Metadata<'a>,
+    pub(crate) probe_units: Vec<String>,
+    pub(crate) metadata: &'a Metadata<'a>,
     /// The body of a file without supports.
-    pub body: Option<RigidBody>,
+    pub(crate) body: Option<RigidBody>,
 }
 
 /// Name, text, unit, start and range of a variable; `None` for a parameter that an FMU does not offer.
@@ -280,7 +280,7 @@ fn escaped(text: &str) -> String {
 
 impl Description<'_> {
     /// The text of `modelDescription.xml`.
-    pub fn xml(&self) -> String {
+    pub(crate) fn xml(&self) -> String {
         let two = self.version == FmiVersion::Two;
         let (number, token) = if two { ("2.0", "guid") } else { ("3.0", "instantiationToken") };
         let title = "An elastic body under forces at named points, by proper generalized decomposition";

@@ -26,7 +26,7 @@ use chapter::{nearest_position, positions_of};
 use crate::contents::lines;
 use crate::error::{FileError, StudyError};
 use crate::near::{reach, within};
-use crate::scenario::{ContactEntry, FreeEntry, MOST_LOADS, PatternUse, Scenario};
+use crate::scenario::{ContactEntry, FreeEntry, MAX_LOADS, PatternUse, Scenario};
 
 /// A contact of a scenario on the surface of a file: the whole of it, a component of its force, or a place on
 /// its path.
@@ -51,7 +51,7 @@ pub struct PlacedPattern {
     /// Its number in the file.
     pub index: usize,
     /// Factor on it.
-    pub amplitude: f64,
+    pub(crate) amplitude: f64,
     /// How it follows time.
     pub when: History,
 }
@@ -113,8 +113,8 @@ impl Track {
                 }
             }
             // A scenario is held to as many contacts; those that move are more.
-            if contacts.len() > 3 * MOST_LOADS {
-                return Err(StudyError::TooManyPlaces { contact: index, edge, most: MOST_LOADS });
+            if contacts.len() > 3 * MAX_LOADS {
+                return Err(StudyError::TooManyPlaces { contact: index, edge, most: MAX_LOADS });
             }
         }
         let names = lines(file, SectionKind::PatternNames)?;
@@ -196,7 +196,7 @@ pub struct PlayOptions {
 
 impl PlayOptions {
     /// Whether the chapter's scene is meant: it is asked for, or nothing is and the file has no other.
-    pub fn takes_chapter(&self, file: &File<'_>) -> bool {
+    pub(crate) fn takes_chapter(&self, file: &File<'_>) -> bool {
         let strain = file.section(SectionKind::StrainSizes).is_some();
         let only = !file.metadata().diagonal && !file.metadata().block && !strain;
         self.chapter || (only && self.scene.structure == StructureChoice::Auto)

@@ -8,15 +8,15 @@ use vademecum_format::File;
 
 use crate::contents::Geometry;
 use crate::error::StudyError;
-use crate::scenario::MOST_LOADS;
+use crate::scenario::MAX_LOADS;
 
 /// Places on a mean edge of the loadable triangles.
 const PLACES_ON_AN_EDGE: f64 = 4.0;
 
 /// A place on a path and the instants of its share, see [`vademecum_build::dynamics::History::share`].
 pub(super) struct Place {
-    pub point: [f64; 3],
-    pub share: [f64; 3],
+    pub(crate) point: [f64; 3],
+    pub(crate) share: [f64; 3],
 }
 
 /// Mean length of the edges of the loadable triangles.
@@ -45,8 +45,8 @@ pub(super) fn places(rows: &[(f64, [f64; 3])], edge: f64, contact: usize) -> Res
         let parts = (PLACES_ON_AN_EDGE * distance(a, b) / edge).ceil().max(1.0);
         // A surface without any extent has no edge to count by.
         let parts = if parts.is_nan() { f64::INFINITY } else { parts };
-        if stops.len() as f64 + parts > MOST_LOADS as f64 {
-            return Err(StudyError::TooManyPlaces { contact, edge, most: MOST_LOADS });
+        if stops.len() as f64 + parts > MAX_LOADS as f64 {
+            return Err(StudyError::TooManyPlaces { contact, edge, most: MAX_LOADS });
         }
         for part in 1..parts as usize {
             let c = part as f64 / parts;

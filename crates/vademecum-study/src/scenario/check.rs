@@ -13,7 +13,7 @@ use super::tables::LARGEST;
 
 /// Most contacts, and most load patterns, of a scenario. Each contact is looked for on the whole surface,
 /// which takes a fraction of a millisecond.
-pub(crate) const MOST_LOADS: usize = 100_000;
+pub(crate) const MAX_LOADS: usize = 100_000;
 
 /// Most probes of a scenario: each of them is a column of the table.
 const MAX_PROBES: usize = 10_000;
@@ -41,7 +41,7 @@ impl Scenario {
             return fault("output.probes_every", "0".into(), "at least 1");
         }
         for (key, count) in [("contact", self.contacts.len()), ("pattern", self.patterns.len())] {
-            if count > MOST_LOADS {
+            if count > MAX_LOADS {
                 return fault(key, format!("a list of {count}"), "at most 100 000 of them");
             }
         }

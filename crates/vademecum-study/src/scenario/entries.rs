@@ -48,7 +48,7 @@ pub struct FreeEntry {
     pub velocity: [f64; 3],
     /// Angular velocity \[rad/s\].
     #[serde(default)]
-    pub spin: [f64; 3],
+    pub(crate) spin: [f64; 3],
     /// Acceleration of gravity \[m/s²\].
     #[serde(default)]
     pub gravity: [f64; 3],
@@ -78,7 +78,7 @@ pub struct ContactEntry {
     /// A factor on `force`.
     pub sinusoid: Option<SinusoidEntry>,
     /// A factor on `force`.
-    pub chirp: Option<ChirpEntry>,
+    pub(crate) chirp: Option<ChirpEntry>,
     /// The path as it was read.
     #[serde(skip)]
     pub(super) places: Option<Arc<LoadTable>>,
@@ -93,10 +93,10 @@ pub struct ContactEntry {
 pub struct BaseEntry {
     /// Rows `time,ax,ay,az` in m/s², or `time,ax,ay,az,wx,wy,wz,dwx,dwy,dwz` with angular velocities
     /// \[rad/s\] and angular accelerations \[rad/s²\], in the axes of the base.
-    pub record: Rows,
+    pub(crate) record: Rows,
     /// A factor on `ax`, `ay` and `az`.
     #[serde(default = "one")]
-    pub amplitude: f64,
+    pub(crate) amplitude: f64,
 }
 
 /// One load pattern for a while.
@@ -107,7 +107,7 @@ pub struct PatternUse {
     pub name: String,
     /// Factor on the pattern.
     #[serde(default = "one")]
-    pub amplitude: f64,
+    pub(crate) amplitude: f64,
     /// First instant \[s\].
     #[serde(default)]
     pub start: f64,
@@ -120,9 +120,9 @@ pub struct PatternUse {
     /// Rows `time,amplitude`, a factor on `amplitude`, from the start of the load on.
     pub table: Option<Rows>,
     /// A factor on `amplitude`.
-    pub sinusoid: Option<SinusoidEntry>,
+    pub(crate) sinusoid: Option<SinusoidEntry>,
     /// A factor on `amplitude`.
-    pub chirp: Option<ChirpEntry>,
+    pub(crate) chirp: Option<ChirpEntry>,
     /// The table as it was read.
     #[serde(skip)]
     pub(super) rows: Option<Arc<LoadTable>>,
@@ -145,14 +145,14 @@ pub struct SinusoidEntry {
 /// A sinusoid whose frequency rises or falls linearly from the start of the load to its end.
 #[derive(Clone, Copy, Debug, Deserialize, Serialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
-pub struct ChirpEntry {
+pub(crate) struct ChirpEntry {
     /// Frequency at the start \[Hz\].
-    pub from: f64,
+    pub(crate) from: f64,
     /// Frequency at the end \[Hz\].
-    pub to: f64,
+    pub(crate) to: f64,
     /// Phase at the start \[rad\].
     #[serde(default)]
-    pub phase: f64,
+    pub(crate) phase: f64,
 }
 
 /// Output of `run` and its interval.
@@ -161,7 +161,7 @@ pub struct ChirpEntry {
 pub struct OutputPlan {
     /// Probe rows every so many steps.
     #[serde(default = "one_step")]
-    pub probes_every: usize,
+    pub(crate) probes_every: usize,
     /// Fields every so many steps; 0: none.
     #[serde(default)]
     pub fields_every: usize,
@@ -173,13 +173,13 @@ pub struct OutputPlan {
     pub probes: Vec<ProbeEntry>,
     /// Named stresses.
     #[serde(rename = "stress", default)]
-    pub stresses: Vec<StressEntry>,
+    pub(crate) stresses: Vec<StressEntry>,
     /// The stress of every point of the file every so many steps; 0: never.
     #[serde(default)]
     pub stress_every: usize,
     /// Scalars of the whole body, columns of the table of probes.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
-    pub quantities: Vec<Total>,
+    pub(crate) quantities: Vec<Total>,
 }
 
 /// A scalar of the whole body, one of [`Quantity::totals`], by its name there.
@@ -220,20 +220,20 @@ impl JsonSchema for Total {
 /// A stress at the node nearest to a point, of those whose stress the file has.
 #[derive(Clone, Debug, Deserialize, Serialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
-pub struct StressEntry {
+pub(crate) struct StressEntry {
     /// Its name.
-    pub name: String,
+    pub(crate) name: String,
     /// Position.
-    pub point: [f64; 3],
+    pub(crate) point: [f64; 3],
     /// Quantity of the stress.
     #[serde(default)]
-    pub quantity: StressQuantity,
+    pub(crate) quantity: StressQuantity,
 }
 
 /// A number that is taken of a stress \[Pa\].
 #[derive(Clone, Copy, Debug, Default, Deserialize, Serialize, PartialEq, Eq, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
-pub enum StressQuantity {
+pub(crate) enum StressQuantity {
     /// Von Mises' equivalent stress.
     #[default]
     VonMises,

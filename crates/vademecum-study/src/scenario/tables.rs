@@ -90,13 +90,13 @@ pub(super) struct Tables<'a> {
 }
 
 impl<'a> Tables<'a> {
-    pub fn beside(scenario: &'a Path) -> Self {
+    pub(crate) fn beside(scenario: &'a Path) -> Self {
         Self { folder: scenario.parent().unwrap_or(Path::new("")), read: HashMap::new(), rows: 0 }
     }
 
     /// The rows as a table; what is wrong with rows in the scenario itself is found at `key`, which stands at
     /// `place`.
-    pub fn table(
+    pub(crate) fn table(
         &mut self,
         rows: &Rows,
         columns: Columns,

@@ -65,7 +65,7 @@ impl<F> VerificationRecord<F> {
 /// A scenario bound to a file and the model of its problem: what verification starts from, linear or not.
 pub struct BoundScenario<'a> {
     /// Mesh node of each node of the file.
-    pub file_nodes: Vec<u32>,
+    pub(crate) file_nodes: Vec<u32>,
     /// Step, scales and damping of the file.
     pub setting: Setting,
     /// Step of the file \[s\].
@@ -151,15 +151,15 @@ impl<'a> BoundScenario<'a> {
 /// Series of the file at every instant of the scenario, the start included.
 #[derive(Default)]
 pub(super) struct PlayedSeries {
-    pub structure: &'static str,
+    pub(crate) structure: &'static str,
     /// Reduced coordinates, one instant after the other.
-    pub coordinates: Vec<f64>,
-    pub energy: Vec<f64>,
-    pub probes: Vec<f64>,
+    pub(crate) coordinates: Vec<f64>,
+    pub(crate) energy: Vec<f64>,
+    pub(crate) probes: Vec<f64>,
     /// Under each contact along its force, times its size \[N m\]; one instant after the other.
-    pub under_contacts: Vec<f64>,
+    pub(crate) under_contacts: Vec<f64>,
     /// At the points of the check, one instant after the other \[Pa\].
-    pub stresses: Vec<Tensor>,
+    pub(crate) stresses: Vec<Tensor>,
 }
 
 /// Plays a track and takes what the file shows.
@@ -179,7 +179,7 @@ pub(super) fn show(
 
 impl PlayedSeries {
     /// Closure that records a body after each step.
-    pub fn watch<'a>(
+    pub(crate) fn watch<'a>(
         &'a mut self,
         names: Vec<String>,
         track: &'a Track,

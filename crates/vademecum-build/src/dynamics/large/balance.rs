@@ -29,20 +29,20 @@ pub(super) trait Balance {
 /// symmetric part is `(G + D/2)ᵀ(G + D/2) − DᵀD/4`, so it is `GᵀG` at `u₀ + ¾ δ` but for the square of the
 /// increment. What is left out is of the first order in the rotation of one step.
 pub(super) struct StageBalance<'a> {
-    pub strain: &'a GreenStrain<'a>,
-    pub start: &'a [f64],
-    pub midpoint: bool,
+    pub(crate) strain: &'a GreenStrain<'a>,
+    pub(crate) start: &'a [f64],
+    pub(crate) midpoint: bool,
     /// `A`, of mass and stiffness at rest; none at rest.
-    pub linear: Option<SymmetricMatrix>,
+    pub(crate) linear: Option<SymmetricMatrix>,
     /// `b`.
-    pub force: Vec<f64>,
+    pub(crate) force: Vec<f64>,
     /// `c`.
-    pub weight: f64,
+    pub(crate) weight: f64,
     /// `h`; empty where there is none.
-    pub history: Vec<f64>,
+    pub(crate) history: Vec<f64>,
     /// Energy in addition to that of the strain, in the unit of `r δ`.
-    pub energy: f64,
-    pub last: LastPoint,
+    pub(crate) energy: f64,
+    pub(crate) last: LastPoint,
 }
 
 /// The point of the last residual.
@@ -50,7 +50,7 @@ pub(super) struct StageBalance<'a> {
 pub(super) struct LastPoint {
     increment: Vec<f64>,
     /// `z(u)`.
-    pub strain: Vec<f64>,
+    pub(crate) strain: Vec<f64>,
     /// `c z + h`.
     stress: Vec<f64>,
     /// The stress of the next tangent, where it is another.
@@ -60,7 +60,7 @@ pub(super) struct LastPoint {
 
 impl StageBalance<'_> {
     /// `u` of the last residual.
-    pub fn displacement(&self) -> Vec<f64> {
+    pub(crate) fn displacement(&self) -> Vec<f64> {
         sum(self.start, 1.0, &self.last.increment)
     }
 }

@@ -50,9 +50,9 @@ pub struct LargeState {
 #[derive(Default)]
 pub struct LargeWork {
     /// Corrections of Newton's method, those of failed attempts left out.
-    pub corrections: usize,
+    pub(crate) corrections: usize,
     /// Factorisations, those of failed attempts left out.
-    pub factorisations: usize,
+    pub(crate) factorisations: usize,
     /// Steps that were halved.
     pub halvings: usize,
     factors: Vec<Option<SpaceFactor>>,

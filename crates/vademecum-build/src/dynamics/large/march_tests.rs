@@ -3,7 +3,7 @@
 use super::test_beam::{end_load, moved, nearest};
 use super::vectors::{add, dot, sum, times};
 use super::{LargeDamping, LargeError, LargeMarch, LargeScheme, LargeState, Newton, Relaxation, march_large};
-use crate::dynamics::schemes::{SchemeKind, bathe};
+use crate::dynamics::schemes::{SchemeKind, bathe, newmark};
 use crate::dynamics::{FullOrder, History, Interval, Rayleigh, TimedLoad, lowest_modes, march_full_order};
 use crate::fem::test_mesh::{block, hold, quadratic};
 use crate::fem::{GreenStrain, Material, Model, Symbolic};
@@ -87,7 +87,7 @@ fn every_scheme_is_of_second_order_with_every_damping() {
     assert!(fine.largest > 0.3);
     for (name, scheme) in [
         ("Bathe", LargeScheme::bathe()),
-        ("trapezoidal", LargeScheme::trapezoidal()),
+        ("trapezoidal", LargeScheme::Table(newmark(0.25, 0.5).expect("stable constants"))),
         ("energy-momentum", LargeScheme::EnergyMomentum),
         ("rho-Bathe", LargeScheme::of(SchemeKind::RhoBathe { rho_infinity: 0.5 }).expect("a scheme")),
     ] {

@@ -3,7 +3,7 @@
 //! The elastic force is the gradient of the energy `V(u) = ½ |z(u)|²` of [`GreenStrain`](crate::fem). Three
 //! questions are answered with it: where a body rests under a load ([`rest()`]), how it moves
 //! ([`LargeMarch`], [`march_large`]; on a basis with [`LargeMarch::within`]), and how it relaxes where some
-//! of its coordinates are prescribed ([`Relaxation`]).
+//! of its coordinates are prescribed (`Relaxation`).
 //!
 //! A load is a vector over the free dofs that depends on time alone, as in the linear march. Its direction
 //! stays in space: a pressure that turns with the surface ("follower") cannot be expressed, and a pressure
@@ -55,7 +55,7 @@ mod vectors;
 pub use error::LargeError;
 pub use march::{LargeMarch, LargeState, LargeWork, march_large};
 pub use newton::Newton;
-pub use relax::{InitialGuess, Relaxation, RelaxedShape};
+pub(crate) use relax::{InitialGuess, Relaxation};
 pub use rest::{RestOptions, StaticSolution, rest};
 pub use scheme::{LargeDamping, LargeScheme};
 

@@ -42,8 +42,8 @@ impl Default for Newton {
 #[derive(Clone, Debug, Default, PartialEq)]
 pub(super) struct NewtonWork {
     /// The relative size of each correction.
-    pub corrections: Vec<f64>,
-    pub factorisations: usize,
+    pub(crate) corrections: Vec<f64>,
+    pub(crate) factorisations: usize,
 }
 
 /// Newton's method stopped before its tolerance.

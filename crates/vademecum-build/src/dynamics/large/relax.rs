@@ -25,7 +25,7 @@ use crate::linalg::transposed_product;
 /// Shapes of least energy at prescribed coordinates of a basis, each begun at the one before. A copy shares
 /// what belongs to the basis.
 #[derive(Clone)]
-pub struct Relaxation<'a> {
+pub(crate) struct Relaxation<'a> {
     strain: &'a GreenStrain<'a>,
     symbolic: &'a Symbolic,
     newton: Newton,
@@ -38,24 +38,24 @@ pub struct Relaxation<'a> {
 /// A shape of least energy.
 #[derive(Clone, Debug, PartialEq)]
 #[doc(alias("static condensation", "implicit condensation"))]
-pub struct RelaxedShape {
+pub(crate) struct RelaxedShape {
     /// Displacement over the free dofs \[m\].
-    pub displacement: Vec<f64>,
+    pub(crate) displacement: Vec<f64>,
     /// Multipliers `λ` of the constraints: the force is `G(u)ᵀ z(u) = M V λ`, so that `λ` is the gradient of
     /// the least energy in `q`.
-    pub forces: Vec<f64>,
+    pub(crate) forces: Vec<f64>,
     /// Factorisations it took.
-    pub factorisations: usize,
+    pub(crate) factorisations: usize,
 }
 
 /// Initial guess of a shape, from which Newton's method begins.
 #[derive(Clone, Debug, PartialEq)]
-pub struct InitialGuess {
+pub(crate) struct InitialGuess {
     /// Displacement over the free dofs \[m\].
-    pub displacement: Vec<f64>,
+    pub(crate) displacement: Vec<f64>,
     /// The stress of the first tangent, of the length of the strain. That of a prediction of second order is
     /// better than the stress at its displacement, which has terms of third and fourth order.
-    pub stress: Vec<f64>,
+    pub(crate) stress: Vec<f64>,
 }
 
 impl<'a> Relaxation<'a> {
@@ -63,7 +63,7 @@ impl<'a> Relaxation<'a> {
     ///
     /// # Errors
     /// [`LargeError`]: a body without supports, a basis of another height.
-    pub fn new(
+    pub(crate) fn new(
         strain: &'a GreenStrain<'a>,
         symbolic: &'a Symbolic,
         basis: MatRef<'_, f64>,

@@ -31,11 +31,11 @@ pub struct StaticSolution {
     /// Displacement over the free dofs \[m\].
     pub displacement: Vec<f64>,
     /// Load steps that were taken.
-    pub load_steps: usize,
+    pub(crate) load_steps: usize,
     /// Newton's corrections in those.
     pub iterations: usize,
     /// Size of each correction of the last load step, as a part of the energy, its root.
-    pub corrections: Vec<f64>,
+    pub(crate) corrections: Vec<f64>,
 }
 
 /// The rest of a held body at the end of a load path: `load(s, f)` writes the load \[N\] at the part

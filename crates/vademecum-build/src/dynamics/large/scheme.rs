@@ -2,7 +2,7 @@
 
 use vademecum_format::scheme::SchemeTable;
 
-use crate::dynamics::schemes::{SchemeError, SchemeKind, newmark};
+use crate::dynamics::schemes::{SchemeError, SchemeKind};
 
 /// A time scheme for large displacements.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -20,11 +20,6 @@ impl LargeScheme {
     /// Bathe's method.
     pub fn bathe() -> LargeScheme {
         LargeScheme::Table(crate::dynamics::schemes::bathe())
-    }
-
-    /// The trapezoidal rule. It keeps no energy at large displacements, and may blow up in long marches.
-    pub fn trapezoidal() -> LargeScheme {
-        LargeScheme::Table(newmark(0.25, 0.5).expect("stable constants"))
     }
 
     /// The scheme of a problem.
@@ -61,7 +56,7 @@ pub struct LargeDamping {
 
 impl LargeDamping {
     /// True if no part is negative or infinite.
-    pub fn is_sound(&self) -> bool {
+    pub(crate) fn is_sound(&self) -> bool {
         [self.mass, self.stiffness, self.strain_rate].iter().all(|x| *x >= 0.0 && x.is_finite())
     }
 }

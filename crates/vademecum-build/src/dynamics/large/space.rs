@@ -31,7 +31,7 @@ pub(super) enum SpaceFactor {
 }
 
 impl MotionSpace<'_> {
-    pub fn factorise(self, tangent: SymmetricMatrix) -> Result<SpaceFactor, FactorError> {
+    pub(crate) fn factorise(self, tangent: SymmetricMatrix) -> Result<SpaceFactor, FactorError> {
         let basis = match self {
             MotionSpace::Whole(symbolic) => return Ok(SpaceFactor::Whole(symbolic.factorize(tangent)?)),
             MotionSpace::Span(basis) => basis,
@@ -45,7 +45,7 @@ impl MotionSpace<'_> {
     }
 
     /// `−K⁻¹r` among these motions; `memory` is kept from one to the next.
-    pub fn correction(self, factor: &SpaceFactor, r: &[f64], memory: &mut Option<Solve>) -> Vec<f64> {
+    pub(crate) fn correction(self, factor: &SpaceFactor, r: &[f64], memory: &mut Option<Solve>) -> Vec<f64> {
         let mut p: Vec<f64> = r.iter().map(|r| -r).collect();
         let column = MatMut::from_column_major_slice_mut(&mut p, r.len(), 1);
         match (self, factor) {
@@ -63,7 +63,7 @@ impl MotionSpace<'_> {
     }
 
     /// `M⁻¹f` among these motions.
-    pub fn acceleration(self, pencil: &Pencil, f: &[f64]) -> Result<Vec<f64>, LargeError> {
+    pub(crate) fn acceleration(self, pencil: &Pencil, f: &[f64]) -> Result<Vec<f64>, LargeError> {
         let mut a = vec![0.0; f.len()];
         match self {
             MotionSpace::Whole(_) => {

@@ -28,7 +28,12 @@ pub(super) struct Motion<'a> {
 impl<'a> Motion<'a> {
     /// Modes of stiffness and decay `modes` at rest; `loads` says how each column of `shares` follows
     /// time.
-    pub fn new(modes: &'a [[f64; 2]], shares: Mat<f64>, loads: Vec<History>, time_step: f64) -> Motion<'a> {
+    pub(crate) fn new(
+        modes: &'a [[f64; 2]],
+        shares: Mat<f64>,
+        loads: Vec<History>,
+        time_step: f64,
+    ) -> Motion<'a> {
         // A part of a step has two instants, its ends.
         let instants: [f64; INSTANTS] = std::array::from_fn(|j| if j == 1 { 1.0 } else { 0.0 });
         let window = Window::new(loads, instants, time_step);
@@ -49,7 +54,7 @@ impl<'a> Motion<'a> {
     }
 
     /// Displacements of the modes at the next `count` instants, the start first; shape (modes, count).
-    pub fn next(&mut self, count: usize) -> Mat<f64> {
+    pub(crate) fn next(&mut self, count: usize) -> Mat<f64> {
         let mut shown = Mat::zeros(self.modes.len(), count);
         for c in 0..count {
             if self.shown {

@@ -154,7 +154,7 @@ impl<'a> ReferenceSolution<'a> {
     ///
     /// # Errors
     /// As [`ReferenceSolution::find`].
-    pub fn find_until<T>(
+    pub(crate) fn find_until<T>(
         (pencil, symbolic, modes): (&'a Pencil, &Symbolic, MatRef<'_, f64>),
         decay: Decay<'_>,
         loads: &[TimedLoad],
@@ -259,7 +259,7 @@ pub struct ReferenceTrajectory<'t> {
 
 impl<'t> ReferenceTrajectory<'t> {
     /// Number of instants, the start included.
-    pub fn instants(&self) -> usize {
+    pub(crate) fn instants(&self) -> usize {
         self.truth.steps + 1
     }
 

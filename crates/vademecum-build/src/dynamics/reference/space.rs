@@ -42,14 +42,14 @@ pub(super) struct RitzSpace<'a> {
 /// The modes of the pencil projected on the first `m` columns of a space.
 pub(super) struct ProjectedModes {
     /// `λ`, ascending.
-    pub values: Vec<f64>,
+    pub(crate) values: Vec<f64>,
     /// Coordinates over those columns, orthonormal; shape (m, m).
-    pub vectors: Mat<f64>,
+    pub(crate) vectors: Mat<f64>,
 }
 
 impl<'a> RitzSpace<'a> {
     /// The space of natural modes that are known and of the static answers to the forces.
-    pub fn new<'f>(
+    pub(crate) fn new<'f>(
         pencil: &'a Pencil,
         factor: &'a Factor,
         modes: MatRef<'_, f64>,
@@ -84,12 +84,12 @@ impl<'a> RitzSpace<'a> {
     }
 
     /// Number of vectors.
-    pub fn used(&self) -> usize {
+    pub(crate) fn used(&self) -> usize {
         self.vectors().ncols()
     }
 
     /// Number of natural modes that were given; they come first.
-    pub fn given(&self) -> usize {
+    pub(crate) fn given(&self) -> usize {
         self.given
     }
 
@@ -99,7 +99,7 @@ impl<'a> RitzSpace<'a> {
     }
 
     /// Takes the images of what was added last, as far as there is room for them in `count` vectors.
-    pub fn grow(&mut self, count: usize) {
+    pub(crate) fn grow(&mut self, count: usize) {
         let width = (self.used() - self.expanded).min(GROUP).min(count - self.used());
         let mut image = Mat::zeros(self.pencil.n_dof(), width);
         self.pencil.mass().mul_into(self.vectors().subcols(self.expanded, width), image.as_mut());
@@ -114,12 +114,12 @@ impl<'a> RitzSpace<'a> {
     }
 
     /// The vectors, orthonormal in the mass; shape (n, used).
-    pub fn vectors(&self) -> MatRef<'_, f64> {
+    pub(crate) fn vectors(&self) -> MatRef<'_, f64> {
         self.vectors.as_ref()
     }
 
     /// Lends the vectors and the projected stiffness away.
-    pub fn lend(&mut self) -> (Columns, Mat<f64>) {
+    pub(crate) fn lend(&mut self) -> (Columns, Mat<f64>) {
         let none = (Columns::with_room(0, 0), Mat::new());
         (std::mem::replace(&mut self.vectors, none.0), std::mem::replace(&mut self.stiffness, none.1))
     }
@@ -130,7 +130,7 @@ impl<'a> RitzSpace<'a> {
     }
 
     /// Projects the stiffness on the columns that are new.
-    pub fn project(&mut self) {
+    pub(crate) fn project(&mut self) {
         let (n, used) = (self.pencil.n_dof(), self.used());
         self.stiffness.resize_with(used, used, |_, _| 0.0);
         while self.projected < used {
@@ -149,7 +149,7 @@ impl<'a> RitzSpace<'a> {
     ///
     /// # Errors
     /// As [`ritz`].
-    pub fn ritz(&self, m: usize) -> Result<ProjectedModes, NoConvergence> {
+    pub(crate) fn ritz(&self, m: usize) -> Result<ProjectedModes, NoConvergence> {
         ritz(self.stiffness.as_ref(), m)
     }
 }

@@ -43,9 +43,9 @@ pub struct RegionEntry {
 #[serde(deny_unknown_fields)]
 pub struct TablesSource {
     /// One node per line: x y z.
-    pub coordinates: PathBuf,
+    pub(crate) coordinates: PathBuf,
     /// One element per line: its nodes.
-    pub connectivity: PathBuf,
+    pub(crate) connectivity: PathBuf,
 }
 
 /// A model that another program has assembled: its matrices over the free dofs, and what their rows are.
@@ -62,7 +62,7 @@ pub struct MatricesSource {
     /// `dofs`.
     pub nodes: Option<PathBuf>,
     /// Triangles of the surface by node number, outward; absent: no surface, and forces act on nodes.
-    pub triangles: Option<PathBuf>,
+    pub(crate) triangles: Option<PathBuf>,
 }
 
 /// A block `[0, lengths]` cut into cells of six tetrahedra.
@@ -127,11 +127,11 @@ pub struct DampingEntry {
     /// β \[s\].
     pub beta: Option<f64>,
     /// Two pairs `[ratio, frequency in Hz]`.
-    pub ratios: Option<[[f64; 2]; 2]>,
+    pub(crate) ratios: Option<[[f64; 2]; 2]>,
     /// Ratio of each natural mode, the last one of all further modes too.
-    pub modal: Option<Vec<f64>>,
+    pub(crate) modal: Option<Vec<f64>>,
     /// Ratio of every natural mode.
-    pub ratio: Option<f64>,
+    pub(crate) ratio: Option<f64>,
 }
 
 impl DampingEntry {

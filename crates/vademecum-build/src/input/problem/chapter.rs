@@ -9,7 +9,7 @@ use serde_json::Value;
 #[derive(Clone, Copy, Debug, Default, Deserialize, PartialEq, Eq, JsonSchema)]
 #[serde(rename_all = "lowercase")]
 #[schemars(transform = with_chapter)]
-pub enum Representation {
+pub(crate) enum Representation {
     /// The state enters as the vector it is.
     #[default]
     Block,

@@ -9,7 +9,7 @@ const MAX_RATIOS: usize = 100_000;
 
 /// Names of the load patterns that a body without supports gets: the centrifugal forces of one rad²/s² of
 /// each product of components of its angular velocity.
-pub const CENTRIFUGAL: [&str; 6] = [
+pub(crate) const CENTRIFUGAL: [&str; 6] = [
     "centrifugal xx",
     "centrifugal yy",
     "centrifugal zz",

@@ -25,7 +25,7 @@ pub struct LargeEntry {
     /// Strain rows beside one for each coordinate; absent: as many again.
     pub rows: Option<usize>,
     /// States that the strains are learnt from; absent: twice as many as there are products of coordinates.
-    pub states: Option<usize>,
+    pub(crate) states: Option<usize>,
     /// Pushes at full order that certify the file, pulses and held ones in turn; absent: 2.
-    pub pushes: Option<usize>,
+    pub(crate) pushes: Option<usize>,
 }

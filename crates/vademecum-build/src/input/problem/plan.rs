@@ -30,13 +30,13 @@ pub struct SnapshotPlan {
     pub positions: usize,
     /// Directions of the force at each position.
     #[serde(default = "the_axes")]
-    pub directions: Vec<[f64; 3]>,
+    pub(crate) directions: Vec<[f64; 3]>,
     /// Duration of each force \[s\]; absent: half the first period.
     pub hold: Option<f64>,
     /// Length of each run \[s\]; absent: three first periods.
     pub duration: Option<f64>,
     /// A snapshot is kept every `stride` steps; absent: about 60 snapshots per run.
-    pub stride: Option<usize>,
+    pub(crate) stride: Option<usize>,
     /// Snapshots of another program: `.npy` of shape (3 × nodes, snapshots), dof `3 node + component`.
     pub npy: Option<PathBuf>,
     /// Snapshots of another program: VTU files, one snapshot each.
@@ -78,7 +78,7 @@ impl Default for SnapshotPlan {
 #[serde(deny_unknown_fields)]
 pub struct BasisEntry {
     /// Kind of basis; absent: natural modes with exact steps, else Ritz vectors
-    /// ([`Problem::basis_kind`](super::Problem::basis_kind)).
+    /// (`Problem::basis_kind`).
     pub kind: Option<BasisKind>,
     /// Number of modes; absent: by `energy`, else 8.
     pub modes: Option<usize>,
@@ -91,7 +91,7 @@ pub struct BasisEntry {
     pub oversampling: usize,
     /// Inner product of the POD.
     #[serde(default)]
-    pub inner_product: InnerProduct,
+    pub(crate) inner_product: InnerProduct,
 }
 
 fn default_oversampling() -> usize {
@@ -137,7 +137,7 @@ impl BasisKind {
 /// Inner product in which the POD is best.
 #[derive(Clone, Copy, Debug, Default, Deserialize, Serialize, PartialEq, Eq, JsonSchema)]
 #[serde(rename_all = "lowercase")]
-pub enum InnerProduct {
+pub(crate) enum InnerProduct {
     /// `M`: kinetic energy.
     #[default]
     Mass,
@@ -168,7 +168,7 @@ pub struct Tolerances {
     pub map: f64,
     /// Most terms of the separated solution.
     #[serde(default = "default_max_terms")]
-    pub max_terms: usize,
+    pub(crate) max_terms: usize,
 }
 
 fn default_map() -> f64 {
@@ -213,12 +213,12 @@ pub struct OutputEntry {
     pub fields: Fields,
     /// Number type of the fields.
     #[serde(default)]
-    pub precision: Precision,
+    pub(crate) precision: Precision,
     /// Compute and keep the residual flexibility and its bound; absent: with exact steps.
     pub residual: Option<bool>,
     /// Include the static correction in whole fields, by the factor of the stiffness in the file; absent:
     /// where the certificate would miss `tolerance.error` without it.
-    pub static_fields: Option<bool>,
+    pub(crate) static_fields: Option<bool>,
     /// Keep the reactions of the supports: 144 bytes for each support and loadable node.
     #[serde(default)]
     pub reactions: bool,
@@ -227,16 +227,16 @@ pub struct OutputEntry {
     pub probes: Vec<ProbeEntry>,
     /// Virtual strain gauges, read like probes.
     #[serde(rename = "gauge", default)]
-    pub gauges: Vec<GaugeEntry>,
+    pub(crate) gauges: Vec<GaugeEntry>,
     /// Nodes whose stress the file can show.
     pub stress: Option<StressPlaces>,
     /// Keep the stress under a contact that the modes leave out; absent: up to
     /// [`STRESS_UNASKED`].
-    pub stress_residual: Option<bool>,
+    pub(crate) stress_residual: Option<bool>,
 }
 
 /// Bytes of the stress under contacts that a file gets without being asked, in double precision.
-pub const STRESS_UNASKED: u64 = 64_000_000;
+pub(crate) const STRESS_UNASKED: u64 = 64_000_000;
 
 /// Nodes whose stress a file can show.
 #[derive(Clone, Debug, Deserialize, JsonSchema)]
@@ -251,15 +251,15 @@ pub enum StressPlaces {
 /// The mean strain of the surface between two points.
 #[derive(Clone, Debug, Deserialize, Serialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
-pub struct GaugeEntry {
+pub(crate) struct GaugeEntry {
     /// Its name.
-    pub name: String,
+    pub(crate) name: String,
     /// Its middle \[m\].
-    pub point: [f64; 3],
+    pub(crate) point: [f64; 3],
     /// Along what; normalised.
-    pub direction: [f64; 3],
+    pub(crate) direction: [f64; 3],
     /// Its length \[m\].
-    pub length: f64,
+    pub(crate) length: f64,
 }
 
 /// Fields kept in the file.
@@ -276,7 +276,7 @@ pub enum Fields {
 /// Number type of the fields.
 #[derive(Clone, Copy, Debug, Default, Deserialize, PartialEq, Eq, JsonSchema)]
 #[serde(rename_all = "lowercase")]
-pub enum Precision {
+pub(crate) enum Precision {
     /// 64 bits.
     #[default]
     F64,

@@ -17,7 +17,7 @@ pub(crate) struct EntityTable {
     /// Dimension and tag of the entity of each node.
     node_entity: Vec<(usize, i64)>,
     /// Node indices by number.
-    pub index: NodeIndex,
+    pub(crate) index: NodeIndex,
 }
 
 const HEADER: &str = "four counts: points, curves, surfaces, volumes";

@@ -11,16 +11,16 @@ use crate::mesh::place::Location;
 /// A keyword with its parameters and data lines.
 pub(crate) struct Card {
     /// In capitals, without the star.
-    pub keyword: String,
+    pub(crate) keyword: String,
     parameters: Vec<(String, String)>,
-    pub place: LineLocation,
-    pub data: Vec<DataLine>,
+    pub(crate) place: LineLocation,
+    pub(crate) data: Vec<DataLine>,
 }
 
 /// A line of data that is not blank.
 pub(crate) struct DataLine {
-    pub text: String,
-    pub place: LineLocation,
+    pub(crate) text: String,
+    pub(crate) place: LineLocation,
 }
 
 /// A line of one of the files of a deck.
@@ -31,29 +31,29 @@ pub(crate) struct LineLocation {
 }
 
 impl LineLocation {
-    pub fn at<'a>(&'a self, section: &'a str) -> FaultSite<'a> {
+    pub(crate) fn at<'a>(&'a self, section: &'a str) -> FaultSite<'a> {
         FaultSite { file: &self.file, place: Location::Line(self.line), section }
     }
 
-    pub fn place(&self) -> Location {
+    pub(crate) fn place(&self) -> Location {
         Location::Line(self.line)
     }
 }
 
 impl Card {
     /// The value of a parameter, empty for a flag; none if it is absent.
-    pub fn parameter(&self, name: &str) -> Option<&str> {
+    pub(crate) fn parameter(&self, name: &str) -> Option<&str> {
         self.parameters.iter().find(|(key, _)| key == name).map(|(_, value)| value.as_str())
     }
 
-    pub fn section(&self) -> String {
+    pub(crate) fn section(&self) -> String {
         format!("*{}", self.keyword)
     }
 }
 
 impl DataLine {
     /// Values between commas, trimmed, without empty ones at the end.
-    pub fn fields(&self) -> Vec<&str> {
+    pub(crate) fn fields(&self) -> Vec<&str> {
         let mut fields: Vec<&str> = self.text.split(',').map(str::trim).collect();
         while fields.last().is_some_and(|f| f.is_empty()) {
             fields.pop();

@@ -8,27 +8,27 @@ use crate::mesh::raw::{CellKind, NodeIndex, RawMesh};
 
 /// An element of a deck.
 pub(crate) struct Element {
-    pub kind: CellKind,
-    pub nodes: Vec<u32>,
-    pub place: LineLocation,
+    pub(crate) kind: CellKind,
+    pub(crate) nodes: Vec<u32>,
+    pub(crate) place: LineLocation,
 }
 
 /// A deck being read.
 pub(crate) struct Deck {
-    pub raw: RawMesh,
-    pub index: NodeIndex,
-    pub elements: Vec<Element>,
-    pub element_index: HashMap<u64, usize>,
-    pub node_sets: Sets,
-    pub element_sets: Sets,
+    pub(crate) raw: RawMesh,
+    pub(crate) index: NodeIndex,
+    pub(crate) elements: Vec<Element>,
+    pub(crate) element_index: HashMap<u64, usize>,
+    pub(crate) node_sets: Sets,
+    pub(crate) element_sets: Sets,
     /// Element sets that *SOLID SECTION names.
-    pub sections: Vec<(String, LineLocation)>,
-    pub surfaces: Vec<(String, Vec<DataLine>)>,
-    pub instances: Vec<String>,
+    pub(crate) sections: Vec<(String, LineLocation)>,
+    pub(crate) surfaces: Vec<(String, Vec<DataLine>)>,
+    pub(crate) instances: Vec<String>,
     /// Outside an instance but inside the assembly, where sets have their own name space.
-    pub in_assembly: bool,
-    pub part: String,
-    pub part_with_nodes: Option<String>,
+    pub(crate) in_assembly: bool,
+    pub(crate) part: String,
+    pub(crate) part_with_nodes: Option<String>,
 }
 
 pub(crate) fn is_volume(element: &Element) -> bool {

@@ -15,23 +15,23 @@ pub(crate) enum Family {
 
 /// A named set of indices.
 pub(crate) struct Set {
-    pub name: String,
-    pub members: Vec<usize>,
-    pub family: Family,
+    pub(crate) name: String,
+    pub(crate) members: Vec<usize>,
+    pub(crate) family: Family,
     in_assembly: bool,
 }
 
 /// Sets in order of their first definition, found without regard to case.
 #[derive(Default)]
 pub(crate) struct Sets {
-    pub all: Vec<Set>,
+    pub(crate) all: Vec<Set>,
     index: HashMap<String, usize>,
 }
 
 impl Sets {
     /// Adds members to a set. A set of the assembly that has the name of a set of the part gets `assembly.`
     /// before it.
-    pub fn add(&mut self, name: &str, members: Vec<usize>, family: Family, in_assembly: bool) {
+    pub(crate) fn add(&mut self, name: &str, members: Vec<usize>, family: Family, in_assembly: bool) {
         let mut name = name.to_string();
         if self.get(&name).is_some_and(|set| set.in_assembly != in_assembly) {
             name = format!("assembly.{name}");
@@ -45,7 +45,7 @@ impl Sets {
         }
     }
 
-    pub fn get(&self, name: &str) -> Option<&Set> {
+    pub(crate) fn get(&self, name: &str) -> Option<&Set> {
         self.index.get(&name.to_ascii_uppercase()).map(|&i| &self.all[i])
     }
 }

@@ -87,7 +87,7 @@ impl Deck {
 
     /// The name of the region of each element: its solid section; without sections, the *ELSETs if they part
     /// the body, else the set it was defined in.
-    pub fn regions(&mut self) -> Result<Vec<Option<String>>, MeshError> {
+    pub(crate) fn regions(&mut self) -> Result<Vec<Option<String>>, MeshError> {
         let mut regions = vec![None; self.elements.len()];
         let sections = std::mem::take(&mut self.sections);
         for (name, place) in &sections {
@@ -131,7 +131,7 @@ impl Deck {
 
     /// Node sets and element sets become groups of their names; the nodes of a node set win over those of an
     /// element set of the same name.
-    pub fn groups(&mut self) {
+    pub(crate) fn groups(&mut self) {
         for set in &self.node_sets.all {
             let nodes = set.members.iter().map(|&n| n as u32).collect();
             self.raw.node_groups.insert(set.name.clone(), nodes);

@@ -18,7 +18,7 @@ pub(crate) enum Values {
 
 impl Values {
     /// As reals.
-    pub fn reals(self) -> Vec<f64> {
+    pub(crate) fn reals(self) -> Vec<f64> {
         match self {
             Values::Int(v) => v.into_iter().map(|i| i as f64).collect(),
             Values::Real(v) => v,
@@ -26,7 +26,7 @@ impl Values {
     }
 
     /// As integers; none if a real is no whole number.
-    pub fn integers(self) -> Option<Vec<i64>> {
+    pub(crate) fn integers(self) -> Option<Vec<i64>> {
         match self {
             Values::Int(v) => Some(v),
             Values::Real(v) => {

@@ -26,15 +26,15 @@ const NODE_GROUP_NAMES: [&str; 3] = ["node_groups", "node_group", "group"];
 /// The arrays of an unstructured grid.
 #[derive(Default)]
 pub(crate) struct Grid {
-    pub points: Vec<[f64; 3]>,
-    pub connectivity: Vec<i64>,
+    pub(crate) points: Vec<[f64; 3]>,
+    pub(crate) connectivity: Vec<i64>,
     /// End of each cell in `connectivity`.
-    pub offsets: Vec<i64>,
-    pub types: Vec<i64>,
+    pub(crate) offsets: Vec<i64>,
+    pub(crate) types: Vec<i64>,
     /// Integer data with one value per cell.
-    pub cell_data: Vec<(String, Vec<i64>)>,
+    pub(crate) cell_data: Vec<(String, Vec<i64>)>,
     /// Integer data with one value per point.
-    pub point_data: Vec<(String, Vec<i64>)>,
+    pub(crate) point_data: Vec<(String, Vec<i64>)>,
 }
 
 /// VTK's cell type numbers (`vtkCellType.h`). Our quadratic order is VTK's.

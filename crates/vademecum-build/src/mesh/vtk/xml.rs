@@ -21,25 +21,25 @@ pub(crate) enum AppendedData<'a> {
 
 /// The parts of a VTK XML file that stay the same for all its arrays.
 pub(crate) struct Shell<'a> {
-    pub file: PathBuf,
+    pub(crate) file: PathBuf,
     /// The document without appended data, closed properly.
-    pub text: String,
-    pub appended: AppendedData<'a>,
+    pub(crate) text: String,
+    pub(crate) appended: AppendedData<'a>,
 }
 
 /// Storage of the arrays of a file.
 #[derive(Clone, Copy)]
 pub(crate) struct ArrayStorage<'a> {
-    pub endian: Endian,
+    pub(crate) endian: Endian,
     /// Sizes in headers are 64 bits wide, else 32.
-    pub wide: bool,
-    pub compressed: bool,
-    pub appended: AppendedData<'a>,
+    pub(crate) wide: bool,
+    pub(crate) compressed: bool,
+    pub(crate) appended: AppendedData<'a>,
 }
 
 impl<'a> Shell<'a> {
     /// Splits a file into document and appended data.
-    pub fn new(file: &Path, bytes: &'a [u8]) -> Result<Self, MeshError> {
+    pub(crate) fn new(file: &Path, bytes: &'a [u8]) -> Result<Self, MeshError> {
         let at = FaultSite { file, place: Location::Whole, section: "the XML document" };
         const TAG: &[u8] = b"<AppendedData";
         let (document, appended) = match find(bytes, TAG) {
@@ -79,7 +79,7 @@ impl<'a> Shell<'a> {
     }
 
     /// The storage its root element declares; `kind` is the dataset wanted, for instance `UnstructuredGrid`.
-    pub fn storage(&self, document: &Document<'_>, kind: &str) -> Result<ArrayStorage<'a>, MeshError> {
+    pub(crate) fn storage(&self, document: &Document<'_>, kind: &str) -> Result<ArrayStorage<'a>, MeshError> {
         let root = document.root_element();
         let at = self.at(root, "VTKFile");
         if root.tag_name().name() != "VTKFile" {
@@ -106,13 +106,13 @@ impl<'a> Shell<'a> {
     }
 
     /// A place in the document, for messages.
-    pub fn at<'s>(&'s self, node: Node<'_, '_>, section: &'s str) -> FaultSite<'s> {
+    pub(crate) fn at<'s>(&'s self, node: Node<'_, '_>, section: &'s str) -> FaultSite<'s> {
         let row = node.document().text_pos_at(node.range().start).row;
         FaultSite { file: &self.file, place: Location::Line(row as usize), section }
     }
 
     /// The only piece of the grid.
-    pub fn piece<'d, 'i>(&self, document: &'d Document<'i>) -> Result<Node<'d, 'i>, MeshError> {
+    pub(crate) fn piece<'d, 'i>(&self, document: &'d Document<'i>) -> Result<Node<'d, 'i>, MeshError> {
         let is_piece = |n: &Node<'_, '_>| n.has_tag_name("Piece");
         let mut pieces = document.descendants().filter(is_piece);
         let root = document.root_element();
@@ -129,7 +129,7 @@ impl<'a> Shell<'a> {
     }
 
     /// An attribute that is a count.
-    pub fn count(&self, node: Node<'_, '_>, name: &str) -> Result<usize, MeshError> {
+    pub(crate) fn count(&self, node: Node<'_, '_>, name: &str) -> Result<usize, MeshError> {
         let value = node.attribute(name).unwrap_or("");
         value.trim().parse().map_err(|_| {
             self.at(node, "Piece").malformed(format!("{name}={}", shown(value.as_bytes())), "a count")

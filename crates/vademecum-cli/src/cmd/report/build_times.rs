@@ -13,18 +13,18 @@ use crate::failure::{Cause, Failure};
 pub(crate) struct BuildTimes {
     file_bytes: usize,
     /// In order.
-    pub timings: Vec<Stage>,
+    pub(crate) timings: Vec<Stage>,
 }
 
 /// A stage of the build.
 #[derive(Deserialize)]
 pub(crate) struct Stage {
     /// Name of the stage.
-    pub stage: String,
+    pub(crate) stage: String,
     /// Wall time \[s\].
-    pub seconds: f64,
+    pub(crate) seconds: f64,
     /// Largest memory of the program until its end \[bytes\].
-    pub peak_memory_bytes: Option<u64>,
+    pub(crate) peak_memory_bytes: Option<u64>,
 }
 
 impl BuildTimes {

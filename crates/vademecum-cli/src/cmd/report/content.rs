@@ -19,33 +19,33 @@ use crate::failure::Failure;
 /// Everything the page shows.
 pub(crate) struct Content<'a> {
     /// Title of the page.
-    pub title: String,
+    pub(crate) title: String,
     /// The file.
-    pub path: &'a Path,
+    pub(crate) path: &'a Path,
     /// Its length.
-    pub bytes: usize,
+    pub(crate) bytes: usize,
     /// The file.
-    pub file: &'a File<'a>,
+    pub(crate) file: &'a File<'a>,
     /// The file as it is on the disk, packed or not.
-    pub stored: &'a File<'a>,
+    pub(crate) stored: &'a File<'a>,
     /// Its modes.
-    pub modes: Vec<ModeRow>,
+    pub(crate) modes: Vec<ModeRow>,
     /// Times of the online work.
-    pub timings: Timings,
+    pub(crate) timings: Timings,
     /// A long free run.
-    pub free: FreeRun,
+    pub(crate) free: FreeRun,
     /// The full-order march beside it, if one was asked for.
-    pub verified: Option<AnyVerification>,
+    pub(crate) verified: Option<AnyVerification>,
     /// Error over the number of terms.
-    pub history: Vec<Enrichment>,
+    pub(crate) history: Vec<Enrichment>,
     /// The spectral radius over the box of the parameters.
-    pub radii: Vec<RadiusSample>,
+    pub(crate) radii: Vec<RadiusSample>,
     /// Figures of each structure beside its certificate.
-    pub figures: FileFigures,
+    pub(crate) figures: FileFigures,
     /// Repairs.
-    pub repairs: Vec<String>,
+    pub(crate) repairs: Vec<String>,
     /// Times of the build, if known.
-    pub build: Option<BuildTimes>,
+    pub(crate) build: Option<BuildTimes>,
 }
 
 impl Content<'_> {

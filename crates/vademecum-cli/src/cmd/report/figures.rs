@@ -23,9 +23,9 @@ pub(crate) struct Figure {
     /// Its file, without the extension.
     name: String,
     /// The SVG.
-    pub svg: String,
+    pub(crate) svg: String,
     /// Caption.
-    pub caption: String,
+    pub(crate) caption: String,
 }
 
 /// All figures that the file gives rise to, by the part of the page they stand in.
