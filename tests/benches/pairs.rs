@@ -1,5 +1,5 @@
-//! Paired timings in one process, run in turns: batch and loop, fields and a plain copy, one need and another.
-//! `cargo bench -p vademecum-tests --bench pairs [-- batch fields needs terms]` prints the tables of
+//! Paired timings in one process, run in turns: batch and loop, fields and a plain copy, one need and
+//! another. `cargo bench -p vademecum-tests --bench pairs [-- batch fields needs terms]` prints the tables of
 //! `docs/measurements/step.md`.
 
 use std::hint::black_box;

@@ -7,7 +7,7 @@
 //! `u_i = Σ_t Π_a g_ta(x_a) F_t` at full order; kept are `ΠF_t`. Axes range over what the full-order runs of
 //! the snapshots visit (`ranges`).
 //!
-//! The odd thing: it is here to be compared with. The map is linear in all of this, so the answer is known
+//! Note: it is here to be compared with. The map is linear in all of this, so the answer is known
 //! (one term per right-hand side), and greedy enrichment does not find it (docs/measurements/chapter.md).
 
 use faer::linalg::solvers::Solve as _;

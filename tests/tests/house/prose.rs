@@ -22,7 +22,8 @@ pub fn wide_lines() -> Vec<String> {
 }
 
 /// Lines of prose and comments with one of these phrases, each beside its better word. Exempt are records,
-/// the history of the project, and lines that translate words: rows of the dictionary and aliases for a search.
+/// the history of the project, and lines that translate words: rows of the dictionary and aliases for a
+/// search.
 pub fn phrases(listed: &[(&str, &str)]) -> Vec<String> {
     let history = |path: &str| ["/records/", "/decisions/", "CHANGELOG"].iter().any(|of| path.contains(of));
     let mut found = vec![];

@@ -43,8 +43,8 @@ pub(super) fn kept_states(
 }
 
 /// The static equilibria at prescribed coordinates of natural modes (one a column), as displacements over the
-/// free dofs, each searched for from its prediction. Coordinates at which none is found, or in which some element
-/// is compressed to less than [`SOFTENING`], are halved; after a few halvings the state is left out.
+/// free dofs, each searched for from its prediction. Coordinates at which none is found, or in which some
+/// element is compressed to less than [`SOFTENING`], are halved; after a few halvings the state is left out.
 ///
 /// # Errors
 /// [`LargeError`]: a body without supports, memory.

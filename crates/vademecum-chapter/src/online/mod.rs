@@ -1,9 +1,9 @@
 //! The online half: a file of the chapter's structure, bound and stepped.
 //!
-//! A file built with `representation = "chapter"` holds, for each stage of the time scheme, a sum of terms. Each term is a product of one-dimensional functions of the state's coordinates
-//! and of the load, times r numbers (equations 5.8 and 5.9, key `chapter5` of
-//! `docs/reference/bibliography.md`). The evaluator refuses such a file by name
-//! ([`BindError::OnlyChapter`](vademecum_eval::BindError::OnlyChapter)).
+//! A file built with `representation = "chapter"` holds, for each stage of the time scheme, a sum of terms.
+//! Each term is a product of one-dimensional functions of the state's coordinates and of the load, times r
+//! numbers (equations 5.8 and 5.9, key `chapter5` of `docs/reference/bibliography.md`). The evaluator refuses
+//! such a file by name ([`BindError::OnlyChapter`](vademecum_eval::BindError::OnlyChapter)).
 //!
 //! [`ChapterScene`], [`ChapterState`] and [`ChapterLoads`] are used as the evaluator's scene, state and loads
 //! are. They own their memory, step in `f64` and know less: one time step and damping (those of the file), no
@@ -13,7 +13,7 @@
 //! per term. Where state and load are apart, what the loads contribute does not depend on the state: it is
 //! summed when they are added, contact by contact.
 //!
-//! The odd thing: the functions end where their ranges do. A coordinate that leaves its range is refused by
+//! Note: the functions end where their ranges do. A coordinate that leaves its range is refused by
 //! name with the state unchanged; nothing is clamped or extrapolated. There is no map to fuse, so the stages
 //! run one after the other.
 

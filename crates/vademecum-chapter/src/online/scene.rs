@@ -97,8 +97,8 @@ impl<'m> ChapterScene<'m> {
     }
 
     /// The largest energy \[J\] that a body of this scene can have when it is put at rest: as
-    /// [`Scene::energy_at_rest`](vademecum_eval::Scene::energy_at_rest), with the sum of the diagonal of `K_r`
-    /// for its largest eigenvalue.
+    /// [`Scene::energy_at_rest`](vademecum_eval::Scene::energy_at_rest), with the sum of the diagonal of
+    /// `K_r` for its largest eigenvalue.
     #[must_use]
     pub fn energy_at_rest(&self) -> f64 {
         let diagonal = self.stiffness.iter().step_by(self.shape.r + 1);

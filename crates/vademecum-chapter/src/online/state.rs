@@ -65,7 +65,8 @@ impl ChapterState {
     }
 
     /// Copies the state to `out`, length `3r`: `ζ`, then `Δt ζ̇`, then `Δt² ζ̈`. [`ChapterState::restore`]
-    /// takes it back, bit for bit; the sign of the last number, a zero, marks a body that has not started yet.
+    /// takes it back, bit for bit; the sign of the last number, a zero, marks a body that has not started
+    /// yet.
     ///
     /// # Errors
     /// [`StepError::Mismatch`] if the length is not `3r`.

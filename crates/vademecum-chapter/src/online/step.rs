@@ -58,8 +58,8 @@ impl ChapterScene<'_> {
         if same { Ok(()) } else { Err(StepError::Mismatch) }
     }
 
-    /// Displacement, velocity and `ζ̈ = BᵀF − C_r ζ̇ − K_r ζ`, all of it or nothing: the basis is orthonormal in
-    /// the mass, and `C_r = α + β K_r`.
+    /// Displacement, velocity and `ζ̈ = BᵀF − C_r ζ̇ − K_r ζ`, all of it or nothing: the basis is orthonormal
+    /// in the mass, and `C_r = α + β K_r`.
     fn place(
         &self,
         state: &mut ChapterState,
@@ -119,8 +119,8 @@ impl ChapterScene<'_> {
         Ok(())
     }
 
-    /// The scheme's finish, beside the state. Gives `Σ|y|` of the new one. Numbers below the evaluator's floor
-    /// are set to zero.
+    /// The scheme's finish, beside the state. Gives `Σ|y|` of the new one. Numbers below the evaluator's
+    /// floor are set to zero.
     fn finish(&self, state: &mut ChapterState) -> f64 {
         let (r, n_families) = (self.shape.r, 3 + self.shape.n_stages);
         let mut sum = 0.0;

@@ -21,8 +21,8 @@ pub(super) fn pieces<'m>(chapter: &Chapter<'m>) -> Vec<Piece<'m>> {
 }
 
 impl Piece<'_> {
-    /// Adds `Σ_t (Π_a g_ta(x_a)) f_t` to `out`, length r. `value` gives the coordinate of an axis; `weights` is
-    /// work.
+    /// Adds `Σ_t (Π_a g_ta(x_a)) f_t` to `out`, length r. `value` gives the coordinate of an axis; `weights`
+    /// is work.
     pub fn add(
         &self,
         value: impl Fn(ChapterRole) -> f64,

@@ -8,7 +8,7 @@
 //! factor, and every space function lies in the span of the `A⁻¹ b`: the engine runs in that span. Its
 //! iterates are those of the full mesh up to rounding, at no cost in `n`.
 //!
-//! The odd thing: the map is linear in the state, so one term per right-hand side is exact, and greedy does
+//! Note: the map is linear in the state, so one term per right-hand side is exact, and greedy does
 //! not find them. The repairs of docs/explanation/5-vademecum.md are switches of [`ChapterOptions`] so that
 //! the effect of each can be shown.
 

@@ -472,7 +472,8 @@ const fn group_len(shape: Shape) -> usize {
 }
 
 /// Index at which `instance` has number `k` of `ζ`, `Δt ζ̇` or `Δt² ζ̈`. Diagonal: `(group, mode, third,
-/// lane)`, so that the numbers of a mode are side by side. Block: `(instance, third, mode)`, padded for the kernel.
+/// lane)`, so that the numbers of a mode are side by side. Block: `(instance, third, mode)`, padded for the
+/// kernel.
 const fn place(shape: Shape, instance: usize, third: usize, k: usize) -> usize {
     if shape.is_per_mode() {
         ((instance / WIDTH * shape.r + k) * shape.n_parts() + third) * WIDTH + instance % WIDTH

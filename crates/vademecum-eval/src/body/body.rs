@@ -36,8 +36,8 @@ pub struct BodyOptions {
     /// Room for the static answer of the whole body, where the file has the factor of its stiffness; with the
     /// feature `full` only.
     pub static_field: bool,
-    /// Flight of a body without supports: [`Body::step`] then moves its frame, too. Without it, and without the
-    /// feature `full`, the host moves the frame and gives its angular velocity to [`Body::push_spin`].
+    /// Flight of a body without supports: [`Body::step`] then moves its frame, too. Without it, and without
+    /// the feature `full`, the host moves the frame and gives its angular velocity to [`Body::push_spin`].
     pub flight: bool,
 }
 

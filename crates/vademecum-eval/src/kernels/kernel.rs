@@ -184,6 +184,21 @@ pub(crate) fn less<T: Scalar, const N: usize>(mut x: [T; N], share: T, y: &[T; N
     x
 }
 
+/// `ĝ·d` of a row in panels.
+#[inline(always)]
+pub(crate) fn along<'g, T: Scalar + 'g, const N: usize>(
+    row: impl Iterator<Item = &'g [T; N]>,
+    d: &[[T; N]],
+) -> T {
+    let mut sums = [T::ZERO; N];
+    for (g, d) in row.zip(d) {
+        for i in 0..N {
+            sums[i] += g[i] * d[i];
+        }
+    }
+    total(&sums)
+}
+
 /// Sum of all, in halves: one after the other they would wait for each other, longer than the step takes.
 #[inline(always)]
 pub(crate) fn total<T: Scalar, const N: usize>(sums: &[T; N]) -> T {

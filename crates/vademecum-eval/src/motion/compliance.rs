@@ -5,8 +5,8 @@
 //! ```
 //!
 //! `H_c` shares a force among the nodes of contact `c`, `P₀` is the answer of each mode to a unit load held
-//! over the step, and `R` is the residual flexibility, which is a contact's own: between two contacts it is left
-//! out, so that `W` stays positive semidefinite whatever the file holds of it. Of contacts that share no
+//! over the step, and `R` is the residual flexibility, which is a contact's own: between two contacts it is
+//! left out, so that `W` stays positive semidefinite whatever the file holds of it. Of contacts that share no
 //! triangle, `W` says exactly what a step does; of contacts that share one, a step shows the residual between
 //! them too. This is the Delassus operator of contact mechanics. With it a loop of its caller can solve for
 //! stick, slip and release at the end of the step, and is stable whatever the stiffness of what touches the

@@ -9,7 +9,7 @@ use crate::base::lend::{Lender, Short, put};
 use crate::base::options::{RegionScales, SceneOptions, Structure};
 use crate::base::scalar::Scalar;
 use crate::kernels::kernel::{LANES, TILE};
-use crate::kernels::strain::map::StrainSections;
+use crate::kernels::strain::numbers::StrainSections;
 use crate::scene::equation::{Matrices, Stiffness};
 use crate::scene::shape::Shape;
 use crate::sections::axes::{Axes, StagePlace};

@@ -9,7 +9,8 @@ use crate::base::error::BindError;
 use crate::base::lend::{Lender, Short};
 use crate::base::options::{SceneOptions, Sizes, Structure};
 use crate::base::scalar::Scalar;
-use crate::kernels::strain::map::{StrainSections, StrainStep, lay_out_force, lay_out_strain};
+use crate::kernels::strain::map::{checked_step, lay_out_force, lay_out_strain};
+use crate::kernels::strain::numbers::{StrainSections, StrainStep};
 use crate::scene::bind::{Asked, Sections, fuse, lay_out, sections};
 use crate::scene::shape::{Shape, shape};
 use vademecum_format::scheme::{MAX_STAGES, SchemeTable, StepParameters};
@@ -252,7 +253,7 @@ pub(crate) fn strain_step<T: Scalar>(
     options: &SceneOptions,
 ) -> Result<StrainStep, BindError> {
     if shape.is_strain() {
-        StrainStep::checked::<T>(sections, shape.strain, asked, options)
+        checked_step::<T>(sections, shape.strain, asked, options)
     } else {
         Ok(StrainStep::default())
     }

@@ -209,7 +209,8 @@ pub fn elastic(scene: &SceneOptions) -> BodyOptions {
     BodyOptions { scene: *scene, places: 0, flight: false, ..BodyOptions::default() }
 }
 
-/// The same with room for the static answer of the whole body, where the file has the factor of its stiffness.
+/// The same with room for the static answer of the whole body, where the file has the factor of its
+/// stiffness.
 #[must_use]
 pub fn elastic_with_fields(scene: &SceneOptions) -> BodyOptions {
     BodyOptions { static_field: true, ..elastic(scene) }

@@ -115,7 +115,7 @@ impl<'a> ReferenceSolution<'a> {
     ///
     /// ```
     /// use faer::mat;
-    /// use vademecum_build::dynamics::{Interval, TimedLoad, Truth, TruthOptions};
+    /// use vademecum_build::dynamics::{Interval, TimedLoad, ReferenceOptions, ReferenceSolution};
     /// use vademecum_build::fem::{Pencil, Symbolic};
     /// use vademecum_build::progress::Silent;
     ///
@@ -124,9 +124,10 @@ impl<'a> ReferenceSolution<'a> {
     /// let when = Interval { start: 0.0, end: f64::INFINITY, ramp: 0.0 }.into();
     /// let loads = [TimedLoad { column: 0, force: vec![8.0], when }];
     /// let symbolic = Symbolic::analyze(&pencil)?;
-    /// let options = TruthOptions::default();
-    /// let truth = Truth::find(&pencil, &symbolic, &|_, _| 0.0, &loads, (0.1, 20), &options, &Silent)?;
-    /// let u = truth.trajectory(0).along(&[vec![(0, 1.0)]]);
+    /// let options = ReferenceOptions::default();
+    /// let span = (0.1, 20);
+    /// let found = ReferenceSolution::find(&pencil, &symbolic, &|_, _| 0.0, &loads, span, &options, &Silent)?;
+    /// let u = found.trajectory(0).along(&[vec![(0, 1.0)]]);
     /// assert!((u[(0, 20)] - 2.0 * (1.0 - 4.0_f64.cos())).abs() < 1e-14);
     /// # Ok::<(), Box<dyn std::error::Error>>(())
     /// ```

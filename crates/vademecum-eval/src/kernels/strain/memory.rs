@@ -2,10 +2,11 @@
 
 use crate::base::lend::{Lender, Short};
 use crate::base::scalar::Scalar;
-use crate::kernels::strain::tail::TAIL;
 
 /// Numbers of a row handled at once; rows are padded to multiples of it.
 pub(crate) const PANEL: usize = 8;
+/// Numbers of a tail coordinate in a map: `x √w`, `2 x/√w`, `W x/(a √w)` and `1/a`.
+pub(crate) const TAIL: usize = 4;
 
 /// The lengths of a strain structure.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]

@@ -3,6 +3,7 @@
 pub(crate) mod kernel;
 pub(crate) mod map;
 pub(crate) mod memory;
+pub(crate) mod numbers;
 pub(crate) mod solve;
 pub(crate) mod tail;
 pub(crate) mod wide;

@@ -2,7 +2,7 @@
 //! too many of its digits.
 
 use crate::base::scalar::Scalar;
-use crate::kernels::kernel::{less, total};
+use crate::kernels::kernel::{along, less, total};
 use crate::kernels::strain::memory::{Digits, PANEL, Scratch, StrainMap};
 use crate::kernels::strain::tail::substitute;
 use crate::kernels::strain::wide;
@@ -255,16 +255,4 @@ fn correct<T: Scalar>(map: &StrainMap<'_, T>, scratch: &mut Scratch<'_, T>) {
     }
     solve_apart(scratch.matrix, scratch.inverse, scratch.leading);
     scratch.solution.iter_mut().zip(&*scratch.leading).for_each(|(d, &more)| *d += more);
-}
-
-/// `ĝ·d` of one row.
-#[inline(always)]
-pub(crate) fn along<'g, T: Scalar + 'g>(row: impl Iterator<Item = &'g [T; PANEL]>, d: &[[T; PANEL]]) -> T {
-    let mut sums = [T::ZERO; PANEL];
-    for (g, d) in row.zip(d) {
-        for i in 0..PANEL {
-            sums[i] += g[i] * d[i];
-        }
-    }
-    total(&sums)
 }

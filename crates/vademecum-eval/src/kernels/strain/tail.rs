@@ -9,14 +9,10 @@
 //! A coupled coordinate is multiplied by interacting coordinates alone, so its products have fewer columns.
 
 use crate::base::scalar::Scalar;
-use crate::kernels::kernel::less;
-use crate::kernels::strain::map::{RowNumbers, StrainSections, StrainStep};
+use crate::kernels::kernel::{along, less};
 use crate::kernels::strain::memory::{PANEL, Scratch, StrainMap, StrainShape};
-use crate::kernels::strain::solve::along;
+use crate::kernels::strain::numbers::{RowNumbers, StrainSections, StrainStep};
 use vademecum_format::StrainSizes;
-
-/// Numbers of a tail coordinate in a map: `x √w`, `2 x/√w`, `W x/(a √w)` and `1/a`.
-pub(crate) const TAIL: usize = 4;
 
 impl StrainShape {
     /// Coordinates that the numbers of a row from `start` on are multiplied by.
