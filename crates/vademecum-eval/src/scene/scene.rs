@@ -12,6 +12,7 @@ use crate::base::scalar::Scalar;
 use crate::kernels::strain::map::{StrainSections, StrainStep, lay_out_force, lay_out_strain};
 use crate::scene::bind::{Asked, Sections, fuse, lay_out, sections};
 use crate::scene::shape::{Shape, shape};
+use crate::sections::filter::Filter;
 use vademecum_format::scheme::{MAX_STAGES, SchemeTable, StepParameters};
 use vademecum_format::{File, Metadata, SectionKind};
 
@@ -26,6 +27,8 @@ pub struct Scene<'m, T> {
     /// Counts how often the parameters changed; loads remember theirs.
     pub(crate) generation: u64,
     pub(crate) rest_below: T,
+    /// The filter of the residual flexibility.
+    pub(crate) filter: Filter,
     /// The step of the strain structure.
     pub(crate) strain: StrainStep,
     pub(crate) map: &'m mut [T],
@@ -168,6 +171,7 @@ impl<'m, T: Scalar> Scene<'m, T> {
             metadata,
             options: *options,
             parameters: asked.step,
+            filter: Filter::of(&asked.step),
             sections,
             generation: 0,
             rest_below: options.rest_threshold(),

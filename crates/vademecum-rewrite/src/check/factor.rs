@@ -22,7 +22,8 @@ pub(super) fn check(file: &File<'_>) -> Result<(), RewriteError> {
         return missing(there, kind);
     }
     if file.section(S::ContactResidual).is_none() || !file.metadata().diagonal {
-        let reason = "the factor goes with the residual flexibility of the diagonal structure, which is missing";
+        let reason =
+            "the factor goes with the residual flexibility of the diagonal structure, which is missing";
         return Err(unsound(S::FactorValues, Fault::Disagrees, reason.into()));
     }
     let order = integers(file, S::FactorOrder)?;

@@ -27,7 +27,8 @@ pub(super) fn check(file: &File<'_>) -> Result<(), RewriteError> {
     if let Some(kind) = all.into_iter().find(|&kind| file.section(kind).is_some())
         && !file.metadata().diagonal
     {
-        let reason = "the residual flexibility belongs to the diagonal structure, which the file does not have";
+        let reason =
+            "the residual flexibility belongs to the diagonal structure, which the file does not have";
         return Err(unsound(kind, Fault::Disagrees, reason.into()));
     }
     for (kind, width) in [(S::ContactResidual, 6), (S::BoundMap, 7)] {
