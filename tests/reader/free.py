@@ -83,7 +83,7 @@ def advance(scene, rigid, y, loads, n, gravity):
     dt, before = scene.v.dt, rigid.spin()
     rigid.drift(0.5 * dt)
     force, moment = rigid.mass * gravity, np.zeros(3)
-    acting, shown = [], []
+    acting, starts, shown = [], [], []
     for load, when in loads:
         mean = 0.5 * (plays.factor(when, n * dt) + plays.factor(when, (n + 1) * dt))
         if mean == 0.0:
@@ -94,12 +94,14 @@ def advance(scene, rigid, y, loads, n, gravity):
             own = rigid.back(push)
             acting.append((scene.load_of_contact(nodes, weights, own), [1.0, 1.0]))
             shown.append(({"nodes": nodes, "weights": weights, "force": own}, 1.0))
+            starts.append(shown[-1])
             force = force + push
             moment = moment + np.cross(turned(rigid.q, point - rigid.centre), push)
         else:
             _, index, amplitude = load
             acting.append((scene.load_of_pattern(index), [mean * amplitude] * 2))
             shown.append(({"pattern": index}, mean * amplitude))
+            starts.append(shown[-1])
             wrench = mean * amplitude * rigid.wrenches[index]
             force, moment = force + turned(rigid.q, wrench[:3]), moment + turned(rigid.q, wrench[3:])
     rigid.p, rigid.l = rigid.p + dt * force, rigid.l + dt * moment
@@ -109,6 +111,8 @@ def advance(scene, rigid, y, loads, n, gravity):
         at = [scene.v.density * w[i] * w[j] for w in (before, after)]
         acting.append((scene.load_of_pattern(rigid.first + k), at))
         shown.append(({"pattern": rigid.first + k}, at[1]))
+        starts.append(({"pattern": rigid.first + k}, at[0]))
+    scene.follow(starts, shown)
     return scene.step(y, acting), shown
 
 

@@ -186,8 +186,9 @@ def parts_of(loads, start, end):
     return [start, *ends, end]
 
 
-def exact_step(scene, y, loads, start, end):
-    """A step of `loads`, pairs of a reduced load with its factor and how it follows time, in its parts."""
+def exact_step(scene, y, loads, pushes, start, end):
+    """A step of `loads`, pairs of a reduced load with its factor and how it follows time, in its parts.
+    `pushes` are the loads themselves and their factors."""
     ends = parts_of(loads, start, end)
     for a, b in zip(ends, ends[1:]):
         pieces = max((pieces_of(when, a, b) for _, when in loads), default=1)
@@ -198,6 +199,8 @@ def exact_step(scene, y, loads, start, end):
             c, d = a + (b - a) * (i / pieces), b if i + 1 == pieces else a + (b - a) * ((i + 1) / pieces)
             factors = [[factor_beside(when, c, 1), factor_beside(when, d, -1)] for _, when in loads]
             y = part.step(y, [(load, at) for (load, _), at in zip(loads, factors) if any(at)])
+            ends_of = [[(push, p * at[k]) for (push, p), at in zip(pushes, factors)] for k in (0, 1)]
+            part.follow(*ends_of)
         y = scene.carry(part, y)
     return y
 
@@ -279,10 +282,12 @@ def play(scene, scenario, folder):
             yield [n * dt, scene.energy(y, seen), *scene.probes(y[0], seen), *reactions]
         if exact:
             scaled = [(p * load, when) for load, _, _, p, when in loads]
-            y = exact_step(scene, y, scaled, n * dt, (n + 1) * dt)
+            pushes = [(push, p) for _, _, push, p, _ in loads]
+            y = exact_step(scene, y, scaled, pushes, n * dt, (n + 1) * dt)
             continue
         amplitudes = [[p * factor(when, (n + c) * dt) for c in scene.instants] for _, _, _, p, when in loads]
         y = scene.step(y, [(load[0], at) for load, at in zip(loads, amplitudes) if any(at)])
+        scene.follow(*([(load[2], at[k]) for load, at in zip(loads, amplitudes)] for k in (0, -1)))
 
 
 def printed(value):

@@ -179,6 +179,7 @@ class Scene:
     """
 
     residual = None
+    filtered, largest = ({}, {}), [0.0, 0.0]
 
     def __init__(self, file, settings=None, scales=None):
         self.file, self.meta = file, file.meta
@@ -214,7 +215,7 @@ class Scene:
     def displacement(self, y, node, pushes=()):
         moved = np.array([self.row(node, c) @ y[0] for c in range(3)])
         if self.residual:
-            moved = moved + self.residual.node(node, *forces_of(pushes)) / self.v.stiffness
+            moved = moved + self.residual.node(node, *self.shown(pushes)) / self.v.stiffness
         return moved
 
     def probes(self, zeta, pushes=()):
@@ -223,7 +224,7 @@ class Scene:
             return np.zeros(0)
         values = self.file.section("ProbeRows").reshape(-1, self.r) @ zeta
         if self.residual:
-            values = values + self.residual.probes(len(values), *forces_of(pushes)) / self.v.stiffness
+            values = values + self.residual.probes(len(values), *self.shown(pushes)) / self.v.stiffness
         return values
 
     def energy(self, y, pushes=()):
@@ -232,8 +233,39 @@ class Scene:
         kinetic = self.v.density * velocity @ self.mass @ velocity
         moving = 0.5 * (kinetic + self.v.stiffness * y[0] @ self.stiffness @ y[0])
         if self.residual:
-            moving = moving + self.residual.energy(forces_of(pushes)[0]) / self.v.stiffness
+            moving = moving + self.residual.energy(self.shown(pushes)[0]) / self.v.stiffness
         return moving
+
+    def shown(self, pushes):
+        """Forces and amplitudes that the residual answers: filtered under stiffness-proportional damping."""
+        return self.filtered if self.residual and self.v.beta > 0 else forces_of(pushes)
+
+    def settle(self, pushes):
+        """The residual in equilibrium with loads."""
+        self.filtered, self.largest = ({}, {}), [0.0, 0.0]
+        self.add_filtered(forces_of(pushes))
+
+    def follow(self, starts, ends):
+        """A step of the filter `β ẏ + y = F`, under loads that are linear over it."""
+        if not self.residual or not self.v.beta > 0:
+            return
+        x = self.v.dt / self.v.beta
+        keep, gone = math.exp(-x), -math.expm1(-x)
+        end = x * (1 / 2 - x * (1 / 6 - x * (1 / 24 - x / 120))) if x < 1e-2 else 1 - gone / x
+        drive = [(push, (gone - end) * p) for push, p in starts] + [(push, end * p) for push, p in ends]
+        self.filtered = tuple({key: keep * value for key, value in part.items()} for part in self.filtered)
+        self.add_filtered(forces_of(drive))
+
+    def add_filtered(self, added):
+        """Adds to the filtered forces, and drops what is below 1e-12 of the largest there has been."""
+        parts = []
+        for kind, (part, more) in enumerate(zip(self.filtered, added)):
+            sums = {key: part.get(key, 0.0) + more.get(key, 0.0) for key in part | more}
+            sizes = {key: np.abs(value).max() for key, value in sums.items()}
+            largest = max([self.largest[kind], *sizes.values()])
+            self.largest = [largest if k == kind else old for k, old in enumerate(self.largest)]
+            parts.append({key: value for key, value in sums.items() if sizes[key] > 1e-12 * largest})
+        self.filtered = tuple(parts)
 
     def acceleration(self, y, pushes):
         """Of the modes, under the loads of the state."""
@@ -262,7 +294,7 @@ class Scene:
         scale = self.v.stiffness * kappa[:, None]
         stress = scale * (self.file.section("StressBasis").reshape(-1, 6, self.r) @ zeta)
         if self.residual:
-            forces, patterns = forces_of(pushes)
+            forces, patterns = self.shown(pushes)
             if "StressResidual" in self.file:
                 table = self.file.section("StressResidual").reshape(len(points), -1, 6, 3)
                 for node, force in forces.items():
@@ -287,6 +319,7 @@ class Scene:
     def carry(self, before, y):
         """The state of the scene `before` at the parameters of this one."""
         ratio = self.v.dt / before.v.dt
+        self.filtered, self.largest = before.filtered, before.largest
         return y * np.array([[1.0], [ratio], [ratio**2]])[: len(y)]
 
     def contact(self, nodes, weights, force):

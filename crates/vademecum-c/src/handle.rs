@@ -77,6 +77,7 @@ impl Asked {
             _ => return Err(none),
         };
         scene.contacts = given.contacts as usize;
+        scene.filtered_nodes = (given.filtered_nodes != 0).then_some(given.filtered_nodes as usize);
         scene.residual = given.residual != 0;
         scene.terms = (given.terms != 0).then_some(given.terms as usize);
         scene.tolerance = given.tolerance;

@@ -101,6 +101,9 @@ pub struct VdmOptions {
     pub structure: i32,
     /// For so many contacts with nodes of their own there is room in the residual flexibility.
     pub contacts: u32,
+    /// With `beta`: filtered forces of so many nodes are kept for the residual flexibility; 0: of all
+    /// loadable nodes. A node counts until its filtered force is below 1e-12 of the largest.
+    pub filtered_nodes: u32,
     /// 0: outputs show the modes only.
     pub residual: u32,
     /// `vdm_compliance` and `vdm_free_motion` take so many places at most.

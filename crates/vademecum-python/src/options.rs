@@ -42,7 +42,7 @@ pub fn structure(name: &str) -> PyResult<StructureChoice> {
 }
 
 /// Names of the options of a body, in the order of the documentation.
-const OPTIONS: [&str; 14] = [
+const OPTIONS: [&str; 15] = [
     "structure",
     "time_step",
     "tolerance",
@@ -50,6 +50,7 @@ const OPTIONS: [&str; 14] = [
     "rest_below",
     "residual",
     "contacts",
+    "filtered_nodes",
     "substeps",
     "viscosity",
     "stiffness",
@@ -75,6 +76,7 @@ pub fn scene_options(metadata: &Metadata<'_>, given: Option<&Bound<'_, PyDict>>)
             "terms" => options.terms = value.extract()?,
             "residual" => options.residual = value.extract()?,
             "contacts" => options.contacts = value.extract()?,
+            "filtered_nodes" => options.filtered_nodes = value.extract()?,
             "substeps" => options.substeps = value.extract()?,
             "viscosity" => options.viscosity = value.extract()?,
             // Of the whole body, unless the file has a live parameter of that name.

@@ -39,6 +39,7 @@ pub unsafe extern "C" fn vdm_default_options(options: *mut VdmOptions) {
             precision: VdmPrecision::VDM_SINGLE as i32,
             structure: VdmStructure::VDM_AUTO as i32,
             contacts: contacts as u32,
+            filtered_nodes: 0,
             residual: u32::from(residual),
             places: body.places as u32,
             keep_loads: u32::from(body.keep_loads),

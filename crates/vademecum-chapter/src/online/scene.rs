@@ -6,7 +6,7 @@ use vademecum_eval::{BindError, RegionScales, Scalar, SceneOptions, StructureCho
 use vademecum_format::scheme::{MAX_STAGES, StepParameters};
 use vademecum_format::{Chapter, File, FormatError, Metadata, Numbers, SectionKind};
 
-/// What a scene, its states and its loads agree on.
+/// Lengths that a scene, its states and its loads share.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Shape {
     pub r: usize,

@@ -8,7 +8,7 @@ use vademecum_eval::StepError;
 pub struct ChapterState {
     pub(super) shape: Shape,
     pub(super) y: Vec<f64>,
-    /// Where a step writes the new `y`.
+    /// The new `y` of a step.
     pub(super) next: Vec<f64>,
     /// `ζ_i` of each stage, `(n_stages, r)`.
     pub(super) stages: Vec<f64>,

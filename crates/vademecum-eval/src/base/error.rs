@@ -37,6 +37,13 @@ pub enum BindError {
          `full`"
     )]
     LeftOut,
+    /// A scene that was bound without stiffness-proportional damping has no room for the filter of its
+    /// residual flexibility.
+    #[error(
+        "the scene was bound without stiffness-proportional damping, so its residual flexibility has no \
+         filter: bind it with a beta, or without the residual"
+    )]
+    NoFilter,
     /// The scene was bound to the other structure; its memory has not the room for this one.
     #[error("the scene holds the other structure; bind a new one, or leave the choice to Auto")]
     OtherStructure,
@@ -266,6 +273,16 @@ pub enum StepError {
     /// The batch has no such instance.
     #[error("the batch has no such instance")]
     NoInstance,
+    /// Under stiffness-proportional damping the residual flexibility still follows forces on other nodes, and
+    /// there is no room for those of this step.
+    #[error(
+        "the filtered forces of the residual stand on more than {nodes} nodes: raise \
+         `SceneOptions::filtered_nodes`"
+    )]
+    TooManyNodes {
+        /// Nodes that there is room for.
+        nodes: usize,
+    },
 }
 
 /// Why an output could not be given.

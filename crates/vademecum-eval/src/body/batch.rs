@@ -232,14 +232,17 @@ impl<'m, T: Scalar> Batch<'m, T> {
         // Nothing acted on a body that rests.
         if state.y.at_rest {
             state.statics.clear();
+            state.filtered.clear();
         } else {
             state.statics.forget();
+            state.filtered.clear();
         }
         Ok(())
     }
 
     /// [`Batch::get`] for an instance whose last step was one under `loads`: outputs add what the modes leave
-    /// out of the answer to them, and reactions are those of [`Scene::step`], bit for bit.
+    /// out of the answer to them, and reactions are those of [`Scene::step`], bit for bit. A batch keeps no
+    /// filtered forces: with stiffness-proportional damping the residual is in equilibrium with `loads`.
     ///
     /// ```
     /// # fn main() -> Result<(), Box<dyn std::error::Error>> {
@@ -283,7 +286,7 @@ impl<'m, T: Scalar> Batch<'m, T> {
             return Err(StepError::Mismatch);
         }
         self.get(instance, state)?;
-        state.statics.copy(&loads.statics);
+        state.settle_residual(loads);
         Ok(())
     }
 

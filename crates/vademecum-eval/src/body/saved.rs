@@ -6,6 +6,8 @@ use crate::base::scalar::Scalar;
 use crate::body::body::Body;
 use crate::flight::rigid::RigidMotion;
 use crate::scene::scene::Scene;
+use crate::scene::state::State;
+use crate::sections::residual::Statics;
 
 /// First bytes of every saved state; the last of them is the version of the layout.
 const MAGIC: [u8; 4] = *b"VDS\x01";
@@ -20,8 +22,10 @@ const AT_REST: u8 = 2;
 const FORCES: u8 = 4;
 /// The rigid motion of a flight is there.
 const FLIGHT: u8 = 8;
+/// The filtered forces of the residual flexibility are there.
+const FILTERED: u8 = 16;
 /// Every flag that this version knows.
-const KNOWN: u8 = UNSTARTED | AT_REST | FORCES | FLIGHT;
+const KNOWN: u8 = UNSTARTED | AT_REST | FORCES | FLIGHT | FILTERED;
 
 /// Result of [`Body::restore`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -103,6 +107,15 @@ impl Pen<'_> {
     fn numbers(&mut self, numbers: impl IntoIterator<Item = f64>) -> Option<()> {
         numbers.into_iter().try_for_each(|number| self.number(number))
     }
+
+    /// Counts, forces on nodes, and amplitudes of patterns.
+    fn forces<T: Scalar>(&mut self, forces: &Statics<'_, T>, patterns: usize) -> Option<()> {
+        self.numbers([forces.forces().count() as f64, patterns as f64])?;
+        for (node, [x, y, z]) in forces.forces() {
+            self.numbers([node as f64, x, y, z])?;
+        }
+        self.numbers(forces.all_amplitudes())
+    }
 }
 
 /// Reads them again.
@@ -123,6 +136,22 @@ impl Cursor<'_> {
         numbers.iter_mut().try_for_each(|number| self.number().map(|read| *number = read))?;
         Some(numbers)
     }
+
+    /// Takes forces that were checked.
+    fn forces<T: Scalar>(&mut self, forces: &mut Statics<'_, T>) {
+        forces.clear();
+        let [nodes, patterns] = self.numbers().unwrap_or_default();
+        for _ in 0..nodes as usize {
+            let Some([node, force @ ..]) = self.numbers::<4>() else { break };
+            forces.add_force(node, force);
+        }
+        for index in 0..patterns as usize {
+            let amplitude = self.number().unwrap_or_default();
+            if amplitude != 0.0 {
+                forces.add_pattern(index, amplitude);
+            }
+        }
+    }
 }
 
 impl<T: Scalar> Body<'_, T> {
@@ -131,7 +160,12 @@ impl<T: Scalar> Body<'_, T> {
     pub fn saved_len(&self) -> usize {
         let shape = &self.scene.shape;
         let forces = 2usize.saturating_add(4 * shape.statics[0]).saturating_add(shape.statics[1]);
-        let numbers = parameters(&self.scene).count() + self.scene.state_numbers() + forces + 13;
+        let filtered = if shape.is_filtered() {
+            4usize.saturating_add(4 * shape.filtered[0]).saturating_add(shape.filtered[1])
+        } else {
+            0
+        };
+        let numbers = parameters(&self.scene).count() + self.scene.state_numbers() + forces + filtered + 13;
         TAG + numbers.saturating_mul(8)
     }
 
@@ -148,7 +182,8 @@ impl<T: Scalar> Body<'_, T> {
         let flags = flag(UNSTARTED, y.unstarted)
             | flag(AT_REST, y.at_rest)
             | flag(FORCES, !self.state.statics.forgotten)
-            | flag(FLIGHT, self.flight.is_some());
+            | flag(FLIGHT, self.flight.is_some())
+            | flag(FILTERED, self.scene.shape.is_filtered());
         *tag = self.tag(size_of::<T>() as u8, flags);
         let mut pen = Pen { left: numbers, written: TAG };
         pen.numbers(parameters(&self.scene)).ok_or(short)?;
@@ -156,12 +191,12 @@ impl<T: Scalar> Body<'_, T> {
             pen.numbers(y.part(part).iter().map(|x| x.to_f64())).ok_or(short)?;
         }
         let statics = &self.state.statics;
-        let count = |n: usize| n as f64;
-        pen.numbers([count(statics.forces().count()), count(self.scene.shape.statics[1])]).ok_or(short)?;
-        for (node, [x, y, z]) in statics.forces() {
-            pen.numbers([count(node), x, y, z]).ok_or(short)?;
+        pen.forces(statics, self.scene.shape.statics[1]).ok_or(short)?;
+        if self.scene.shape.is_filtered() {
+            let filtered = &self.state.filtered;
+            pen.forces(&filtered.forces, self.scene.shape.filtered[1]).ok_or(short)?;
+            pen.numbers(filtered.largest.map(T::to_f64)).ok_or(short)?;
         }
-        pen.numbers(statics.all_amplitudes()).ok_or(short)?;
         if let Some(free) = &self.flight {
             let RigidMotion { position, attitude, momentum, angular_momentum } = *free.motion();
             let all = position.into_iter().chain(attitude).chain(momentum).chain(angular_momentum);
@@ -218,30 +253,16 @@ impl<T: Scalar> Body<'_, T> {
                 scaled::<T>(cursor.number().ok_or(cut)?, ratio, part).ok_or(SavedError::NotFinite)?;
             }
         }
-        let [nodes, patterns] = cursor.numbers().ok_or(cut)?;
-        if patterns != shape.statics[1] as f64 && (patterns != 0.0 && shape.statics[1] != 0) {
-            return Err(SavedError::OtherContents);
-        }
-        let whole = |number: f64| number >= 0.0 && libm::floor(number) == number;
-        if !whole(nodes) || !whole(patterns) {
-            return Err(SavedError::OtherContents);
-        }
-        let (forces, count) = (cursor, nodes as usize);
-        for _ in 0..count {
-            let [node, x, y, z] = cursor.numbers().ok_or(cut)?;
-            let loadable = whole(node) && node < f64::from(self.scene.metadata.n_load_nodes);
-            let finite = [x, y, z].into_iter().all(|x| T::from_f64(x).to_f64().is_finite());
-            if !loadable || !finite {
-                return Err(SavedError::NotFinite);
+        let forces = cursor;
+        self.check_forces(&mut cursor, shape.statics, cut)?;
+        let filtered = cursor;
+        if flags & FILTERED != 0 {
+            // A body without the filter reads over them.
+            let room = if shape.is_filtered() { shape.filtered } else { [usize::MAX, 0] };
+            self.check_forces(&mut cursor, room, cut)?;
+            for largest in cursor.numbers::<2>().ok_or(cut)? {
+                T::from_f64(largest).to_f64().is_finite().then_some(()).ok_or(SavedError::NotFinite)?;
             }
-        }
-        if count > shape.statics[0] {
-            return Err(SavedError::TooManyContacts);
-        }
-        let amplitudes = cursor;
-        for _ in 0..patterns as usize {
-            let amplitude = T::from_f64(cursor.number().ok_or(cut)?);
-            amplitude.to_f64().is_finite().then_some(()).ok_or(SavedError::NotFinite)?;
         }
         let motion = match self.flight {
             None => None,
@@ -268,22 +289,19 @@ impl<T: Scalar> Body<'_, T> {
         }
         self.state.y.time_step = time_step;
         (self.state.y.at_rest, self.state.y.unstarted) = (flags & AT_REST != 0, flags & UNSTARTED != 0);
-        let statics = &mut self.state.statics;
-        statics.clear();
+        let State { statics, filtered: slow, .. } = &mut self.state;
+        let mut forces = forces;
+        forces.forces(statics);
         if flags & FORCES == 0 {
             statics.forget();
-        } else {
-            let mut from = forces;
-            for _ in 0..count {
-                let Some([node, force @ ..]) = from.numbers::<4>() else { break };
-                statics.add_force(node, force);
-            }
-            let mut from = amplitudes;
-            for index in 0..(patterns as usize).min(shape.statics[1]) {
-                let amplitude = from.number().unwrap_or_default();
-                if amplitude != 0.0 {
-                    statics.add_pattern(index, amplitude);
-                }
+        }
+        if shape.is_filtered() {
+            if flags & FILTERED == 0 {
+                slow.settle(statics);
+            } else {
+                let mut filtered = filtered;
+                filtered.forces(&mut slow.forces);
+                slow.largest = filtered.numbers().unwrap_or_default().map(T::from_f64);
             }
         }
         if let (Some(free), Some(motion)) = (&mut self.flight, motion) {
@@ -291,6 +309,37 @@ impl<T: Scalar> Body<'_, T> {
             free.set_motion(motion);
         }
         Ok(if same { Restored::AsSaved } else { Restored::Carried })
+    }
+
+    /// Reads over forces, and refuses those that the body has no room for.
+    fn check_forces(
+        &self,
+        cursor: &mut Cursor<'_>,
+        room: [usize; 2],
+        cut: SavedError,
+    ) -> Result<(), SavedError> {
+        let [nodes, patterns] = cursor.numbers().ok_or(cut)?;
+        let whole = |number: f64| number >= 0.0 && libm::floor(number) == number;
+        let other = patterns != room[1] as f64 && patterns != 0.0 && room[1] != 0;
+        if other || !whole(nodes) || !whole(patterns) {
+            return Err(SavedError::OtherContents);
+        }
+        for _ in 0..nodes as usize {
+            let [node, x, y, z] = cursor.numbers().ok_or(cut)?;
+            let loadable = whole(node) && node < f64::from(self.scene.metadata.n_load_nodes);
+            let finite = [x, y, z].into_iter().all(|x| T::from_f64(x).to_f64().is_finite());
+            if !loadable || !finite {
+                return Err(SavedError::NotFinite);
+            }
+        }
+        if nodes as usize > room[0] {
+            return Err(SavedError::TooManyContacts);
+        }
+        for _ in 0..patterns as usize {
+            let amplitude = T::from_f64(cursor.number().ok_or(cut)?);
+            amplitude.to_f64().is_finite().then_some(()).ok_or(SavedError::NotFinite)?;
+        }
+        Ok(())
     }
 
     /// Magic, file, structure, precision, contents, and a zero.

@@ -1,16 +1,17 @@
 //! Contacts as an operator: how the body yields at contacts to forces that are held over the coming step.
 //!
 //! ```text
-//! u_c(t + Δt) = u_c,free + Σ_d W_cd f_d        W_cd = H_c (R + B P₀ Bᵀ) H_dᵀ
+//! u_c(t + Δt) = u_c,free + Σ_d W_cd f_d        W_cd = H_c ((1 − e) R + B P₀ Bᵀ) H_dᵀ
 //! ```
 //!
 //! `H_c` shares a force among the nodes of contact `c`, `P₀` is the answer of each mode to a unit load held
-//! over the step, and `R` is the residual flexibility, which is a contact's own: between two contacts it is
-//! left out, so that `W` stays positive semidefinite whatever the file holds of it. Of contacts that share no
-//! triangle, `W` says exactly what a step does; of contacts that share one, a step shows the residual between
-//! them too. This is the Delassus operator of contact mechanics. With it a loop of its caller can solve for
-//! stick, slip and release at the end of the step, and is stable whatever the stiffness of what touches the
-//! body.
+//! over the step, `e = exp(−Δt/β)` (0 without stiffness-proportional damping, see
+//! [`crate::sections::filter`]), and `R` is the residual flexibility, which is a contact's own: between two
+//! contacts it is left out, so that `W` stays positive semidefinite whatever the file holds of it. Of
+//! contacts that share no triangle, `W` says exactly what a step does; of contacts that share one, a step
+//! shows the residual between them too. This is the Delassus operator of contact mechanics. With it a loop of
+//! its caller can solve for stick, slip and release at the end of the step, and is stable whatever the
+//! stiffness of what touches the body.
 
 use crate::base::error::{LoadError, StepError};
 use crate::base::lend::{Lender, Short};
@@ -153,12 +154,19 @@ impl<T: Scalar> Scene<'_, T> {
             *moved = state.y.part(0).get(k).copied().unwrap_or(T::ZERO) + next;
         }
         show(rows, moved, out);
-        if !loads.statics.is_empty() {
+        let (filter, old) = (&self.filter, &state.filtered.forces);
+        let acting = if self.shape.is_filtered() { &loads.drive } else { &loads.statics };
+        if !acting.is_empty() || !old.is_empty() {
             for (place, out) in places.iter().zip(out) {
                 for (node, weight) in place.as_ref().entries() {
-                    let rest = self.sections.residual.node(node as usize, &loads.statics);
                     let scale = weight / self.parameters.stiffness;
+                    let rest = self.sections.residual.node(node as usize, acting);
                     out.iter_mut().zip(rest).for_each(|(out, rest)| *out += scale * rest);
+                    if !old.is_empty() {
+                        let scale = scale * filter.keep;
+                        let rest = self.sections.residual.node(node as usize, old);
+                        out.iter_mut().zip(rest).for_each(|(out, rest)| *out += scale * rest);
+                    }
                 }
             }
         }
@@ -196,15 +204,16 @@ impl<T: Scalar> Scene<'_, T> {
         Ok(())
     }
 
-    /// `H_c R H_cᵀ` of one contact \[m/N\].
+    /// `(1 − e) H_c R H_cᵀ` of one contact \[m/N\]; `e = 0` without stiffness-proportional damping.
     fn own_residual(&self, place: &Place) -> [[f64; 3]; 3] {
         let mut sum = [[0.0; 3]; 3];
         if self.shape.statics[0] == 0 {
             return sum;
         }
+        let share = if self.shape.is_filtered() { self.filter.held() } else { 1.0 };
         for (a, of_a) in place.entries() {
             for (b, of_b) in place.entries() {
-                let scale = of_a * of_b / self.parameters.stiffness;
+                let scale = share * of_a * of_b / self.parameters.stiffness;
                 let block = self.sections.residual.between(a as usize, b as usize);
                 for (sum, block) in sum.as_flattened_mut().iter_mut().zip(block.as_flattened()) {
                     *sum += scale * block;

@@ -11,6 +11,7 @@ use crate::scene::bind::{Asked, fuse, lay_out};
 use crate::scene::scene::{Scene, strain_step};
 use crate::scene::shape;
 use crate::scene::state::State;
+use crate::sections::filter::Filter;
 
 impl<T: Scalar> Scene<'_, T> {
     /// Sets parameters of the file ([`SceneOptions::find`] tells the number of a name) and carries `state`
@@ -101,14 +102,24 @@ impl<T: Scalar> Scene<'_, T> {
         let (found, needed) = (work.len(), self.shape.work_len());
         let work = work.get_mut(..needed).ok_or(BindError::LentMemory { found, needed })?;
         let asked = Asked::new(&self.metadata, options);
+        if asked.step.beta != 0.0 && self.residual_wants_filter() {
+            return Err(BindError::NoFilter);
+        }
         let fused = fuse::<T>(&self.metadata, &self.sections, &asked, self.shape, work)?;
         let strain = strain_step::<T>(&self.sections.strain, self.shape, &asked.step, options)?;
         lay_out(&fused, self.shape, self.map, self.load_maps, self.weights)?;
         self.options = *options;
+        self.filter = Filter::of(&asked.step);
         (self.parameters, self.strain) = (asked.step, strain);
         self.lay_out_strain()?;
         self.rest_below = options.rest_threshold();
         self.generation = self.generation.wrapping_add(1);
         Ok(())
+    }
+
+    /// `true` for a scene that shows residual flexibility and has no room for its filter.
+    const fn residual_wants_filter(&self) -> bool {
+        let [nodes, patterns] = self.shape.statics;
+        self.options.residual && (nodes != 0 || patterns != 0) && !self.shape.is_filtered()
     }
 }

@@ -12,6 +12,9 @@ impl<T: Scalar> Scene<'_, T> {
     /// them under `loads` (their force at the start of a step):
     /// `ζ̈ = M_r⁻¹ (BᵀF − s_K K_r (ζ + β ζ̇))/s_ρ − α ζ̇`.
     ///
+    /// Under stiffness-proportional damping the residual flexibility starts in equilibrium with the loads;
+    /// from zero if all numbers are zero, as that of a body at rest.
+    ///
     /// `zeta` \[m kg^½\] and `zeta_dot` \[m kg^½/s\] have length `r`. With region densities, `M_r ζ̈ = …` is
     /// solved by conjugate gradients to rounding; otherwise `M_r` is the identity.
     ///
@@ -29,7 +32,10 @@ impl<T: Scalar> Scene<'_, T> {
         }
         self.check_fresh(loads)?;
         self.equation().place(&mut state.y, zeta, zeta_dot, loads.force)?;
-        state.statics.copy(&loads.statics);
+        state.settle_residual(loads);
+        if zeta.iter().chain(zeta_dot).all(|&number| number == 0.0) {
+            state.filtered.clear();
+        }
         Ok(())
     }
 

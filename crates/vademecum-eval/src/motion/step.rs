@@ -46,7 +46,7 @@ impl<T: Scalar> Scene<'_, T> {
             if !loads.active {
                 state.y.unstarted = false;
                 state.statics.clear();
-                return Ok(Status::AtRest);
+                return Ok(self.follow(state, loads, Status::AtRest));
             }
             if self.shape.n_parts() > 2 && state.y.unstarted {
                 return self.first_step(state, loads);
@@ -73,6 +73,9 @@ impl<T: Scalar> Scene<'_, T> {
         if self.shape.is_strain() {
             return self.march_strain(state, loads, None);
         }
+        if self.shape.is_filtered() {
+            state.filtered.check(&loads.drive)?;
+        }
         let (old, new, load) = (&*state.y.now, &mut *state.y.next, &*loads.increment);
         let magnitude = match self.shape.structure() {
             Structure::Diagonal => step_diagonal(blocks(self.map), old, load, new)?,
@@ -82,7 +85,17 @@ impl<T: Scalar> Scene<'_, T> {
         };
         let status = state.y.settle(magnitude, loads.active, self.rest_below)?;
         state.statics.copy(&loads.statics);
-        Ok(status)
+        Ok(self.follow(state, loads, status))
+    }
+
+    /// The residual follows the loads, where it is filtered. A body is not at rest before it has.
+    #[inline(always)]
+    fn follow(&self, state: &mut State<'_, T>, loads: &Loads<'_, T>, status: Status) -> Status {
+        if !self.shape.is_filtered() {
+            return status;
+        }
+        state.filtered.step(&self.filter, &loads.drive);
+        if state.filtered.forces.is_empty() { status } else { Status::Moving }
     }
 
     pub(crate) fn check_carried(&self, state: &State<'_, T>) -> Result<(), StepError> {

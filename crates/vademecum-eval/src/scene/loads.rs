@@ -34,6 +34,8 @@ pub struct Loads<'m, T> {
     pub(crate) active: bool,
     /// Forces at the end of the step, for what the modes leave out.
     pub(crate) statics: Statics<'m, T>,
+    /// What the step adds to the filtered forces; no room without a filter.
+    pub(crate) drive: Statics<'m, T>,
 }
 
 /// Course of a load's amplitude over a step.
@@ -99,7 +101,9 @@ impl<'m, T: Scalar> Loads<'m, T> {
         let stages = memory.take(shape.n_stages * shape.r)?;
         let generation = scene.generation;
         let statics = Statics::new(shape.statics, &mut memory)?;
-        let mut loads = Self { shape, increment, force, direct, stages, generation, active: false, statics };
+        let drive = Statics::new(shape.drive(), &mut memory)?;
+        let active = false;
+        let mut loads = Self { shape, increment, force, direct, stages, generation, active, statics, drive };
         loads.clear();
         Ok(loads)
     }
@@ -122,6 +126,7 @@ impl<'m, T: Scalar> Loads<'m, T> {
         self.increment.fill(T::ZERO);
         self.force.fill(T::ZERO);
         self.statics.clear();
+        self.drive.clear();
         self.active = false;
     }
 
@@ -150,6 +155,7 @@ impl<'m, T: Scalar> Loads<'m, T> {
         self.increment.iter_mut().zip(&*other.increment).for_each(|(to, from)| *to = *from);
         self.force.iter_mut().zip(&*other.force).for_each(|(to, from)| *to = *from);
         self.statics.copy(&other.statics);
+        self.drive.copy(&other.drive);
         (self.generation, self.active) = (other.generation, other.active);
         Ok(())
     }
@@ -265,6 +271,7 @@ impl<'m, T: Scalar> Loads<'m, T> {
         }
         self.apply(scene, p)?;
         self.statics.add_contact(contact, p.end);
+        self.drive.add_contact(contact, scene.filter.drive(p.start, p.end));
         Ok(())
     }
 
@@ -288,6 +295,7 @@ impl<'m, T: Scalar> Loads<'m, T> {
         }
         self.apply(scene, p)?;
         self.statics.add_pattern(index, p.end);
+        self.drive.add_pattern(index, scene.filter.drive(p.start, p.end));
         Ok(())
     }
 

@@ -13,6 +13,7 @@ use crate::kernels::strain::map::{checked_step, lay_out_force, lay_out_strain};
 use crate::kernels::strain::numbers::{StrainSections, StrainStep};
 use crate::scene::bind::{Asked, Sections, fuse, lay_out, sections};
 use crate::scene::shape::{Shape, shape};
+use crate::sections::filter::Filter;
 use vademecum_format::scheme::{MAX_STAGES, SchemeTable, StepParameters};
 use vademecum_format::{File, Metadata, SectionKind};
 
@@ -27,6 +28,8 @@ pub struct Scene<'m, T> {
     /// Counts how often the parameters changed; loads remember theirs.
     pub(crate) generation: u64,
     pub(crate) rest_below: T,
+    /// The filter of the residual flexibility.
+    pub(crate) filter: Filter,
     /// The step of the strain structure.
     pub(crate) strain: StrainStep,
     pub(crate) map: &'m mut [T],
@@ -169,6 +172,7 @@ impl<'m, T: Scalar> Scene<'m, T> {
             metadata,
             options: *options,
             parameters: asked.step,
+            filter: Filter::of(&asked.step),
             sections,
             generation: 0,
             rest_below: options.rest_threshold(),

@@ -8,6 +8,7 @@ use crate::kernels::kernel::{LANES, TILE};
 use crate::kernels::strain::memory::StrainShape;
 use crate::kernels::strain::numbers::strain_shape;
 use crate::sections::axes::Axes;
+use crate::sections::filter::filtered_room;
 use crate::sections::residual::room;
 use vademecum_format::policy::{STABLE_RADIUS, allowed_error};
 use vademecum_format::scheme::fuse_work_len;
@@ -27,6 +28,8 @@ pub(crate) struct Shape {
     pub n_points: usize,
     /// Nodes and patterns whose forces are remembered for the residual flexibility and for reactions.
     pub statics: [usize; 2],
+    /// Nodes and patterns whose filtered forces a state keeps; zeros without a filter.
+    pub filtered: [usize; 2],
     /// Of the strain structure.
     pub strain: StrainShape,
 }
@@ -35,7 +38,8 @@ pub(crate) struct Shape {
 impl PartialEq for Shape {
     #[inline(always)]
     fn eq(&self, other: &Self) -> bool {
-        let Self { chosen, r, n_stages, n_terms, n_points, statics: [nodes, patterns], strain } = *self;
+        let Self { chosen, r, n_stages, n_terms, n_points, statics, filtered, strain } = *self;
+        let ([nodes, patterns], [slow_nodes, slow_patterns]) = (statics, filtered);
         let StrainShape { interacting, leading, tail, rows } = strain;
         let differ = (r ^ other.r)
             | (n_stages ^ other.n_stages)
@@ -43,6 +47,8 @@ impl PartialEq for Shape {
             | (n_points ^ other.n_points)
             | (nodes ^ other.statics[0])
             | (patterns ^ other.statics[1])
+            | (slow_nodes ^ other.filtered[0])
+            | (slow_patterns ^ other.filtered[1])
             | (interacting ^ other.strain.interacting)
             | (leading ^ other.strain.leading)
             | (tail ^ other.strain.tail)
@@ -106,7 +112,8 @@ impl Shape {
 
     /// A state: old and new.
     pub const fn state_len(&self) -> usize {
-        2 * self.padded() + self.statics_len() + self.scratch_len()
+        let filtered = forces_len(self.filtered);
+        2 * self.padded() + forces_len(self.statics) + filtered + self.scratch_len()
     }
 
     /// Length of the memory that a step works in, beside a state.
@@ -119,12 +126,19 @@ impl Shape {
 
     /// Length of loads.
     pub const fn loads_len(&self) -> usize {
-        self.padded() + (2 + self.n_stages) * self.r + self.statics_len()
+        let drive = forces_len(self.drive());
+        self.padded() + (2 + self.n_stages) * self.r + forces_len(self.statics) + drive
     }
 
-    /// Length of the forces that are remembered.
-    const fn statics_len(&self) -> usize {
-        4 * self.statics[0] + self.statics[1]
+    /// `true` where the residual follows forces with the time constant of the damping.
+    #[inline(always)]
+    pub const fn is_filtered(&self) -> bool {
+        self.filtered[0] != 0 || self.filtered[1] != 0
+    }
+
+    /// Nodes and patterns that loads keep their contribution to the filter of.
+    pub const fn drive(&self) -> [usize; 2] {
+        if self.is_filtered() { self.statics } else { [0; 2] }
     }
 
     /// Length of the step map.
@@ -186,6 +200,11 @@ impl Shape {
     }
 }
 
+/// Numbers of memory for forces on so many nodes and amplitudes of so many patterns.
+const fn forces_len([nodes, patterns]: [usize; 2]) -> usize {
+    4 * nodes + patterns
+}
+
 /// The shape of a scene of these options.
 pub(crate) fn shape<T: Scalar>(file: &File<'_>, options: &SceneOptions) -> Result<Shape, BindError> {
     check(options)?;
@@ -212,6 +231,7 @@ pub(crate) fn shape<T: Scalar>(file: &File<'_>, options: &SceneOptions) -> Resul
         n_terms,
         n_points,
         statics,
+        filtered: filtered_room(file, options, statics),
         strain,
     })
 }

@@ -7,6 +7,7 @@ use crate::kernels::coordinates::Coordinates;
 use crate::scene::loads::Loads;
 use crate::scene::scene::Scene;
 use crate::scene::shape::Shape;
+use crate::sections::filter::Filtered;
 use crate::sections::residual::Statics;
 
 /// The state `y = (ζ, Δt ζ̇, Δt² ζ̈)` of length `3r` [m kg^½], old and new side by side in lent memory.
@@ -16,6 +17,8 @@ pub struct State<'m, T> {
     pub(crate) y: Coordinates<'m, T>,
     /// Forces of the last step, for what the modes leave out.
     pub(crate) statics: Statics<'m, T>,
+    /// The same through the filter of stiffness-proportional damping; no room without one.
+    pub(crate) filtered: Filtered<'m, T>,
     /// Scratch of a step of the strain structure.
     pub(crate) scratch: &'m mut [T],
 }
@@ -46,15 +49,17 @@ impl<'m, T: Scalar> State<'m, T> {
         let mut memory = Lender::new(memory);
         let y = Coordinates::new(shape.parts(), scene.parameters.time_step, &mut memory)?;
         let statics = Statics::new(shape.statics, &mut memory)?;
+        let filtered = Filtered::new(shape.filtered, &mut memory)?;
         let scratch = memory.take(shape.scratch_len())?;
         scratch.fill(T::ZERO);
-        Ok(Self { shape, y, statics, scratch })
+        Ok(Self { shape, y, statics, filtered, scratch })
     }
 
     /// Puts the body at rest, as [`State::new`] does: the next step is again a first one.
     pub fn rest(&mut self) {
         self.y.rest();
         self.statics.clear();
+        self.filtered.clear();
     }
 
     /// `Δt` \[s\] by which this state is scaled: that of the scene it was made for, set in or carried to.
@@ -147,11 +152,13 @@ impl<'m, T: Scalar> State<'m, T> {
     pub fn restore(&mut self, saved: &[T]) -> Result<(), StepError> {
         self.y.restore(saved)?;
         self.statics.forget();
+        self.filtered.clear();
         Ok(())
     }
 
     /// [`State::restore`] of a state that was saved after a step under `loads`: outputs add again what the
-    /// modes leave out of the answer to them.
+    /// modes leave out of the answer to them. With stiffness-proportional damping the residual is taken to be
+    /// in equilibrium with these loads; [`Body::restore`](crate::Body::restore) brings back every bit.
     ///
     /// ```
     /// # include!(concat!(env!("CARGO_MANIFEST_DIR"), "/doc/bound.rs"));
@@ -176,7 +183,21 @@ impl<'m, T: Scalar> State<'m, T> {
             return Err(StepError::Mismatch);
         }
         self.y.restore(saved)?;
-        self.statics.copy(&loads.statics);
+        self.settle_residual(loads);
         Ok(())
+    }
+
+    /// Remembers the forces of `loads`, and a residual in equilibrium with them.
+    pub(crate) fn settle_residual(&mut self, loads: &Loads<'_, T>) {
+        self.statics.copy(&loads.statics);
+        if self.shape.is_filtered() {
+            self.filtered.settle(&loads.statics);
+        }
+    }
+
+    /// The forces that the residual flexibility answers: filtered where the damping asks for it.
+    #[inline(always)]
+    pub(crate) const fn shown(&self) -> &Statics<'m, T> {
+        if self.shape.is_filtered() { &self.filtered.forces } else { &self.statics }
     }
 }

@@ -3,6 +3,7 @@
 pub(crate) mod axes;
 pub(crate) mod contact;
 pub(crate) mod factor;
+pub(crate) mod filter;
 #[cfg(feature = "mmap")]
 pub(crate) mod mmap;
 pub(crate) mod place;

@@ -3,7 +3,8 @@
 //!
 //! A file holds `R` between a loadable node and itself, and between two that share a triangle; between others
 //! it is taken as zero. A state remembers the forces of its last step, so that outputs show the modes and the
-//! residual together.
+//! residual together. With stiffness-proportional damping these forces are filtered
+//! ([`crate::sections::filter`]).
 
 use crate::base::error::LoadError;
 use crate::base::lend::{Lender, Short};
@@ -168,10 +169,10 @@ fn times(block: Block, force: [f64; 3]) -> [f64; 3] {
 #[derive(Debug)]
 pub(crate) struct Statics<'m, T> {
     /// A node and the force on it; the first `used` count.
-    forces: &'m mut [[T; 4]],
-    used: usize,
-    patterns: &'m mut [T],
-    some_pattern: bool,
+    pub(super) forces: &'m mut [[T; 4]],
+    pub(super) used: usize,
+    pub(super) patterns: &'m mut [T],
+    pub(super) some_pattern: bool,
     /// Something may have acted that is not known any more.
     pub forgotten: bool,
 }
@@ -225,7 +226,7 @@ impl<'m, T: Scalar> Statics<'m, T> {
         if capacity == 0 || self.used + contact.place.nodes().len() <= capacity {
             return Ok(());
         }
-        let known = |node: u32| self.forces().any(|(other, _)| other == node as usize);
+        let known = |node: u32| self.place(T::from_f64(f64::from(node))).is_some();
         let mut new = 0;
         for (place, &node) in contact.place.nodes().iter().enumerate() {
             let before = contact.place.nodes().iter().take(place).any(|&other| other == node);
@@ -245,7 +246,7 @@ impl<'m, T: Scalar> Statics<'m, T> {
         }
         for (node, weight) in contact.place.entries() {
             let number = T::from_f64(f64::from(node));
-            let known = self.forces.iter().take(self.used).position(|[other, ..]| *other == number);
+            let known = self.place(number);
             let place = known.unwrap_or(self.used);
             let Some([at, sum @ ..]) = self.forces.get_mut(place) else { return };
             if known.is_none() {
@@ -257,6 +258,11 @@ impl<'m, T: Scalar> Statics<'m, T> {
                 *sum += T::from_f64(weight * amplitude * force);
             }
         }
+    }
+
+    /// Place of a node, if a force acts on it.
+    pub(super) fn place(&self, node: T) -> Option<usize> {
+        self.forces.iter().take(self.used).position(|[other, ..]| *other == node)
     }
 
     /// Adds a pattern.

@@ -32,7 +32,7 @@ impl<T: Scalar> Scene<'_, T> {
         if !shows_statics(state, field) {
             return Ok(moving);
         }
-        Ok(moving + self.sections.residual.probe(index, &state.statics) / self.parameters.stiffness)
+        Ok(moving + self.sections.residual.probe(index, state.shown()) / self.parameters.stiffness)
     }
 
     /// Displacement or velocity of `node` (file order), three components. `O(r)`.
@@ -182,16 +182,16 @@ impl<T: Scalar> Scene<'_, T> {
 
     /// Strain energy of the forces of the last step in the residual flexibility.
     fn residual_energy(&self, state: &State<'_, T>) -> f64 {
-        if state.statics.is_empty() {
+        if state.shown().is_empty() {
             return 0.0;
         }
-        self.sections.residual.energy(&state.statics) / self.parameters.stiffness
+        self.sections.residual.energy(state.shown()) / self.parameters.stiffness
     }
 
     /// Adds to `value` what the modes leave out of the displacement of a node.
     fn add_static(&self, state: &State<'_, T>, field: Field, node: usize, weight: f64, value: &mut [f64; 3]) {
         if shows_statics(state, field) {
-            let rest = self.sections.residual.node(node, &state.statics);
+            let rest = self.sections.residual.node(node, state.shown());
             let scale = weight / self.parameters.stiffness;
             value.iter_mut().zip(rest).for_each(|(value, rest)| *value += scale * rest);
         }
@@ -201,7 +201,7 @@ impl<T: Scalar> Scene<'_, T> {
     fn add_static_field(&self, state: &State<'_, T>, field: Field, out: &mut [T]) {
         if shows_statics(state, field) {
             let scale = 1.0 / self.parameters.stiffness;
-            self.sections.residual.add_to_surface(&state.statics, scale, out);
+            self.sections.residual.add_to_surface(state.shown(), scale, out);
         }
     }
 
@@ -217,5 +217,5 @@ impl<T: Scalar> Scene<'_, T> {
 
 /// The residual is static: it has no velocity.
 fn shows_statics<T: Scalar>(state: &State<'_, T>, field: Field) -> bool {
-    field == Field::Displacement && !state.statics.is_empty()
+    field == Field::Displacement && !state.shown().is_empty()
 }

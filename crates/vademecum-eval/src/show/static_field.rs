@@ -64,8 +64,9 @@ impl<T: Scalar> Scene<'_, T> {
         static_field_sizes(&self.sections.factor, &self.shape)
     }
 
-    /// Solves for the static answer to the forces under which `state` made its last step. It is worth doing
-    /// only when they have changed. One pass forwards and one backwards through the factor.
+    /// Solves for the static answer to the forces under which `state` made its last step, filtered ones under
+    /// stiffness-proportional damping. It is worth doing only when they have changed. One pass forwards and
+    /// one backwards through the factor.
     ///
     /// # Errors
     /// [`OutputError::Missing`] where the file does not have the factor or what goes with it,
@@ -98,7 +99,7 @@ impl<T: Scalar> Scene<'_, T> {
             return Err(missing(SectionKind::Eigenvalues));
         };
         let surface = self.sections.rows.surface.ok_or(missing(SectionKind::SurfaceBasis))?;
-        let forces = || state.statics.forces();
+        let forces = || state.shown().forces();
         for (node, force) in forces() {
             for (component, force) in force.into_iter().enumerate() {
                 let row = surface.row((3 * node + component) * r, r);
@@ -114,7 +115,7 @@ impl<T: Scalar> Scene<'_, T> {
             }
             factor.solve(field.answer).ok_or(missing(SectionKind::FactorValues))?;
         }
-        for (pattern, amplitude) in state.statics.amplitudes() {
+        for (pattern, amplitude) in state.shown().amplitudes() {
             let kind = SectionKind::PatternAnswer;
             let n = field.answer.len();
             let row = factor.patterns.and_then(|rows| rows.row(pattern.checked_mul(n)?, n));

@@ -5,9 +5,9 @@
 //! ```
 //!
 //! The first part is that of the modes. The second, what the modes leave out under forces at nodes and under
-//! load patterns, makes it the mode acceleration method (Craig and Kurdila 2006, chapter 11); it does not
-//! depend on a stiffness of the whole body, since the displacement it belongs to shrinks as the stiffness
-//! grows.
+//! load patterns (filtered ones under stiffness-proportional damping), makes it the mode acceleration method
+//! (Craig and Kurdila 2006, chapter 11); it does not depend on a stiffness of the whole body, since the
+//! displacement it belongs to shrinks as the stiffness grows.
 
 use crate::base::error::OutputError;
 use crate::base::principal::principal;
@@ -95,8 +95,8 @@ impl<T: Scalar> Scene<'_, T> {
         let region = rows.point(index).map_or(MAX_REGIONS, |point| point.region as usize);
         let scale = self.parameters.stiffness * self.options.regions.stiffness().get(region).unwrap_or(&1.0);
         stress.iter_mut().for_each(|stress| *stress *= scale);
-        if !state.statics.is_empty() {
-            rows.add_static(index, &state.statics, &mut stress);
+        if !state.shown().is_empty() {
+            rows.add_static(index, state.shown(), &mut stress);
         }
         Ok(Tensor(stress))
     }

@@ -10,8 +10,8 @@
 //! A natural mode of frequency `Ω` swings with it if its inertia is fitted to the sub-step: `m = x²/tan²x`
 //! with `x = s Ω`, and 1 for other coordinates and for modes with fewer than four sub-steps in a period.
 //!
-//! The weight `w` of a row is `W`, but for rows with a tail coordinate ([`crate::kernels::strain::tail`]). Rows are multiplied by
-//! `√w` here, once.
+//! The weight `w` of a row is `W`, but for rows with a tail coordinate ([`crate::kernels::strain::tail`]).
+//! Rows are multiplied by `√w` here, once.
 
 use crate::base::error::BindError;
 use crate::kernels::strain::memory::{StrainShape, TAIL};
