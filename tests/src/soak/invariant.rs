@@ -1,7 +1,7 @@
 //! The invariants as functions of results: what a run gave goes in, the breach comes out.
 //!
 //! They know nothing of how the results came about, so a test can hand each of them a broken one and see it
-//! fail (`tests/tests/soak.rs`).
+//! fail (`tests/tests/program/soak.rs`).
 
 use std::path::Path;
 

@@ -2,7 +2,7 @@
 //! Computed from the sizes of things; nothing is counted while stepping.
 //!
 //! A test poisons every number of a file that is not in these counts and finds the same bits
-//! (`tests/tests/needless.rs`).
+//! (`tests/tests/evaluator/needless.rs`).
 
 use crate::base::options::Structure;
 use crate::base::scalar::Scalar;

@@ -1,8 +1,6 @@
 //! The soak in little, and every invariant of it made to fail: by a broken result, or by a program that
 //! breaks it.
 
-#![cfg(unix)]
-
 use std::os::unix::fs::PermissionsExt;
 use std::path::{Path, PathBuf};
 use std::time::Duration;

@@ -489,7 +489,7 @@ proptest! {
 fn the_bytes_of_version_1_0_are_those_of_the_text() {
     // Golden: a change of the writer that nobody meant shows here. The text is renewed by
     // `cargo run --release -p vademecum-tests --example annotate`, never by this test.
-    let text = include_str!("../../formats/vademecum-1.md");
+    let text = include_str!("../../../formats/vademecum-1.md");
     let bytes = vademecum_tests::annotate::smallest();
     assert!(text.contains(&vademecum_tests::annotate::annotate(&bytes)));
 }

@@ -1,6 +1,5 @@
 //! Where the program writes: devices, pipes and links stay what they are, inputs and files of another kind
 //! stay as they are, modes are kept, and what was computed before a stop is there.
-#![cfg(unix)]
 
 use std::io::Read;
 use std::os::unix::fs::{FileTypeExt, MetadataExt, PermissionsExt, symlink};

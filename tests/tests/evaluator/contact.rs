@@ -19,7 +19,7 @@ use vademecum_tests::program::repository;
 use vademecum_tests::shared::shared;
 use vademecum_tests::stage::with_scene;
 
-#[path = "../../examples/press_a_sphere.rs"]
+#[path = "../../../examples/press_a_sphere.rs"]
 mod press_a_sphere;
 
 use press_a_sphere::{Body, Sphere, Touch, beam, path, press};

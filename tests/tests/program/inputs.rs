@@ -1,7 +1,5 @@
 //! What is no regular file is refused by name at every input of the program, and nobody waits for it.
 
-#![cfg(target_os = "linux")]
-
 use std::path::Path;
 use std::process::{Command, Stdio};
 use std::time::Duration;

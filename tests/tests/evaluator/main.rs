@@ -1,0 +1,34 @@
+//! Stepping a file: structures, loads, contacts, outputs, states, and what the numbers are compared with.
+
+mod batch;
+mod bind;
+mod bits;
+mod contact;
+mod damped_residual;
+mod exact;
+mod free;
+mod golden;
+mod histories;
+mod hostile;
+mod increment;
+mod live;
+mod moving_base;
+mod natural_modes;
+mod needless;
+mod oracles;
+mod parameters;
+mod projection;
+mod quantised;
+mod reactions;
+mod residual;
+mod rest;
+mod simulation;
+mod soundness;
+mod start;
+mod static_fields;
+mod step;
+mod strain;
+mod stress;
+mod total_error;
+mod tree;
+mod uniform;

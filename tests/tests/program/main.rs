@@ -1,0 +1,22 @@
+//! The program as users call it: commands, problems, scenarios, messages, pages.
+
+mod bench;
+mod commands;
+mod export;
+mod first_hour;
+mod frf;
+mod hostile_problems;
+mod init;
+#[cfg(target_os = "linux")]
+mod inputs;
+mod json_page;
+#[cfg(unix)]
+mod outputs;
+mod pages;
+mod program_files;
+mod scenarios;
+mod schema;
+#[cfg(unix)]
+mod soak;
+mod sweep;
+mod tutorial;
