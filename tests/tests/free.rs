@@ -554,12 +554,11 @@ fn verify_of_a_free_body_measures_its_elastic_motion() {
         assert_eq!(ran.code, Some(0), "{loads}: {}", ran.stderr);
         let figures = ran.json();
         let of = |key: &str| figures[key].as_f64().unwrap_or_else(|| panic!("{loads}: {key} in {figures}"));
-        // Sixteen modes of 162 dofs show nearly all of it; the reference is known to a thousandth of that.
-        assert!(of("total_error") < 0.1, "{loads}: {figures}");
-        assert!(
-            of("truth_error") > 0.0 && of("truth_error") < 1e-2 * of("total_error"),
-            "{loads}: {figures}"
-        );
+        // The file moves its modes exactly, so it misses what its basis cannot show: under the spin the bar
+        // stretches, of which sixteen modes show two thirds. The reference is known better than that.
+        assert!(of("basis_error") < 0.4, "{loads}: {figures}");
+        assert!((of("total_error") / of("basis_error") - 1.0).abs() < 1e-3, "{loads}: {figures}");
+        assert!(of("truth_error") > 0.0 && of("truth_error") < 0.1 * of("total_error"), "{loads}: {figures}");
     }
     // A weight alone deforms nothing: there is no error to measure.
     let ran = verify(weight);

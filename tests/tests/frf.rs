@@ -279,7 +279,8 @@ fn the_truncated_modes_follow_a_force_with_the_time_constant_of_the_damping() {
     };
     let none = built(&text("0.0"));
     let undamped = compared(&none, None);
-    assert!(undamped.rms < 1e-3, "{undamped:?}");
+    // What a static `R` leaves out is of second order in the frequency over that of the truncated modes.
+    assert!(undamped.rms < 0.1 * undamped.rms_by_modes, "{undamped:?}");
     for beta in ["3e-3", "1e-2"] {
         let own = compared(&built(&text(beta)), None);
         // Damping lowers the response to which the differences are relative, at most by the amplification of

@@ -24,7 +24,7 @@ pub fn measured(figures: &[(&'static str, f64)]) -> Result<(), NotMeasured> {
     missing.map_or(Ok(()), |&(figure, value)| Err(NotMeasured { figure, value }))
 }
 
-/// Checks that the error of a reference is finite and above 0. No reference is known without any error: one of
+/// Checks that the error of a reference is finite and above 0. No reference is known without error: one of
 /// 0 was not measured.
 ///
 /// # Errors

@@ -97,8 +97,8 @@ pub(crate) fn compared_chart(chart: &Chart<'_>, compared: ComparedLines<'_>) -> 
     Ok(svg)
 }
 
-/// Draws the amplitude of an answer on a logarithmic axis over the frequency, and its phase below. The axis of
-/// the frequencies is logarithmic with `log_x`.
+/// Draws the amplitude of an answer on a logarithmic axis over the frequency, and its phase below. The axis
+/// of the frequencies is logarithmic with `log_x`.
 pub(crate) fn response_chart(
     title: &str,
     y: &str,

@@ -1,8 +1,9 @@
 //! Frequency response: how a body answers a force that swings, in closed form from the modes of a file.
 //!
 //! In the reduced coordinates a force `F e^{iωt}` gives `ζ = (K_r + iω C_r − ω² M_r)⁻¹ Bᵀ F`, and the
-//! displacement along an output is `b · ζ + R/(1 + iωβ)`: what the modes leave out of the static answer, as in
-//! the mode acceleration method, behind its force by the damping `βK` of the truncated modes. Velocity and acceleration are `iω` and `−ω²` times that.
+//! displacement along an output is `b · ζ + R/(1 + iωβ)`: what the modes leave out of the static answer, as
+//! in the mode acceleration method, behind its force by the damping `βK` of the truncated modes. Velocity
+//! and acceleration are `iω` and `−ω²` times that.
 
 use faer::linalg::solvers::Solve;
 use faer::linalg::triangular_solve::solve_lower_triangular_in_place;
@@ -95,11 +96,11 @@ pub struct FrequencyResponse {
     pub by_modes: Vec<Vec<c64>>,
     /// Highest natural frequency among the modes \[Hz\].
     pub highest_mode_hz: f64,
-    /// Largest amplitude of each output between the first and the last frequency, refined between those asked
-    /// for.
+    /// Largest amplitude of each output between the first and the last frequency, refined between those
+    /// asked for.
     pub peaks: Vec<Peak>,
-    /// Outputs without the contribution of the truncated modes: points of the surface away from the force, in
-    /// a file without the factor of its stiffness.
+    /// Outputs without the contribution of the truncated modes: points of the surface away from the force,
+    /// in a file without the factor of its stiffness.
     pub by_modes_alone: Vec<usize>,
 }
 
@@ -165,8 +166,8 @@ impl ModalModel {
         Ok(Self { mass, damping, stiffness, diagonal })
     }
 
-    /// Natural frequency `ω` \[rad/s\] and decay `σ` \[1/s\] of each mode; with live regions, of the modes of
-    /// the reduced matrices.
+    /// Natural frequency `ω` \[rad/s\] and decay `σ` \[1/s\] of each mode; with live regions, of the modes
+    /// of the reduced matrices.
     fn modes(&self) -> Vec<[f64; 2]> {
         let own = Mat::identity(self.mass.nrows(), self.mass.nrows());
         let turned = if self.diagonal { None } else { self.turned() };
@@ -292,9 +293,9 @@ fn row(file: &File<'_>, placed: &ResponsePoint, side: Side) -> Result<Vec<f64>, 
     }
 }
 
-/// Residual flexibility of each output to a unit load at the input \[m/N\], and the outputs for which the file
-/// does not have it. Without stiffness-proportional damping the residual follows its load at once, so it is
-/// read there where the structure of the step allows it.
+/// Residual flexibility of each output to a unit load at the input \[m/N\], and the outputs for which the
+/// file does not have it. Without stiffness-proportional damping the residual follows its load at once, so
+/// it is read there where the structure of the step allows it.
 fn static_rest(
     file: &File<'_>,
     options: &SceneOptions,
@@ -413,13 +414,15 @@ impl BoundResponse {
         self.rows.iter().zip(&self.rest).map(answer).collect()
     }
 
-    /// The largest amplitude of an output, from its amplitudes at ascending frequencies. Each local maximum of
-    /// at least half of the largest is refined between its neighbours.
+    /// The largest amplitude of an output, from its amplitudes at ascending frequencies. Each local maximum
+    /// of at least half of the largest is refined between its neighbours. A body without damping has no
+    /// largest amplitude: that of the frequencies is given.
     fn peak(&self, output: usize, frequencies: &[f64], values: &[c64]) -> Option<Peak> {
         let amplitude = |frequency: f64| self.at(frequency)[output][0].norm();
         let known: Vec<f64> = polar(values).map(|(amplitude, _)| amplitude).collect();
         let largest = known.iter().copied().fold(0.0, f64::max);
         let last = known.len().checked_sub(1)?;
+        let undamped = self.reduced.modes().iter().any(is_undamped);
         let local = (0..=last).filter(|&i| {
             let (before, after) = (known[i.saturating_sub(1)], known[last.min(i + 1)]);
             known[i] >= 0.5 * largest && known[i] >= before && known[i] >= after
@@ -427,7 +430,7 @@ impl BoundResponse {
         let refined = local.flat_map(|i| {
             let ends = [frequencies[i.saturating_sub(1)], frequencies[last.min(i + 1)]];
             let own = Peak { amplitude: known[i], frequency_hz: frequencies[i] };
-            [own, highest_between(ends, amplitude)]
+            [own, if undamped { own } else { highest_between(ends, amplitude) }]
         });
         refined.max_by(|a, b| a.amplitude.total_cmp(&b.amplitude))
     }
@@ -456,6 +459,11 @@ fn highest_between([mut low, mut high]: [f64; 2], amplitude: impl Fn(f64) -> f64
     Peak { amplitude: found[i], frequency_hz: at[i] }
 }
 
+/// True of a mode `[ω, σ]` whose answer at its own frequency is infinite, or lost in rounding.
+fn is_undamped(&[omega, sigma]: &[f64; 2]) -> bool {
+    sigma <= 1e-12 * omega
+}
+
 /// The same frequencies with the damped natural frequencies of the file and its half-power points that lie
 /// between the first and the last; ascending. A peak is 2ζ times as wide as its frequency is high, and equal
 /// steps miss it.
@@ -470,7 +478,8 @@ pub fn with_poles(
     let (Some(&first), Some(&last)) = (frequencies.first(), frequencies.last()) else {
         return Ok(frequencies);
     };
-    let poles = ModalModel::of(file, options)?.modes().into_iter().flat_map(|[omega, sigma]| {
+    let modes = ModalModel::of(file, options)?.modes().into_iter().filter(|mode| !is_undamped(mode));
+    let poles = modes.flat_map(|[omega, sigma]| {
         // An overdamped mode has no peak.
         let damped = (omega * omega - sigma * sigma).max(0.0).sqrt();
         [damped - sigma, damped, damped + sigma].map(|omega| omega / std::f64::consts::TAU)
