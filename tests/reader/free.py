@@ -84,8 +84,9 @@ def advance(scene, rigid, y, loads, n, gravity):
     rigid.drift(0.5 * dt)
     force, moment = rigid.mass * gravity, np.zeros(3)
     acting, starts, shown = [], [], []
+    all_histories = [(None, when) for _, when in loads]
     for load, when in loads:
-        mean = 0.5 * (plays.factor(when, n * dt) + plays.factor(when, (n + 1) * dt))
+        mean = plays.mean_over(all_histories, when, n * dt, (n + 1) * dt)
         if mean == 0.0:
             continue
         if load[0] == "contact":

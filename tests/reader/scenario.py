@@ -186,6 +186,18 @@ def parts_of(loads, start, end):
     return [start, *ends, end]
 
 
+def mean_over(loads, when, start, end):
+    """The mean of a load's factor over a step that all loads cut."""
+    ends, total = parts_of(loads, start, end), 0.0
+    for a, b in zip(ends, ends[1:]):
+        pieces = max((pieces_of(other, a, b) for _, other in loads), default=1)
+        for i in range(pieces):
+            c, d = a + (b - a) * (i / pieces), b if i + 1 == pieces else a + (b - a) * ((i + 1) / pieces)
+            both = factor_beside(when, c, 1) + factor_beside(when, d, -1)
+            total += 0.5 * both * (b - a) / pieces / (end - start)
+    return total
+
+
 def exact_step(scene, y, loads, pushes, start, end):
     """A step of `loads`, pairs of a reduced load with its factor and how it follows time, in its parts.
     `pushes` are the loads themselves and their factors."""

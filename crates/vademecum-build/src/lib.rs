@@ -75,6 +75,7 @@ pub mod input;
 pub mod large;
 pub mod limits;
 pub mod linalg;
+pub mod measured;
 pub mod mesh;
 pub mod parametric;
 pub mod pipeline;

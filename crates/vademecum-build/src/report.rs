@@ -5,6 +5,7 @@ use vademecum_format::policy::STABLE_RADIUS;
 use crate::certificate::{BOUNDED, LargeReport, StructureReport};
 use crate::dynamics::{ModeRow, Work};
 use crate::input::Tolerances;
+use crate::measured::{NotMeasured, measured};
 use crate::parametric::SeparationRecord;
 use crate::progress::StageTiming;
 use crate::separated::StopReason;
@@ -117,6 +118,24 @@ impl CertificateReport {
             error: tolerance.error,
             map: tolerance.map,
         }
+    }
+
+    /// Checks that the errors of all structures were measured. A map error that is no number is that of a
+    /// structure without separated maps.
+    ///
+    /// # Errors
+    /// [`NotMeasured`].
+    pub fn measured(&self) -> Result<(), NotMeasured> {
+        self.structures().try_for_each(|s| {
+            let errors = [
+                ("trajectory_error", s.trajectory_error),
+                ("projection_floor", s.projection_floor),
+                ("spectral_radius", s.spectral_radius),
+                ("energy_ratio", s.energy_ratio),
+            ];
+            // A structure of large displacements has no spectral radius and no ratio of energies.
+            measured(if self.large { &errors[..2] } else { &errors })
+        })
     }
 
     /// Whether one of the structures keeps the tolerance.

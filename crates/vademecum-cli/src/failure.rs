@@ -445,12 +445,21 @@ impl From<ToleranceMissed> for Failure {
                 "more `basis.modes` or `basis.oversampling`, more `snapshots.positions`, or `--keep-missed` to write \
                  it all the same"
             }
+            MissedPart::Ceiling if error.0.snapshots == 0 => {
+                "more `basis.modes`; a mesh in the unit of the materials (`mesh.scale = 0.001` if it is in millimetres \
+                 and they are in SI); or a larger `tolerance.error` that says which error you accept"
+            }
             MissedPart::Ceiling => {
                 "more `basis.modes`; snapshots of whole periods (leave `snapshots.duration` out); a mesh in the unit \
                  of the materials (`mesh.scale = 0.001` if it is in millimetres and they are in SI); or a larger \
                  `tolerance.error` that says which error you accept"
             }
         };
-        Self::new(Cause::Tolerance, error).remedy(remedy)
+        // A tolerance is missed by a number only.
+        let cause = match error.0.missed_part() {
+            MissedPart::NotANumber => Cause::Numerics,
+            _ => Cause::Tolerance,
+        };
+        Self::new(cause, error).remedy(remedy)
     }
 }

@@ -97,10 +97,12 @@ pub(crate) fn compared_chart(chart: &Chart<'_>, compared: ComparedLines<'_>) -> 
     Ok(svg)
 }
 
-/// Draws the amplitude of an answer on a logarithmic axis over the frequency, and its phase below.
+/// Draws the amplitude of an answer on a logarithmic axis over the frequency, and its phase below. The axis
+/// of the frequencies is logarithmic with `log_x`.
 pub(crate) fn response_chart(
     title: &str,
     y: &str,
+    log_x: bool,
     amplitudes: Vec<Series<'_>>,
     phases: Vec<Series<'_>>,
 ) -> DrawResult {
@@ -111,15 +113,18 @@ pub(crate) fn response_chart(
     let (x, range) = ranges(&amplitudes, true)?;
     let chart = Chart { title, x: "frequency [Hz]", y, log_y: true };
     let amplitude = (range.start / 2.0..range.end * 2.0).log_scale();
-    {
-        let mut context = axes(&named(&upper, &chart, &amplitudes)?, &chart, x.clone(), amplitude)?;
-        lines(&mut context, &amplitudes, true)?;
-        let chart = Chart { title: "", x: "frequency [Hz]", y: "phase [°]", log_y: false };
-        let mut context = axes(&named(&lower, &chart, &[])?, &chart, x, -185.0..185.0)?;
-        lines(&mut context, &phases, false)?;
+    let below = Chart { title: "", x: "frequency [Hz]", y: "phase [°]", log_y: false };
+    let (upper_area, lower_area) = (named(&upper, &chart, &amplitudes)?, named(&lower, &below, &[])?);
+    if log_x {
+        let x = || (x.start..x.end).log_scale();
+        lines(&mut axes(&upper_area, &chart, x(), amplitude)?, &amplitudes, true)?;
+        lines(&mut axes(&lower_area, &below, x(), -185.0..185.0)?, &phases, false)?;
+    } else {
+        lines(&mut axes(&upper_area, &chart, x.clone(), amplitude)?, &amplitudes, true)?;
+        lines(&mut axes(&lower_area, &below, x, -185.0..185.0)?, &phases, false)?;
     }
     root.present()?;
-    drop((upper, lower, root));
+    drop((upper_area, lower_area, upper, lower, root));
     Ok(svg)
 }
 

@@ -5,6 +5,7 @@ use vademecum_build::Matrix;
 use vademecum_build::dynamics::announce;
 use vademecum_build::dynamics::{FullOrder, SchemeKind, TimedLoad};
 use vademecum_build::input::{BasisKind, Problem};
+use vademecum_build::measured::reference_measured;
 use vademecum_build::prepared::Prepared;
 use vademecum_build::progress::Listener;
 use vademecum_study::parts::{ScenarioLoads, Study, Timed, find_truth};
@@ -150,6 +151,7 @@ impl Comparison<'_> {
             along,
             self.listener,
         )?;
+        reference_measured("truth_error", truth.trajectory(0).estimate()).map_err(StudyError::from)?;
         let displacement = truth.space() * truth.trajectory(0).coordinates();
         let measured = Measured { of_solvers, of_methods, truth: displacement };
         let (mut methods, mut time_scheme_error) = self.rows(&solvers, &measured)?;

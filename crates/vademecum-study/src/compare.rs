@@ -8,7 +8,6 @@ use faer::{Mat, MatRef, Par, Side};
 
 use vademecum_build::dynamics::{ErrorMeter, FullOrder, State, TimedLoad, TrajectoryError, march_full_order};
 use vademecum_build::fem::SymmetricMatrix;
-use vademecum_build::prepared::Body;
 use vademecum_build::progress::Listener;
 
 use crate::error::{FileError, StudyError};
@@ -42,7 +41,6 @@ pub(crate) struct ReducedMotion<'a> {
 /// # Errors
 /// [`StudyError::March`]: as [`march_full_order`]; [`FileError::DependentColumns`].
 pub(crate) fn compare(
-    body: &Body,
     full: &FullOrder<'_>,
     loads: &[TimedLoad],
     reduced: &ReducedMotion<'_>,
@@ -50,7 +48,8 @@ pub(crate) fn compare(
     mut observe: impl FnMut(&State),
 ) -> Result<Comparison, StudyError> {
     let steps = reduced.coordinates.ncols() - 1;
-    let mass = body.model.pencil().mass();
+    // A live density moves the norm, too.
+    let mass = full.pencil().mass();
     let (basis, coordinates) = orthonormal(mass, reduced.basis, reduced.coordinates)?;
     let mut meter = ErrorMeter::new(mass, basis.as_ref(), 1);
     let (mut energy, mut probes) = (Vec::with_capacity(steps + 1), vec![]);

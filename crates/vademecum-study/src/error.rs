@@ -13,6 +13,7 @@ use vademecum_build::dynamics::{
 };
 use vademecum_build::fem::{ElementError, FactorError, GreenError};
 use vademecum_build::field::FieldError;
+use vademecum_build::measured::NotMeasured;
 use vademecum_build::parametric::ParametricError;
 use vademecum_build::pipeline::BuildError;
 use vademecum_build::prepared::{BodyError, PrepareError, TimeStepError};
@@ -215,6 +216,9 @@ pub enum StudyError {
         /// Most bytes taken.
         limit: u64,
     },
+    /// A figure of a comparison was not measured.
+    #[error(transparent)]
+    NotMeasured(#[from] NotMeasured),
     /// A result is not a finite number.
     #[error("at t = {time:e} s (step {step}) {what} is {value}; {cause}")]
     NotFinite {

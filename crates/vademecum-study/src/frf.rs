@@ -1,11 +1,13 @@
 //! Frequency response: how a body answers a force that swings, in closed form from the modes of a file.
 //!
 //! In the reduced coordinates a force `F e^{iωt}` gives `ζ = (K_r + iω C_r − ω² M_r)⁻¹ Bᵀ F`, and the
-//! displacement along an output is `b · ζ + R`: what the modes leave out of the static answer is added as a
-//! constant, as in the mode acceleration method. Velocity and acceleration are `iω` and `−ω²` times that.
+//! displacement along an output is `b · ζ + R/(1 + iωβ)`: what the modes leave out of the static answer, as
+//! in the mode acceleration method, behind its force by the damping `βK` of the truncated modes. Velocity
+//! and acceleration are `iω` and `−ω²` times that.
 
 use faer::linalg::solvers::Solve;
-use faer::{Mat, c64};
+use faer::linalg::triangular_solve::solve_lower_triangular_in_place;
+use faer::{Mat, Par, c64};
 use serde::Serialize;
 use vademecum_build::dynamics::harmonic;
 use vademecum_build::input::Problem;
@@ -19,7 +21,7 @@ use crate::contents::{lines, numbers};
 use crate::error::{FileError, StudyError, place as written};
 use crate::near::{reach, within};
 use crate::parameters::setting;
-use crate::player::{elastic, with_body};
+use crate::player::{Playable, elastic, elastic_with_fields, with_body};
 use crate::verify::file_nodes;
 
 /// A point of the surface and a direction, a probe, or a load pattern: where a force acts, or what is read.
@@ -94,6 +96,21 @@ pub struct FrequencyResponse {
     pub by_modes: Vec<Vec<c64>>,
     /// Highest natural frequency among the modes \[Hz\].
     pub highest_mode_hz: f64,
+    /// Largest amplitude of each output between the first and the last frequency, refined between those
+    /// asked for.
+    pub peaks: Vec<Peak>,
+    /// Outputs without the contribution of the truncated modes: points of the surface away from the force,
+    /// in a file without the factor of its stiffness.
+    pub by_modes_alone: Vec<usize>,
+}
+
+/// Largest amplitude of an output.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct Peak {
+    /// Amplitude, in the unit of the output.
+    pub amplitude: f64,
+    /// Frequency \[Hz\].
+    pub frequency_hz: f64,
 }
 
 /// The reduced equation of motion at some options.
@@ -147,6 +164,32 @@ impl ModalModel {
             damping[(k, k)] += 2.0 * ratio * (stiffness[(k, k)] * mass[(k, k)]).sqrt();
         }
         Ok(Self { mass, damping, stiffness, diagonal })
+    }
+
+    /// Natural frequency `ω` \[rad/s\] and decay `σ` \[1/s\] of each mode; with live regions, of the modes
+    /// of the reduced matrices.
+    fn modes(&self) -> Vec<[f64; 2]> {
+        let own = Mat::identity(self.mass.nrows(), self.mass.nrows());
+        let turned = if self.diagonal { None } else { self.turned() };
+        let modes = turned.unwrap_or(own);
+        let along = |matrix: &Mat<f64>, k: usize| modes.col(k).transpose() * matrix * modes.col(k);
+        let rates = |k: usize| {
+            let mass = along(&self.mass, k);
+            let omega = (along(&self.stiffness, k) / mass).max(0.0).sqrt();
+            [omega, 0.5 * along(&self.damping, k) / mass]
+        };
+        (0..modes.ncols()).map(rates).collect()
+    }
+
+    /// Modes of the reduced matrices over their coordinates: those of `L⁻¹KL⁻ᵀ` with `M = LLᵀ`. `None` of
+    /// matrices that have none.
+    fn turned(&self) -> Option<Mat<f64>> {
+        let factor = self.mass.llt(faer::Side::Lower).ok()?;
+        let mut inverse = Mat::<f64>::identity(self.mass.nrows(), self.mass.nrows());
+        solve_lower_triangular_in_place(factor.L(), inverse.as_mut(), Par::Seq);
+        let reduced = &inverse * &self.stiffness * inverse.transpose();
+        let eigen = reduced.self_adjoint_eigen(faer::Side::Lower).ok()?;
+        Some(inverse.transpose() * eigen.U())
     }
 
     /// `ζ` under `force` at `omega` \[rad/s\].
@@ -250,23 +293,67 @@ fn row(file: &File<'_>, placed: &ResponsePoint, side: Side) -> Result<Vec<f64>, 
     }
 }
 
-/// Residual flexibility of each output to a unit load at the input \[m/N\].
+/// Residual flexibility of each output to a unit load at the input \[m/N\], and the outputs for which the
+/// file does not have it. Without stiffness-proportional damping the residual follows its load at once, so
+/// it is read there where the structure of the step allows it.
 fn static_rest(
     file: &File<'_>,
     options: &SceneOptions,
     input: &ResponsePoint,
     outputs: &[ResponsePoint],
-) -> Result<Vec<f64>, StudyError> {
-    let shown = |residual: bool| -> Result<Vec<f64>, StudyError> {
-        let options = elastic(&SceneOptions { residual, ..*options });
+) -> Result<(Vec<f64>, Vec<usize>), StudyError> {
+    let at_once = SceneOptions { beta: Some(0.0), ..*options };
+    let usable = with_body::<f64, _>(file, &elastic(&at_once), |_| Ok(())).is_ok();
+    let options = if usable { at_once } else { *options };
+    let shown = |residual: bool| -> Result<(Vec<f64>, bool), StudyError> {
+        let options = elastic_with_fields(&SceneOptions { residual, ..options });
         with_body::<f64, _>(file, &options, |body| {
             add(body, input)?;
             body.step()?;
-            outputs.iter().map(|output| Ok(read(body, output)?)).collect()
+            let mut whole = vec![];
+            if residual && body.has_static_field() && points(outputs).next().is_some() {
+                whole.resize(3 * file.metadata().n_nodes as usize, 0.0);
+                Playable::body_into(body, Field::Displacement, &mut whole)?;
+            }
+            let read = |output: &ResponsePoint| -> Result<f64, FileError> {
+                match output {
+                    ResponsePoint::Point(at, direction) if !whole.is_empty() => {
+                        Ok(along(at, *direction, |node| std::array::from_fn(|c| whole[3 * node + c])))
+                    }
+                    output => read(body, output),
+                }
+            };
+            Ok((outputs.iter().map(read).collect::<Result<_, _>>()?, !whole.is_empty()))
         })
     };
+    let ((whole, solved), (modes, _)) = (shown(true)?, shown(false)?);
+    let mut unknown = vec![];
+    if let (ResponsePoint::Point(at, _), false) = (input, solved) {
+        let same = |other: &SurfacePoint| other.place.entries().all(|(node, _)| has(at, node));
+        unknown.extend(points(outputs).filter(|(_, other)| !same(other)).map(|(i, _)| i));
+    }
     // The two move alike, and differ by what is shown beside the modes.
-    Ok(shown(true)?.iter().zip(shown(false)?).map(|(whole, modes)| whole - modes).collect())
+    Ok((whole.iter().zip(modes).map(|(whole, modes)| whole - modes).collect(), unknown))
+}
+
+/// Outputs that are points, with their numbers.
+fn points(outputs: &[ResponsePoint]) -> impl Iterator<Item = (usize, &SurfacePoint)> {
+    outputs.iter().enumerate().filter_map(|(i, output)| match output {
+        ResponsePoint::Point(at, _) => Some((i, at)),
+        ResponsePoint::Named(_) => None,
+    })
+}
+
+/// True if a node belongs to a place.
+fn has(at: &SurfacePoint, node: u32) -> bool {
+    at.place.entries().any(|(own, _)| own == node)
+}
+
+/// Displacement of a point along a direction, from that of the nodes.
+fn along(at: &SurfacePoint, direction: [f64; 3], node: impl Fn(usize) -> [f64; 3]) -> f64 {
+    let of_node =
+        |index: u32| -> f64 { node(index as usize).iter().zip(direction).map(|(u, d)| u * d).sum() };
+    at.place.entries().map(|(index, weight)| weight * of_node(index)).sum()
 }
 
 fn add(body: &mut Body<'_, f64>, input: &ResponsePoint) -> Result<(), FileError> {
@@ -287,6 +374,122 @@ fn read(body: &Body<'_, f64>, output: &ResponsePoint) -> Result<f64, FileError> 
     }
 }
 
+/// A response that can be evaluated at any frequency.
+struct BoundResponse {
+    reduced: ModalModel,
+    force: Vec<f64>,
+    rows: Vec<Vec<f64>>,
+    /// `R` of each output.
+    rest: Vec<f64>,
+    /// Outputs whose `R` the file does not have.
+    unknown: Vec<usize>,
+    /// Time constant of the truncated modes \[s\].
+    beta: f64,
+    quantity: Quantity,
+}
+
+impl BoundResponse {
+    fn new(file: &File<'_>, options: &SceneOptions, question: &ResponseRequest) -> Result<Self, StudyError> {
+        let reduced = ModalModel::of(file, options)?;
+        let input = place(file, &question.input, Side::Input)?;
+        let outputs = question.outputs.iter().map(|output| place(file, output, Side::Output));
+        let outputs: Vec<ResponsePoint> = outputs.collect::<Result<_, _>>()?;
+        let force = row(file, &input, Side::Input)?;
+        let rows = outputs.iter().map(|output| row(file, output, Side::Output)).collect::<Result<_, _>>()?;
+        let (rest, unknown) = static_rest(file, options, &input, &outputs)?;
+        let beta = options.beta.unwrap_or(file.metadata().beta);
+        Ok(Self { reduced, force, rows, rest, unknown, beta, quantity: question.quantity })
+    }
+
+    /// Answer of each output at a frequency \[Hz\], and the same by the modes alone.
+    fn at(&self, frequency: f64) -> Vec<[c64; 2]> {
+        let omega = std::f64::consts::TAU * frequency;
+        let zeta = self.reduced.answer(&self.force, omega);
+        let factor = self.quantity.factor(frequency);
+        let behind = c64::new(1.0, omega * self.beta);
+        let answer = |(row, &rest): (&Vec<f64>, &f64)| {
+            let modes = row.iter().zip(&zeta).fold(c64::new(0.0, 0.0), |sum, (&b, &z)| sum + z * b);
+            [factor * (modes + c64::new(rest, 0.0) / behind), factor * modes]
+        };
+        self.rows.iter().zip(&self.rest).map(answer).collect()
+    }
+
+    /// The largest amplitude of an output, from its amplitudes at ascending frequencies. Each local maximum
+    /// of at least half of the largest is refined between its neighbours. A body without damping has no
+    /// largest amplitude: that of the frequencies is given.
+    fn peak(&self, output: usize, frequencies: &[f64], values: &[c64]) -> Option<Peak> {
+        let amplitude = |frequency: f64| self.at(frequency)[output][0].norm();
+        let known: Vec<f64> = polar(values).map(|(amplitude, _)| amplitude).collect();
+        let largest = known.iter().copied().fold(0.0, f64::max);
+        let last = known.len().checked_sub(1)?;
+        let undamped = self.reduced.modes().iter().any(is_undamped);
+        let local = (0..=last).filter(|&i| {
+            let (before, after) = (known[i.saturating_sub(1)], known[last.min(i + 1)]);
+            known[i] >= 0.5 * largest && known[i] >= before && known[i] >= after
+        });
+        let refined = local.flat_map(|i| {
+            let ends = [frequencies[i.saturating_sub(1)], frequencies[last.min(i + 1)]];
+            let own = Peak { amplitude: known[i], frequency_hz: frequencies[i] };
+            [own, if undamped { own } else { highest_between(ends, amplitude) }]
+        });
+        refined.max_by(|a, b| a.amplitude.total_cmp(&b.amplitude))
+    }
+}
+
+/// The maximum of an amplitude between two frequencies, where it has one, by sections of golden ratio.
+fn highest_between([mut low, mut high]: [f64; 2], amplitude: impl Fn(f64) -> f64) -> Peak {
+    const SHARE: f64 = 0.618_033_988_749_894_9;
+    // Around its maximum an amplitude is flat to the half of its digits.
+    let least = 1e-9 * high;
+    let inner = |low: f64, high: f64| [high - SHARE * (high - low), low + SHARE * (high - low)];
+    let mut at = inner(low, high);
+    let mut found = at.map(&amplitude);
+    while high - low > least {
+        if found[0] >= found[1] {
+            high = at[1];
+            at = [inner(low, high)[0], at[0]];
+            found = [amplitude(at[0]), found[0]];
+        } else {
+            low = at[0];
+            at = [at[1], inner(low, high)[1]];
+            found = [found[1], amplitude(at[1])];
+        }
+    }
+    let i = usize::from(found[1] > found[0]);
+    Peak { amplitude: found[i], frequency_hz: at[i] }
+}
+
+/// True of a mode `[ω, σ]` whose answer at its own frequency is infinite, or lost in rounding.
+fn is_undamped(&[omega, sigma]: &[f64; 2]) -> bool {
+    sigma <= 1e-12 * omega
+}
+
+/// The same frequencies with the damped natural frequencies of the file and its half-power points that lie
+/// between the first and the last; ascending. A peak is 2ζ times as wide as its frequency is high, and equal
+/// steps miss it.
+///
+/// # Errors
+/// [`StudyError::File`]: a file without its reduced matrices.
+pub fn with_poles(
+    file: &File<'_>,
+    options: &SceneOptions,
+    mut frequencies: Vec<f64>,
+) -> Result<Vec<f64>, StudyError> {
+    let (Some(&first), Some(&last)) = (frequencies.first(), frequencies.last()) else {
+        return Ok(frequencies);
+    };
+    let modes = ModalModel::of(file, options)?.modes().into_iter().filter(|mode| !is_undamped(mode));
+    let poles = modes.flat_map(|[omega, sigma]| {
+        // An overdamped mode has no peak.
+        let damped = (omega * omega - sigma * sigma).max(0.0).sqrt();
+        [damped - sigma, damped, damped + sigma].map(|omega| omega / std::f64::consts::TAU)
+    });
+    frequencies.extend(poles.filter(|&frequency| frequency > first && frequency < last));
+    frequencies.sort_by(f64::total_cmp);
+    frequencies.dedup();
+    Ok(frequencies)
+}
+
 /// The frequency response of a file.
 ///
 /// # Errors
@@ -297,28 +500,22 @@ pub fn frequency_response(
     options: &SceneOptions,
     question: &ResponseRequest,
 ) -> Result<FrequencyResponse, StudyError> {
-    let reduced = ModalModel::of(file, options)?;
-    let input = place(file, &question.input, Side::Input)?;
-    let outputs: Vec<ResponsePoint> =
-        question.outputs.iter().map(|output| place(file, output, Side::Output)).collect::<Result<_, _>>()?;
-    let force = row(file, &input, Side::Input)?;
-    let rows: Vec<Vec<f64>> =
-        outputs.iter().map(|output| row(file, output, Side::Output)).collect::<Result<_, _>>()?;
-    let rest = static_rest(file, options, &input, &outputs)?;
-    let (mut values, mut by_modes) = (vec![vec![]; rows.len()], vec![vec![]; rows.len()]);
+    let bound = BoundResponse::new(file, options, question)?;
+    let count = bound.rows.len();
+    let (mut values, mut by_modes) = (vec![vec![]; count], vec![vec![]; count]);
     for &frequency in &question.frequencies {
-        let zeta = reduced.answer(&force, std::f64::consts::TAU * frequency);
-        let factor = question.quantity.factor(frequency);
-        for (i, row) in rows.iter().enumerate() {
-            let modes = row.iter().zip(&zeta).fold(c64::new(0.0, 0.0), |sum, (&b, &z)| sum + z * b);
-            by_modes[i].push(factor * modes);
-            values[i].push(factor * (modes + c64::new(rest[i], 0.0)));
+        for (i, [whole, modes]) in bound.at(frequency).into_iter().enumerate() {
+            values[i].push(whole);
+            by_modes[i].push(modes);
         }
     }
+    let peaks = values.iter().enumerate();
+    let peaks = peaks.filter_map(|(i, values)| bound.peak(i, &question.frequencies, values)).collect();
     // Rayleigh quotients; with live regions the modes turn a little.
+    let BoundResponse { reduced, force, unknown, .. } = bound;
     let highest = (0..force.len()).map(|k| reduced.stiffness[(k, k)] / reduced.mass[(k, k)]);
     let highest_mode_hz = highest.fold(0.0, f64::max).sqrt() / std::f64::consts::TAU;
-    Ok(FrequencyResponse { values, by_modes, highest_mode_hz })
+    Ok(FrequencyResponse { values, by_modes, highest_mode_hz, peaks, by_modes_alone: unknown })
 }
 
 /// Distance of a response from direct full-order solves, over all outputs and frequencies; each

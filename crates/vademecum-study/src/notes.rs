@@ -26,8 +26,8 @@ pub(crate) fn notes(
     steps: usize,
 ) -> Result<Vec<String>, FileError> {
     let (r, scheme) = (file.metadata().n_modes as usize, file.metadata().scheme);
-    // Exact steps look at every instant.
-    let instants = (!scheme.is_exact()).then(|| scheme.instants());
+    // Exact steps look at every instant, and so does the mean over a step of a body that flies.
+    let instants = (!scheme.is_exact() && scenario.free.is_none()).then(|| scheme.instants());
     let never = |when: &History| never(when, instants.as_ref(), time_step, steps);
     let (basis, patterns) = (raw(file, SectionKind::SurfaceBasis), raw(file, SectionKind::PatternBasis));
     let partly = file.metadata().n_load_triangles < file.metadata().n_triangles;
@@ -36,7 +36,7 @@ pub(crate) fn notes(
     } else {
         "surface"
     };
-    let mut notes = vec![];
+    let mut notes: Vec<String> = spins_beyond_the_model(file, scenario).into_iter().collect();
     for i in 0..scenario.contacts.len() {
         // Components of its force, and places of its path: there are none of a table of zeros.
         let first = track.contacts.partition_point(|placed| placed.entry < i);
@@ -81,6 +81,24 @@ pub(crate) fn notes(
         notes.push(format!("{more} more notes about contacts, patterns and probes are left out"));
     }
     Ok(notes)
+}
+
+/// Spin of a thrown body, as a share of its first natural frequency, that is worth a note: the Coriolis force
+/// that the model leaves out is of first order in it.
+const FAST: f64 = 0.1;
+
+/// Note on a body that is thrown with a spin near its first natural frequency.
+fn spins_beyond_the_model(file: &File<'_>, scenario: &Scenario) -> Option<String> {
+    let spin = scenario.free?.spin.iter().map(|x| x * x).sum::<f64>().sqrt();
+    let eigenvalues = raw(file, SectionKind::Eigenvalues)?;
+    let first = eigenvalues.iter().fold(f64::INFINITY, f64::min).sqrt();
+    (spin > FAST * first).then(|| {
+        format!(
+            "`free.spin` of {spin:.4} rad/s is {:.2} of the first natural frequency ({first:.4} rad/s): the model \
+             leaves out the Coriolis force and the softening by the spin, and is meant for a tenth and less",
+            spin / first
+        )
+    })
 }
 
 /// Note on a contact far from its requested point.

@@ -121,8 +121,10 @@ pub fn contact_error(
             }
         }
     }
-    let moved = sums.iter().filter(|[_, norm]| *norm > 0.0);
-    moved.map(|[error, norm]| (error / norm).sqrt()).reduce(f64::max)
+    // `maximum` of IEEE 754: what is no number is not passed over.
+    let larger = |a: f64, b: f64| if a.is_nan() || a > b { a } else { b };
+    let moved = sums.iter().filter(|[_, norm]| *norm != 0.0);
+    moved.map(|[error, norm]| (error / norm).sqrt()).reduce(larger)
 }
 
 /// A force as weights on its dofs: what it does per displacement, so the displacement along it but for a

@@ -105,6 +105,11 @@ impl Workspace {
 }
 
 impl<'a> FullOrder<'a> {
+    /// Mass and stiffness that it marches.
+    pub fn pencil(&self) -> &'a Pencil {
+        self.pencil
+    }
+
     /// Factorises the stages of a scheme for the time step `dt`, s; one factor per distinct pair of weights,
     /// one thread each.
     ///

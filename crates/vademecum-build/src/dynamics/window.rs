@@ -1,7 +1,7 @@
 //! Which loads act in a step, without looking at all of them (there may be a contact for every step, as a
 //! recorded finger has), and the parts of a step over which all of them are linear in time.
 
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 
 use super::history::History;
 use super::interval::Interval;
@@ -121,6 +121,21 @@ impl Window {
             (index, factors)
         };
         self.active.iter().map(factors).filter(acts).collect()
+    }
+
+    /// Loads that act in a step, each with the mean of its factor over the step at all instants: the impulse
+    /// of a load that is held with it is that of the load itself, wherever it starts and ends.
+    pub fn means(&mut self, step: usize) -> Acting {
+        let mut means = BTreeMap::new();
+        for span in self.spans(step) {
+            for part in 0..span.parts {
+                for (index, factors) in self.over(&span, part) {
+                    let share = span.length / self.time_step;
+                    *means.entry(index).or_insert(0.0) += 0.5 * share * (factors[0] + factors[1]);
+                }
+            }
+        }
+        means.into_iter().map(|(index, mean)| (index, [mean; INSTANTS])).filter(acts).collect()
     }
 }
 

@@ -191,6 +191,7 @@ impl Build {
         let options = BuildOptions { repair: self.repair, store, long, memory, engine, precision };
         let outcome = build(problem, &options, console)?;
         let built = if self.keep_missed { outcome.either() } else { outcome.kept()? };
+        built.report.certificate.measured().map_err(|error| Failure::new(Cause::Numerics, error))?;
         if console.cancelled() {
             return Err(Failure::new(Cause::Stopped, "stopped on request; nothing was written"));
         }

@@ -4,10 +4,12 @@ use std::fmt::Write as _;
 use std::path::PathBuf;
 
 use vademecum_build::input::Problem;
+use vademecum_build::progress::Listener;
 use vademecum_build::store::Kind;
+use vademecum_study::StudyError;
 use vademecum_study::frf::{
-    Channel, FrequencyResponse, Quantity, ResponseError, ResponseRequest, compare_response, frequencies,
-    frequency_response, polar,
+    Channel, FrequencyResponse, Peak, Quantity, ResponseError, ResponseRequest, compare_response,
+    frequencies, frequency_response, polar, with_poles,
 };
 use vademecum_study::parameters::{self, ParameterValue};
 
@@ -34,17 +36,22 @@ pub(crate) struct Frf {
     #[arg(long = "in", value_name = "CHANNEL", value_parser = channel, allow_hyphen_values = true)]
     input: Channel,
     /// Point and direction of an output, or a probe; may be given several times.
-    #[arg(long = "out", value_name = "CHANNEL", value_parser = channel, required = true)]
+    #[arg(long = "out", value_name = "CHANNEL", value_parser = channel, required = true,
+          allow_hyphen_values = true)]
     outputs: Vec<Channel>,
     /// First and last frequency \[Hz\].
     #[arg(long, value_name = "F0,F1", value_parser = range)]
     range: [f64; 2],
-    /// Number of frequencies.
+    /// Number of frequencies. The damped natural frequencies and the half-power points of the file that lie
+    /// in the range are added.
     #[arg(long, default_value_t = 1000, value_parser = clap::value_parser!(u32).range(2..=1_000_000))]
     points: u32,
-    /// Space the frequencies in equal ratios instead of equal steps.
+    /// Space the frequencies in equal ratios instead of equal steps; the picture has a logarithmic axis then.
     #[arg(long)]
     log: bool,
+    /// Add no frequencies to those of `--points`.
+    #[arg(long)]
+    no_poles: bool,
     /// Quantity of the outputs.
     #[arg(long, value_enum, default_value_t = QuantityArgument::Displacement)]
     quantity: QuantityArgument,
@@ -72,6 +79,10 @@ pub(crate) struct Frf {
     #[command(flatten)]
     limit: Limit,
 }
+
+/// Remedy for a channel that the file does not have.
+const CHANNEL: &str = "a channel is X,Y,Z,DIRECTION near the surface, such as 1,0.04,0.1,-z, or the name of a load \
+                       pattern behind `--in`, of a probe behind `--out`";
 
 #[derive(Clone, Copy, clap::ValueEnum)]
 enum QuantityArgument {
@@ -102,6 +113,8 @@ struct ResponseOutput {
     /// Real and imaginary part, one list for each output.
     values: Vec<Vec<[f64; 2]>>,
     highest_mode_hz: f64,
+    peaks: Vec<Peak>,
+    by_modes_alone: Vec<usize>,
     /// None without `--compare`.
     compared: Option<ResponseError>,
 }
@@ -117,17 +130,34 @@ impl Frf {
         let mut memory = vec![];
         let file = usable_file(&self.file, &mapped, is_stepped, self.limit, &mut memory)?;
         let mut options = vademecum_eval::SceneOptions::default();
-        let about = |error| Failure::from(error).about(&self.file);
+        let about = |error| match error {
+            // Both are of the command line.
+            error @ (StudyError::NoChannel { .. } | StudyError::FarPoint { .. }) => {
+                Failure::new(Cause::Usage, error).remedy(CHANNEL)
+            }
+            error => Failure::from(error).about(&self.file),
+        };
         parameters::set(&mut options, file.metadata(), &self.set).map_err(about)?;
         let (quantity, unit) = self.quantity.meaning();
+        let mut grid = frequencies(self.range, self.points as usize, self.log);
+        if !self.no_poles {
+            grid = with_poles(&file, &options, grid).map_err(about)?;
+        }
         let mut question = ResponseRequest {
             input: self.input.clone(),
             outputs: self.outputs.clone(),
-            frequencies: frequencies(self.range, self.points as usize, self.log),
+            frequencies: grid,
             quantity,
         };
         let found = frequency_response(&file, &options, &question).map_err(about)?;
         let names: Vec<String> = self.outputs.iter().map(name).collect();
+        for &output in &found.by_modes_alone {
+            console.note(&format!(
+                "`{}` is by the modes alone: the file does not have their static remainder between two points of \
+                 the surface; name a probe there in the problem file, or build it with `static_fields = true`",
+                names[output]
+            ));
+        }
         if let Some(path) = &self.output {
             let table = table(&question.frequencies, &names, &found, unit);
             outputs.write(path, Kind::Csv, |out| out.write_all(table.as_bytes()))?;
@@ -141,10 +171,11 @@ impl Frf {
                 phases.push(Series { name, points: line(phase) });
             }
             let title = format!("Answer to a force of amplitude 1 at {}", name(&self.input));
-            let svg = response_chart(&title, &format!("amplitude [{unit}]"), amplitudes, phases);
+            let svg = response_chart(&title, &format!("amplitude [{unit}]"), self.log, amplitudes, phases);
             let svg = svg.map_err(|error| Failure::new(Cause::Numerics, error.to_string()))?;
             outputs.write(path, Kind::Svg, |out| out.write_all(svg.as_bytes()))?;
         }
+        let grid = question.frequencies.clone();
         let compared = match (&problem, self.compare) {
             (Some(problem), Some(count)) => {
                 question.frequencies = frequencies(self.range, count as usize, self.log);
@@ -154,15 +185,16 @@ impl Frf {
         };
         console.clear();
         if self.json {
-            let frequencies_hz = frequencies(self.range, self.points as usize, self.log);
             let values = found.values.iter().map(|row| row.iter().map(|x| [x.re, x.im]).collect()).collect();
-            let highest_mode_hz = found.highest_mode_hz;
+            let FrequencyResponse { highest_mode_hz, peaks, by_modes_alone, .. } = found;
             print_json(&ResponseOutput {
                 outputs: names,
                 quantity,
-                frequencies_hz,
+                frequencies_hz: grid,
                 values,
                 highest_mode_hz,
+                peaks,
+                by_modes_alone,
                 compared,
             });
         } else {
@@ -174,14 +206,11 @@ impl Frf {
 
 impl Frf {
     fn print(&self, names: &[String], found: &FrequencyResponse, compared: Option<ResponseError>) {
-        let frequencies = frequencies(self.range, self.points as usize, self.log);
         let (_, unit) = self.quantity.meaning();
         println!("output                        largest amplitude       at");
-        for (name, values) in names.iter().zip(&found.values) {
-            let amplitudes = polar(values).map(|(amplitude, _)| amplitude).zip(&frequencies);
-            let (most, at) =
-                amplitudes.fold((0.0, 0.0), |most, (a, &f)| if a > most.0 { (a, f) } else { most });
-            println!("{name:<28}  {most:>13.6e} {unit:<5}  {at:.4} Hz");
+        for (name, peak) in names.iter().zip(&found.peaks) {
+            let Peak { amplitude, frequency_hz } = peak;
+            println!("{name:<28}  {amplitude:>13.6e} {unit:<5}  {frequency_hz:.4} Hz");
         }
         println!("\nhighest mode of the file: {:.2} Hz; good up to about half of it", found.highest_mode_hz);
         if let Some(error) = compared {

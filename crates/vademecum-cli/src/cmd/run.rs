@@ -305,8 +305,10 @@ impl<'a> StressTable<'a> {
 fn write_row(line: &mut String, time: f64, probed: &ProbeRow<'_>) -> std::fmt::Result {
     write!(line, "{time:.9e},{:.9e}", probed.energy)?;
     let reactions = probed.reactions.as_flattened();
-    let behind = reactions.iter().chain(probed.flight).chain(probed.quantities);
-    probed.values.iter().chain(behind).try_for_each(|value| write!(line, ",{value:.9e}"))?;
+    probed.values.iter().chain(reactions).try_for_each(|value| write!(line, ",{value:.9e}"))?;
+    // Far from the origin a place in space needs all of its digits.
+    probed.flight.iter().try_for_each(|value| write!(line, ",{value:e}"))?;
+    probed.quantities.iter().try_for_each(|value| write!(line, ",{value:.9e}"))?;
     line.write_char('\n')
 }
 

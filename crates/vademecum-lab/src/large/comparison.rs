@@ -6,6 +6,7 @@ use vademecum_build::Matrix;
 use vademecum_build::fem::GreenStrain;
 use vademecum_build::input::Problem;
 use vademecum_build::limits::Memory;
+use vademecum_build::measured::reference_measured;
 use vademecum_build::pipeline::{BuildError, BuildOptions, Built, Outcome, SHAPES, build};
 use vademecum_build::prepared::{Prepared, prepare};
 use vademecum_build::progress::{Listener, Stopwatch};
@@ -181,6 +182,7 @@ impl LargeComparison<'_> {
         let offline = (built.seconds, bytes.len());
         methods.extend(played.rows(&truth.seen, truth.motion.norm, offline));
         compare_times(&mut methods);
+        reference_measured("truth_error", truth.apart).map_err(StudyError::from)?;
         let report = &built.value.report;
         Ok(LargeBenchTable {
             title: problem.title.clone(),

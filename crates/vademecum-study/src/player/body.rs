@@ -161,7 +161,7 @@ impl<T: Scalar> Playable for Body<'_, T> {
     }
 
     // The step of a body that flies is not cut where a load jumps: the rigid motion takes it whole, under the
-    // mean of its start and its end.
+    // mean of each load over the step.
     fn is_exact(&self) -> bool {
         self.structure() == Structure::Exact && self.flight().is_none()
     }

@@ -268,7 +268,7 @@ pub fn play_in<T: Scalar>(
 }
 
 /// [`play`] with a free body that is thrown: forces are those of space, patterns turn with the body. A load
-/// acts over each step as it does on the mean of its start and its end.
+/// acts over each step with the mean of its factor over the step, so its impulse is exact.
 ///
 /// # Errors
 /// As [`play`]; [`FileError::NotFree`]: a body with supports.
@@ -350,6 +350,7 @@ fn march<B: Playable>(
         } else {
             let next = match whole {
                 Some(span) => window.over(span, 0),
+                None if flies => window.means(step),
                 None if body.takes_ends() => window.between_ends(step),
                 None => window.acting(step),
             };

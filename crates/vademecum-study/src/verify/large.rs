@@ -7,6 +7,7 @@ use serde::Serialize;
 use vademecum_build::dynamics::{ErrorMeter, TrajectoryError};
 use vademecum_build::fem::GreenStrain;
 use vademecum_build::input::Problem;
+use vademecum_build::measured::{measured, reference_measured};
 use vademecum_build::prepared::{Body, Prepared};
 use vademecum_build::progress::Listener;
 use vademecum_eval::StructureChoice;
@@ -143,6 +144,17 @@ pub fn verify_large(
         full_order_seconds_per_step: found.seconds / steps as f64,
         vademecum_seconds_per_step: timing.seconds_per_step,
     };
+    reference_measured("truth_error", figures.truth_error)?;
+    measured(&[
+        ("displacement", figures.displacement),
+        ("trajectory_error", figures.trajectory_error),
+        ("projection_floor", figures.projection_floor),
+        ("linear_error", figures.linear_error),
+        ("contact_error", figures.contact_error.unwrap_or(0.0)),
+        ("energy_identity", figures.energy_identity),
+        ("energy_drift", figures.energy_drift),
+        ("energy_drift_full_order", figures.energy_drift_full_order),
+    ])?;
     let (probes, energies) = ([found.probes, shown.probes], [found.energy, shown.energy]);
     Ok(bound.verified(figures, (file, scenario), probes, energies)?)
 }

@@ -6,6 +6,7 @@ use vademecum_build::dynamics::{
     FullOrder, INSTANTS, MotionPart, ReferenceSolution, announce, seconds_per_step,
 };
 use vademecum_build::input::Problem;
+use vademecum_build::measured::{NotMeasured, measured, reference_measured};
 use vademecum_build::prepared::{Body, Prepared};
 use vademecum_build::progress::Listener;
 use vademecum_eval::{Field, StructureChoice};
@@ -69,6 +70,32 @@ pub struct Verification {
     pub vademecum_seconds_per_step: f64,
 }
 
+impl Verification {
+    /// Checks that all figures were measured.
+    fn measured(&self) -> Result<(), NotMeasured> {
+        reference_measured("truth_error", self.truth.truth_error)?;
+        let optional = [
+            ("time_error", self.truth.time_error),
+            ("contact_error", self.truth.contact_error),
+            ("stress_error", self.stress_error),
+        ];
+        let known = [
+            ("total_error", self.truth.total_error),
+            ("basis_error", self.truth.basis_error),
+            ("rest_error", self.truth.rest_error),
+            ("trajectory_error", self.trajectory_error),
+            ("projection_floor", self.projection_floor),
+            ("floor_ratio", self.floor_ratio),
+            ("spectral_radius", self.spectral_radius),
+            ("energy_drift", self.energy_drift),
+            ("energy_drift_full_order", self.energy_drift_full_order),
+            ("energy_ratio", self.energy_ratio),
+        ];
+        let all = optional.into_iter().filter_map(|(name, value)| Some((name, value?))).chain(known);
+        measured(&all.collect::<Vec<_>>())
+    }
+}
+
 /// [`verify`](super::verify()) beside the linear motion.
 ///
 /// # Errors
@@ -129,7 +156,7 @@ pub fn verify_linear(
     } else {
         listener.stage("march full order");
         let mut marched = truth.trajectory(0).marched_apart();
-        let compared = compare(body, &full, loads, &reduced, listener, |state| {
+        let compared = compare(&full, loads, &reduced, listener, |state| {
             marched.add(state.displacement.col_as_slice(0));
         })?;
         let Comparison { error, energy, probes, seconds_per_step } = compared;
@@ -177,6 +204,7 @@ pub fn verify_linear(
         full_order_seconds_per_step: full.seconds_per_step,
         vademecum_seconds_per_step: timing.seconds_per_step,
     };
+    figures.measured()?;
     let (probes, energies) = ([full.probes, shown.probes], [full.energy, shown.energy]);
     Ok(bound_scenario.verified(figures, (file, scenario), probes, energies)?)
 }

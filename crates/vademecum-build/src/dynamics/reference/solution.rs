@@ -70,8 +70,10 @@ pub enum ReferenceError {
 #[doc(alias("truth", "load-dependent Ritz vectors"))]
 pub struct ReferenceSolution<'a> {
     pub(super) pencil: &'a Pencil,
-    /// `V`, shape (n, m), orthonormal in the mass.
-    space: Columns,
+    /// `Φ` of a free body, then `V` of shape (n, m); orthonormal in the mass.
+    columns: Columns,
+    /// Columns of `Φ`.
+    rigid: usize,
     /// `VᵀKV`, its upper triangle.
     stiffness: Mat<f64>,
     modes: ModalPencil,
@@ -167,7 +169,8 @@ impl<'a> ReferenceSolution<'a> {
         let factor = symbolic.factor_of(pencil.stiffness())?;
         let forces = loads.iter().map(|load| load.force.as_slice());
         let mut space = RitzSpace::new(pencil, &factor, modes, forces);
-        let (given, n) = (space.given(), pencil.n_dof());
+        let (given, rigid) = (space.given(), space.rigid());
+        let n = pencil.n_dof() - rigid;
         let most = given + options.most_vectors(space.used() - given, n - given);
         let mut aim = (given + FIRST.max(3 * (space.used() - given))).min(most);
         loop {
@@ -189,10 +192,11 @@ impl<'a> ReferenceSolution<'a> {
             let converged = errors.iter().all(|&error| error <= options.tolerance);
             let last = closed || converged || space.used() >= most;
             aim = (space.used() + (space.used() - given).div_ceil(4)).min(most);
-            let (vectors, stiffness) = space.lend();
+            let (columns, stiffness) = space.lend();
             let truth = ReferenceSolution {
                 pencil,
-                space: vectors,
+                columns,
+                rigid,
                 stiffness,
                 given,
                 closed,
@@ -206,7 +210,7 @@ impl<'a> ReferenceSolution<'a> {
             if last || answer.is_some() {
                 return Ok((truth, answer));
             }
-            space.take_back((truth.space, truth.stiffness));
+            space.take_back((truth.columns, truth.stiffness));
         }
     }
 
@@ -235,9 +239,10 @@ impl<'a> ReferenceSolution<'a> {
         self.space().ncols()
     }
 
-    /// `V`, shape (n, vectors), orthonormal in the mass.
+    /// `V`, shape (n, vectors), orthonormal in the mass, and to the rigid motions of a free body.
     pub fn space(&self) -> MatRef<'_, f64> {
-        self.space.as_ref()
+        let all = self.columns.as_ref();
+        all.subcols(self.rigid, all.ncols() - self.rigid)
     }
 
     /// `λ` of each mode in the space, ascending \[rad²/s²\].
@@ -420,8 +425,8 @@ fn estimate(
                 return Err(Cancelled);
             }
         }
-        // A body that does not move is where it is.
-        Ok(if norm > 0.0 { (apart / norm).sqrt() } else { 0.0 })
+        // A body that does not move is where it is; what is no number stays none.
+        Ok(if norm == 0.0 { 0.0 } else { (apart / norm).sqrt() })
     };
     (0..loads.columns()).map(distance).collect()
 }

@@ -430,3 +430,58 @@ fn modes_that_are_known_halve_the_space_and_leave_the_estimate_sound() {
     });
     assert!(2 * with <= without + 4, "{with} vectors beside the modes, {without} without");
 }
+
+/// The small block without supports: 330 dofs, of which six move it as a whole.
+fn free_block() -> Model {
+    let mesh = block([6, 3, 3], [0.3, 0.1, 0.12]);
+    let held = vec![false; 3 * mesh.nodes.len()];
+    Model::assemble(mesh, &[Material { young: 1e7, poisson: 0.3, density: 1000.0 }], &held).unwrap()
+}
+
+/// Force of a field of acceleration.
+fn body_force(model: &Model, at: impl Fn(&[f64; 3]) -> [f64; 3]) -> Vec<f64> {
+    let field: Vec<f64> = model.mesh().nodes.iter().flat_map(at).collect();
+    let mut force = Mat::zeros(field.len(), 1);
+    let field = Mat::from_fn(field.len(), 1, |i, _| field[i]);
+    model.pencil().mass().mul_into(field.as_ref(), force.as_mut());
+    force.col_as_slice(0).to_vec()
+}
+
+#[test]
+fn a_free_body_moves_by_all_of_its_elastic_modes() {
+    let model = free_block();
+    let pencil = model.pencil();
+    let mut all = AllModes::of(pencil);
+    assert!(all.lambda[5].abs() < 1e-9 * all.lambda[6] && all.lambda[6] > 0.0);
+    all.lambda.drain(..6);
+    all.vectors = all.vectors.subcols(6, all.lambda.len()).to_owned();
+    let dt = std::f64::consts::TAU / all.lambda[0].sqrt() / 40.0;
+    let when = || History::from(Interval { start: 0.0, end: f64::INFINITY, ramp: 0.0 });
+    let load = |force| TimedLoad { column: 0, force, when: when() };
+    let weight = || load(body_force(&model, |_| [0.0, 0.0, -9.81]));
+    let spin = || load(body_force(&model, |x| [x[0] - 0.15, 0.0, 0.0]));
+    let contact = || held(&model, dt).remove(0);
+    let cases = [vec![contact()], pushes(&model, dt), vec![spin()], vec![contact(), weight(), spin()]];
+    let symbolic = Symbolic::analyze(pencil).unwrap();
+    for damping in [Rayleigh::default(), two_percent(all.lambda[0])] {
+        let decay = |lambda, _| damping.decay(lambda);
+        for (case, loads) in cases.iter().enumerate() {
+            let span = (dt, 120);
+            let truth =
+                ReferenceSolution::find(pencil, &symbolic, &decay, loads, span, &OPTIONS, &Silent).unwrap();
+            let coordinates = all.coordinates(damping, loads, span, 20);
+            let exact = MotionPart { columns: all.vectors.as_ref(), amplitudes: coordinates.as_ref() };
+            let found = truth.trajectory(0);
+            let (estimate, error) = (found.estimate(), found.distance(&[exact]).error);
+            // No vector has an eigenvalue of rounding, and there are no more than elastic modes.
+            assert!(truth.lambda()[0] > 0.99 * all.lambda[0], "case {case}: {}", truth.lambda()[0]);
+            assert!(truth.vectors() <= pencil.n_elastic());
+            assert!(error <= 1e-8 && estimate >= 0.1 * error, "case {case}: {estimate:e} for {error:e}");
+        }
+    }
+    // A weight alone deforms nothing.
+    let span = (dt, 10);
+    let rest = ReferenceSolution::find(pencil, &symbolic, &|_, _| 0.0, &[weight()], span, &OPTIONS, &Silent)
+        .unwrap();
+    assert_eq!((rest.vectors(), rest.trajectory(0).norm()), (0, 0.0));
+}
