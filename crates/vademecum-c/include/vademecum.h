@@ -32,7 +32,7 @@
 #define VDM_NO_FRAME UINT32_MAX
 
 /*
- What a call found.
+ Result of a call.
  */
 typedef enum VdmStatus {
   /*
@@ -111,7 +111,7 @@ typedef enum VdmField {
 } VdmField;
 
 /*
- What a file names; what calls name `kind`.
+ Kinds of named things in a file: the values of `kind`.
  */
 typedef enum VdmNamed {
   /*
@@ -133,7 +133,7 @@ typedef enum VdmNamed {
 } VdmNamed;
 
 /*
- How a step is held; what calls name `structure`.
+ Structure of a step: the values of `structure`.
  */
 typedef enum VdmStructure {
   /*
@@ -169,7 +169,7 @@ typedef struct VdmBatch VdmBatch;
 typedef struct VdmBody VdmBody;
 
 /*
- What the moves of a body cost. Bytes are those of the file, apart from `step_bytes`.
+ Cost of a step of a body. Bytes are those of the file, apart from `step_bytes`.
  */
 typedef struct VdmCost {
   /*
@@ -245,7 +245,7 @@ typedef struct VdmParameter {
 } VdmParameter;
 
 /*
- What a step of many instances found.
+ Result of a step of many instances.
  */
 typedef struct VdmBatchStatus {
   /*
@@ -263,7 +263,7 @@ typedef struct VdmBatchStatus {
 } VdmBatchStatus;
 
 /*
- How a body is bound. Fill it with `vdm_default_options` first.
+ Options of binding a body. Fill it with `vdm_default_options` first.
  */
 typedef struct VdmOptions {
   /*
@@ -271,13 +271,18 @@ typedef struct VdmOptions {
    */
   int32_t precision;
   /*
-   How a step is held: a `VdmStructure`.
+   Structure of a step: a `VdmStructure`.
    */
   int32_t structure;
   /*
-   For so many contacts with nodes of their own there is room in the static residual.
+   For so many contacts with nodes of their own there is room in the residual flexibility.
    */
   uint32_t contacts;
+  /*
+   With `beta`: filtered forces of so many nodes are kept for the residual flexibility; 0: of all
+   loadable nodes. A node counts until its filtered force is below 1e-12 of the largest.
+   */
+  uint32_t filtered_nodes;
   /*
    0: outputs show the modes only.
    */
@@ -342,7 +347,7 @@ typedef struct VdmOptions {
 } VdmOptions;
 
 /*
- How much memory to lend, and what the file holds.
+ Sizes of the memory to lend, and counts of the file.
  */
 typedef struct VdmNeeds {
   /*
@@ -418,11 +423,11 @@ typedef struct VdmRigidBody {
  */
 typedef struct VdmMotion {
   /*
-   Where the centre is in space, in m.
+   Position of the centre in space, in m.
    */
   double position[3];
   /*
-   How the body is turned: a quaternion of length one, the real part first, that turns directions of the
+   Orientation: a quaternion of length one, the real part first, that turns directions of the
    body into those of space.
    */
   double attitude[4];
@@ -461,11 +466,11 @@ typedef struct VdmPlace {
    */
   double radius;
   /*
-   Where it is at rest, in m; what `vdm_locate` found.
+   Position at rest, in m, as `vdm_locate` found it.
    */
   double position[3];
   /*
-   How far that is from the point asked for, in m.
+   Distance from the point asked for, in m.
    */
   double distance;
 } VdmPlace;
@@ -513,7 +518,7 @@ enum VdmStatus vdm_verify(const uint8_t *file, size_t length, char *text, size_t
 int32_t vdm_structure(const struct VdmBody *body);
 
 /*
- What the moves of the body cost.
+ Cost of a step of the body.
 
  # Safety
  `body` is null or a handle of [`vdm_bind`](crate::vdm_bind); `cost` points to a `VdmCost`.
@@ -554,12 +559,10 @@ enum VdmStatus vdm_name(struct VdmBody *body, int32_t kind, uint32_t index, char
  The number of what has this name, counted from 0; -1 if nothing has.
 
  # Safety
- `body` is null or a handle of [`vdm_bind`](crate::vdm_bind); `name` is null or points to a text with a zero at
- its end.
+ `body` is null or a handle of [`vdm_bind`](crate::vdm_bind); `name` is null or points to a text with a
+ zero at its end.
  */
-int32_t vdm_find(struct VdmBody *body,
-                 int32_t kind,
-                 const char *name);
+int32_t vdm_find(struct VdmBody *body, int32_t kind, const char *name);
 
 /*
  Bytes of memory, aligned to 16, to lend for so many instances of a body; 0 for null.
@@ -1136,7 +1139,7 @@ enum VdmStatus vdm_energy_at_rest(struct VdmBody *body, double *value);
 enum VdmStatus vdm_increment(struct VdmBody *body, double *out, size_t numbers);
 
 /*
- Where the nodes of the surface are at rest, in m; three numbers a node.
+ Positions of the nodes of the surface at rest, in m; three numbers a node.
 
  # Safety
  `body` is null or a handle of [`vdm_bind`](crate::vdm_bind); `out` points to `numbers` numbers.
@@ -1227,7 +1230,7 @@ enum VdmStatus vdm_restore(struct VdmBody *body, const uint8_t *bytes, size_t le
 enum VdmStatus vdm_compliance(struct VdmBody *body, const struct VdmPlace *places, size_t count, double *w);
 
 /*
- Where `count` places, at most `VdmOptions.places`, will be at the end of the coming step if nothing acts
+ Predicts `count` places, at most `VdmOptions.places`, at the end of the coming step if nothing acts
  but the loads at hand: the displacement of each, three numbers a place. The body stays as it is.
 
  # Safety
