@@ -111,6 +111,7 @@ impl<'m, T: Scalar> Filtered<'m, T> {
     }
 
     /// A step under a drive that was checked.
+    #[inline(never)]
     pub fn step(&mut self, filter: &Filter, drive: &Statics<'_, T>) {
         let keep = T::from_f64(filter.keep);
         let forces = &mut self.forces;
@@ -152,7 +153,10 @@ impl<'m, T: Scalar> Filtered<'m, T> {
                 place += 1;
             } else {
                 forces.used -= 1;
-                forces.forces.swap(place, forces.used);
+                let last = forces.forces.get(forces.used).copied();
+                if let (Some(at), Some(last)) = (forces.forces.get_mut(place), last) {
+                    *at = last;
+                }
             }
         }
         *of_patterns = larger(*of_patterns, size(forces.patterns));

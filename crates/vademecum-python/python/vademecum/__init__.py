@@ -115,7 +115,8 @@ class File:
         as fast. A body without supports flies, unless `flight` is false: its frame then stays, and loads stay, too.
 
         Options are `structure` ("auto", "diagonal", "block", "exact", "strain"), `time_step`, `tolerance`, `terms`,
-        `rest_below`, `residual` and `contacts`; `stiffness` and `density`, scales of the whole body, and its
+        `rest_below`, `residual`, `contacts` and
+        `filtered_nodes`; `stiffness` and `density`, scales of the whole body, and its
         Rayleigh damping `alpha` and `beta`; and of large displacements `substeps` and `viscosity`.
 
         All other keywords are live parameters of the file. A parameter whose name is no keyword is given with `_`
