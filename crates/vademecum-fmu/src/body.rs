@@ -8,7 +8,7 @@
 use vademecum_eval::format::{File, MAX_PARAMETERS, Metadata, ParameterRole, SectionKind};
 use vademecum_eval::{
     BindError, BodyOptions, BodyParts, Contact, Field, OutputError, Place, RigidMotion, SceneOptions,
-    StructureChoice, SurfacePoint,
+    StepError, StructureChoice, SurfacePoint,
 };
 
 use crate::bytes::{Cursor, Pen};
@@ -64,7 +64,9 @@ impl Lengths {
     fn of(file: &File<'_>, options: &BodyOptions, points: usize) -> Result<Self, BindError> {
         let metadata = file.metadata();
         let inputs = points.saturating_mul(3).saturating_add(metadata.n_patterns as usize).saturating_add(3);
-        let saved = 3 * metadata.n_modes as usize;
+        // With the filtered forces of all points and patterns.
+        let filtered = points.max(1).saturating_mul(12).saturating_add(metadata.n_patterns as usize);
+        let saved = filtered.saturating_add(3 + 3 * metadata.n_modes as usize);
         let body = vademecum_eval::Body::<f64>::len_for(file, options)?;
         Ok(Self { body, inputs, saved })
     }
@@ -89,7 +91,8 @@ pub fn options(metadata: &Metadata<'_>, points: usize) -> SceneOptions {
     let regions = metadata.active_parameters().iter().any(|parameter| of_region(parameter.role));
     let structure = if regions && metadata.block { StructureChoice::Block } else { StructureChoice::Auto };
     // Room for every point, whether it is loaded or not; without any, reactions would not remember patterns.
-    SceneOptions { structure, contacts: points.max(1), ..SceneOptions::default() }
+    let (contacts, filtered_nodes) = (points.max(1), Some(3 * points.max(1)));
+    SceneOptions { structure, contacts, filtered_nodes, ..SceneOptions::default() }
 }
 
 impl Body {
@@ -118,7 +121,8 @@ impl Body {
         let (own_inputs, rest) = rest.split_at_mut_checked(inputs).ok_or(short)?;
         let (shown, rest) = rest.split_at_mut_checked(inputs).ok_or(short)?;
         let body = vademecum_eval::Body::bind(file, &options, body)?;
-        let saved = rest.get_mut(..saved.min(body.scene().state_numbers())).ok_or(short)?;
+        let numbers = body.scene().state_numbers() + body.state().filter_numbers();
+        let saved = rest.get_mut(..saved.min(numbers)).ok_or(short)?;
         let counts = Counts::of(file, points.len() as u32, points.stresses() as u32);
         let names = Names {
             patterns: text(file, SectionKind::PatternNames),
@@ -336,7 +340,7 @@ impl Body {
             self.load()?;
             self.stale = false;
         }
-        self.body.state().save_into(self.saved)?;
+        self.save_state()?;
         for taken in 0..steps {
             let done = match self.flight {
                 Some(_) => self.fly(),
@@ -390,6 +394,15 @@ impl Body {
         Ok(next_force(&mut inputs))
     }
 
+    /// Saves coordinates and filtered forces.
+    fn save_state(&mut self) -> Result<(), Refusal> {
+        let numbers = self.body.scene().state_numbers();
+        let (state, filter) = self.saved.split_at_mut_checked(numbers).ok_or(StepError::Mismatch)?;
+        self.body.state().save_into(state)?;
+        self.body.state().save_filter_into(filter)?;
+        Ok(())
+    }
+
     /// Takes the saved state back, with the loads of the step that led to it.
     fn put_back(&mut self) -> Result<(), Refusal> {
         let Self { body, flight, points, counts, shown, saved, .. } = self;
@@ -416,7 +429,7 @@ impl Body {
             let scene = self.body.scene();
             *place = parameter(scene.options(), scene.metadata(), index).unwrap_or_default();
         }
-        self.body.state().save_into(self.saved)?;
+        self.save_state()?;
         let flight = self.flight.zip(self.body.flight()).map(|(flight, free)| flight.numbers(free.motion()));
         let flight = flight.as_ref().map_or(&[][..], |numbers| &numbers[..]);
         let parts = [&parameters[..], flight, self.inputs, self.shown, self.saved];
@@ -557,7 +570,9 @@ impl Acting<'_> {
         if let Some(Flight { spins: [before, after], .. }) = self.flight {
             loads.add_spin(scene, *before, *after)?;
         }
+        let (state, filter) = state.split_at_checked(scene.state_numbers()).ok_or(StepError::Mismatch)?;
         parts.state.restore_under(state, loads)?;
+        parts.state.restore_filter(filter)?;
         Ok(())
     }
 }

@@ -20,6 +20,62 @@
 //!
 //! Source: the closed form for a piecewise linear load (Nigam and Jennings 1969).
 
+use crate::scheme::StepParameters;
+
+/// A step of the filter `β ẏ + y = F` of forces that are linear over the step: under damping `C = βK` the modes
+/// without inertia show `y` instead of `F`.
+///
+/// ```
+/// use vademecum_format::exact::ForceFilter;
+/// use vademecum_format::scheme::StepParameters;
+///
+/// let step = StepParameters { time_step: 1e-3, alpha: 0.0, beta: 2e-3, density: 1.0, stiffness: 1.0 };
+/// let filter = ForceFilter::of(&step);
+/// let y = filter.keep * 0.25 + filter.drive(1.0, 1.0);
+/// assert!((y - (1.0 - 0.75 * (-0.5_f64).exp())).abs() < 1e-15);
+/// ```
+#[derive(Clone, Copy, Debug)]
+pub struct ForceFilter {
+    /// `e`, of the filtered force before the step.
+    pub keep: f64,
+    /// `g − e`, of the force at the start.
+    pub start: f64,
+    /// `1 − g`, of the force at the end.
+    pub end: f64,
+}
+
+impl ForceFilter {
+    /// The filter of a step; that of no damping shows forces at once.
+    #[must_use]
+    pub fn of(parameters: &StepParameters) -> Self {
+        if parameters.beta <= 0.0 {
+            return Self { keep: 0.0, start: 0.0, end: 1.0 };
+        }
+        let x = parameters.time_step / parameters.beta;
+        let keep = libm::exp(-x);
+        let gone = -libm::expm1(-x);
+        // 1 − (1 − e)/x loses its digits for small x; the next term of the series is x⁵/720.
+        let end = if x < 1e-2 {
+            x * (0.5 - x * (1.0 / 6.0 - x * (1.0 / 24.0 - x / 120.0)))
+        } else {
+            1.0 - gone / x
+        };
+        Self { keep, start: gone - end, end }
+    }
+
+    /// Share of a force held over the step that the step shows, `1 − e`.
+    #[must_use]
+    pub const fn held(&self) -> f64 {
+        self.start + self.end
+    }
+
+    /// Contribution of an amplitude that is linear over the step.
+    #[must_use]
+    pub const fn drive(&self, start: f64, end: f64) -> f64 {
+        self.start * start + self.end * end
+    }
+}
+
 /// `e^{AΔt} − I` of one mode, and its answers to a load held over the step and to one that rises over it.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Propagator {

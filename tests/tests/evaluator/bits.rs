@@ -17,14 +17,14 @@ use vademecum_tests::synthetic::{Body, Layout, bathe};
 
 /// Checksums of `name, structure`: in f32, in f64.
 const KNOWN: &[(&str, [u32; 2])] = &[
-    ("base.vdm, Exact", [0xf19c36a5, 0xed44d1b3]),
+    ("base.vdm, Exact", [0xdc21195d, 0x541ecfbc]),
     ("bent.vdm, Strain", [0x72402b2f, 0xf9c2abbb]),
-    ("exact-f64.vdm, Exact", [0xf19c36a5, 0xed44d1b3]),
+    ("exact-f64.vdm, Exact", [0xdc21195d, 0x541ecfbc]),
     ("fixed-f32.vdm, Diagonal", [0x7605947e, 0xd107ad49]),
     ("fixed-f32.vdm, Block", [0xf1eed633, 0x21683f0c]),
     ("fixed-f64.vdm, Diagonal", [0x9e0d3e3c, 0xe22eb3ee]),
     ("fixed-f64.vdm, Block", [0x5a522db1, 0x35760690]),
-    ("free.vdm, Exact", [0xf002f551, 0xb81c3bd4]),
+    ("free.vdm, Exact", [0xe80c91b6, 0x31aa7c22]),
     ("parameters.vdm, Block", [0xd0fa08b1, 0xb2a9164b]),
     ("probes.vdm, Diagonal", [0xad659dd5, 0xabaa89b0]),
     ("probes.vdm, Block", [0xe3201153, 0xb2684806]),
@@ -32,11 +32,11 @@ const KNOWN: &[(&str, [u32; 2])] = &[
     ("quadratic.vdm, Block", [0x1efe845f, 0x5f138d53]),
     ("quantised.vdm, Diagonal", [0x09b98b97, 0x8a8e8a7b]),
     ("quantised.vdm, Block", [0x87db5458, 0xecd744a3]),
-    ("reactions.vdm, Exact", [0xf19c36a5, 0xed44d1b3]),
+    ("reactions.vdm, Exact", [0xdc21195d, 0x541ecfbc]),
     ("repairs.vdm, Diagonal", [0xad659dd5, 0xabaa89b0]),
     ("repairs.vdm, Block", [0xe3201153, 0xb2684806]),
     ("separation.vdm, Block", [0xd0fa08b1, 0xb2a9164b]),
-    ("stress.vdm, Exact", [0xf19c36a5, 0xed44d1b3]),
+    ("stress.vdm, Exact", [0xdc21195d, 0x541ecfbc]),
     ("swinging.vdm, Strain", [0xe5802d5c, 0x37a26d8a]),
 ];
 

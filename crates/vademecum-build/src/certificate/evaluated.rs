@@ -6,6 +6,7 @@ use vademecum_eval::{
     Structure,
 };
 use vademecum_format::File;
+use vademecum_format::exact::ForceFilter;
 use vademecum_format::scheme::MAX_STAGES;
 
 use super::error::CertificateError;
@@ -201,12 +202,14 @@ pub(crate) fn certify_exact(
     let mut coordinates = vec![Mat::zeros(r, 1 + unseen.steps); columns];
     // How much of its load each shows at each instant.
     let mut acting = vec![Mat::zeros(1, 1 + unseen.steps); columns];
+    let filter = ForceFilter::of(march.body.scene().parameters());
     for step in 0..unseen.steps {
         let now = march.step(step)?;
         for (j, trajectory) in march.trajectories.iter().enumerate() {
             coordinates[j].col_mut(step + 1).copy_from(now.col(j));
-            // A step shows the load as it is at its very end.
-            acting[j][(0, step + 1)] = trajectory.factors[1];
+            // A step shows the load as it is at its very end, through the filter of the damping.
+            let [start, end, ..] = trajectory.factors;
+            acting[j][(0, step + 1)] = filter.keep * acting[j][(0, step)] + filter.drive(start, end);
         }
         listener.checkpoint(step + 1, unseen.steps)?;
     }
@@ -340,7 +343,7 @@ impl<'m> March<'m> {
         let mut statics = StaticField::new(self.body.scene(), &mut answer, &mut rest)?;
         let mut shown = vec![0.0; 3 * order.nodes.len()];
         let mut left = vec![0.0; self.body.scene().state_numbers()];
-        let zero = vec![0.0; self.body.scene().n_modes()];
+        let zero = vec![0.0; self.body.scene().state_numbers()];
         let mut fields = vec![];
         for Trajectory { contact, state, loads, factors, .. } in &mut self.trajectories {
             if of_answer == 0 {
@@ -349,7 +352,8 @@ impl<'m> March<'m> {
             state.save_into(&mut left)?;
             loads.clear();
             loads.add_contact(self.body.scene(), contact)?;
-            self.body.scene().set(state, &zero, &zero, loads)?;
+            // In equilibrium with the load.
+            state.restore_under(&zero, loads)?;
             self.body.scene().solve_static_field(state, &mut statics)?;
             let told = self.body.scene().body_with(state, Field::Displacement, &mut statics, &mut shown);
             loads.clear();

@@ -33,7 +33,7 @@ impl<T: Scalar> Scene<'_, T> {
         self.check_fresh(loads)?;
         self.equation().place(&mut state.y, zeta, zeta_dot, loads.force)?;
         state.settle_residual(loads);
-        if zeta.iter().chain(zeta_dot).all(|&number| number == 0.0) {
+        if self.filter.keep > 0.0 && zeta.iter().chain(zeta_dot).all(|&number| number == 0.0) {
             state.filtered.clear();
         }
         Ok(())

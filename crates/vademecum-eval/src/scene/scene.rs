@@ -13,7 +13,7 @@ use crate::kernels::strain::map::{checked_step, lay_out_force, lay_out_strain};
 use crate::kernels::strain::numbers::{StrainSections, StrainStep};
 use crate::scene::bind::{Asked, Sections, fuse, lay_out, sections};
 use crate::scene::shape::{Shape, shape};
-use crate::sections::filter::Filter;
+use vademecum_format::exact::ForceFilter;
 use vademecum_format::scheme::{MAX_STAGES, SchemeTable, StepParameters};
 use vademecum_format::{File, Metadata, SectionKind};
 
@@ -29,7 +29,7 @@ pub struct Scene<'m, T> {
     pub(crate) generation: u64,
     pub(crate) rest_below: T,
     /// The filter of the residual flexibility.
-    pub(crate) filter: Filter,
+    pub(crate) filter: ForceFilter,
     /// The step of the strain structure.
     pub(crate) strain: StrainStep,
     pub(crate) map: &'m mut [T],
@@ -172,7 +172,7 @@ impl<'m, T: Scalar> Scene<'m, T> {
             metadata,
             options: *options,
             parameters: asked.step,
-            filter: Filter::of(&asked.step),
+            filter: ForceFilter::of(&asked.step),
             sections,
             generation: 0,
             rest_below: options.rest_threshold(),

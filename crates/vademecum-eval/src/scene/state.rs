@@ -195,6 +195,31 @@ impl<'m, T: Scalar> State<'m, T> {
         }
     }
 
+    /// Numbers of filtered forces, which the residual flexibility shows under stiffness-proportional damping; 0
+    /// without.
+    #[must_use]
+    pub const fn filter_numbers(&self) -> usize {
+        self.filtered.numbers()
+    }
+
+    /// Copies the filtered forces to `out`, [`State::filter_numbers`] numbers, for
+    /// [`State::restore_filter`].
+    ///
+    /// # Errors
+    /// [`StepError::Mismatch`] for another length.
+    pub fn save_filter_into(&self, out: &mut [T]) -> Result<(), StepError> {
+        Ok(self.filtered.save_into(out)?)
+    }
+
+    /// Takes back what [`State::save_filter_into`] wrote, bit for bit; after [`State::restore`] or
+    /// [`State::restore_under`].
+    ///
+    /// # Errors
+    /// [`StepError::Mismatch`] for other numbers; nothing has changed then.
+    pub fn restore_filter(&mut self, saved: &[T]) -> Result<(), StepError> {
+        self.filtered.restore(saved).ok_or(StepError::Mismatch)
+    }
+
     /// The forces that the residual flexibility answers: filtered where the damping asks for it.
     #[inline(always)]
     pub(crate) const fn shown(&self) -> &Statics<'m, T> {

@@ -19,7 +19,7 @@ use crate::base::lend::{Lender, Short};
 use crate::base::options::SceneOptions;
 use crate::base::scalar::Scalar;
 use crate::sections::residual::Statics;
-use vademecum_format::scheme::StepParameters;
+use vademecum_format::exact::ForceFilter;
 use vademecum_format::{File, ParameterRole};
 
 /// Filtered forces below this share of the largest are dropped.
@@ -37,46 +37,6 @@ pub(crate) fn filtered_room(file: &File<'_>, options: &SceneOptions, statics: [u
     let all = metadata.n_load_nodes as usize;
     let [nodes, patterns] = statics;
     [if nodes > 0 { options.filtered_nodes.unwrap_or(all).min(all) } else { 0 }, patterns]
-}
-
-/// The coefficients of a step of the filter.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct Filter {
-    /// `e`, of the filtered force before the step.
-    pub keep: f64,
-    /// `g − e`, of the force at the start.
-    pub start: f64,
-    /// `1 − g`, of the force at the end.
-    pub end: f64,
-}
-
-impl Filter {
-    /// The filter of a step; that of no damping shows forces at once.
-    pub fn of(parameters: &StepParameters) -> Self {
-        if parameters.beta <= 0.0 {
-            return Self { keep: 0.0, start: 0.0, end: 1.0 };
-        }
-        let x = parameters.time_step / parameters.beta;
-        let keep = libm::exp(-x);
-        let gone = -libm::expm1(-x);
-        // 1 − (1 − e)/x loses its digits for small x; the next term of the series is x⁵/720.
-        let end = if x < 1e-2 {
-            x * (0.5 - x * (1.0 / 6.0 - x * (1.0 / 24.0 - x / 120.0)))
-        } else {
-            1.0 - gone / x
-        };
-        Self { keep, start: gone - end, end }
-    }
-
-    /// Share of a force held over the step that the step shows, `1 − e`.
-    pub fn held(&self) -> f64 {
-        self.start + self.end
-    }
-
-    /// Contribution of an amplitude that is linear over the step.
-    pub fn drive(&self, start: f64, end: f64) -> f64 {
-        self.start * start + self.end * end
-    }
 }
 
 /// Filtered forces of a state, in lent memory.
@@ -112,7 +72,7 @@ impl<'m, T: Scalar> Filtered<'m, T> {
 
     /// A step under a drive that was checked.
     #[inline(never)]
-    pub fn step(&mut self, filter: &Filter, drive: &Statics<'_, T>) {
+    pub fn step(&mut self, filter: &ForceFilter, drive: &Statics<'_, T>) {
         let keep = T::from_f64(filter.keep);
         let forces = &mut self.forces;
         for [_, force @ ..] in forces.forces.iter_mut().take(forces.used) {
@@ -137,6 +97,55 @@ impl<'m, T: Scalar> Filtered<'m, T> {
         self.clear();
         self.forces.copy(forces);
         self.drop_small();
+    }
+
+    /// Numbers that [`Filtered::save_into`] writes.
+    pub const fn numbers(&self) -> usize {
+        if self.forces.forces.is_empty() && self.forces.patterns.is_empty() {
+            return 0;
+        }
+        3 + 4 * self.forces.forces.len() + self.forces.patterns.len()
+    }
+
+    /// Writes the count of forces, the largest ones, all forces with their nodes, and all amplitudes.
+    pub fn save_into(&self, out: &mut [T]) -> Result<(), Short> {
+        let (found, needed) = (out.len(), self.numbers());
+        if found != needed {
+            return Err(Short { found, needed });
+        }
+        let forces = &self.forces;
+        let used = forces.forces.as_flattened().iter().take(4 * forces.used);
+        let none = 4 * (forces.forces.len() - forces.used);
+        let zero = T::ZERO;
+        let head = [T::from_f64(forces.used as f64), self.largest[0], self.largest[1]];
+        let all = head.iter().chain(used).chain(core::iter::repeat_n(&zero, none)).chain(&*forces.patterns);
+        out.iter_mut().zip(all).for_each(|(out, &number)| *out = number);
+        Ok(())
+    }
+
+    /// Takes back what [`Filtered::save_into`] wrote; `None`, and nothing changes, for other numbers.
+    pub fn restore(&mut self, saved: &[T]) -> Option<()> {
+        if saved.len() != self.numbers() || saved.iter().any(|x| !x.to_f64().is_finite()) {
+            return None;
+        }
+        let Some((&[used, of_forces, of_patterns], saved)) = saved.split_first_chunk() else {
+            return Some(());
+        };
+        let (forces, count) = (&mut self.forces, used.to_f64());
+        if !(count >= 0.0 && count <= forces.forces.len() as f64 && libm::floor(count) == count) {
+            return None;
+        }
+        let (nodes, amplitudes) = saved.split_at_checked(4 * forces.forces.len())?;
+        if nodes.iter().step_by(4).any(|node| node.to_f64() < 0.0) {
+            return None;
+        }
+        let places = forces.forces.as_flattened_mut().iter_mut();
+        places.zip(nodes).for_each(|(place, &number)| *place = number);
+        forces.patterns.iter_mut().zip(amplitudes).for_each(|(place, &number)| *place = number);
+        forces.used = count as usize;
+        forces.some_pattern = forces.patterns.iter().any(|&amplitude| amplitude != T::ZERO);
+        self.largest = [of_forces, of_patterns];
+        Some(())
     }
 
     /// Drops what is small beside the largest that there has been.

@@ -3,13 +3,15 @@
 use serde::Serialize;
 use vademecum_build::Matrix;
 use vademecum_build::dynamics::{
-    FullOrder, INSTANTS, MotionPart, ReferenceSolution, announce, seconds_per_step,
+    FullOrder, INSTANTS, MotionPart, ReferenceSolution, TimedLoad, announce, seconds_per_step,
 };
 use vademecum_build::input::Problem;
 use vademecum_build::measured::{NotMeasured, measured, reference_measured};
 use vademecum_build::prepared::{Body, Prepared};
 use vademecum_build::progress::Listener;
-use vademecum_eval::{Field, StructureChoice};
+use vademecum_eval::{Field, SceneOptions, StructureChoice};
+use vademecum_format::exact::ForceFilter;
+use vademecum_format::scheme::StepParameters;
 use vademecum_format::{File, SectionKind};
 
 use super::bound_scenario::{BoundScenario, VerificationRecord, show};
@@ -165,10 +167,7 @@ pub fn verify_linear(
     let entries = bound_scenario.entries();
     let contacts = (&loads[..entries.len()], &entries[..]);
     let statics = static_columns(file, options, track, body, file_nodes)?;
-    let acting = Matrix::from_fn(loads.len(), 1 + steps, |j, step| match step {
-        0 => 0.0,
-        step => loads[j].when.just_before(step as f64 * time_step),
-    });
+    let acting = filtered_factors(loads, &setting.step, steps);
     let mut motion = vec![MotionPart { columns: basis.as_ref(), amplitudes: coordinates.as_ref() }];
     motion.extend(
         statics.as_ref().map(|columns| MotionPart { columns: columns.as_ref(), amplitudes: acting.as_ref() }),
@@ -209,6 +208,28 @@ pub fn verify_linear(
     Ok(bound_scenario.verified(figures, (file, scenario), probes, energies)?)
 }
 
+/// Factor of each load through the filter of the residual at every instant, shape (loads, 1 + steps); without
+/// stiffness-proportional damping the factor at the end of each step.
+fn filtered_factors(loads: &[TimedLoad], step: &StepParameters, steps: usize) -> Matrix {
+    // A load may bend within a step.
+    let parts = if step.beta > 0.0 { 16 } else { 1 };
+    let part = StepParameters { time_step: step.time_step / parts as f64, ..*step };
+    let filter = ForceFilter::of(&part);
+    let mut factors = Matrix::zeros(loads.len(), 1 + steps);
+    for (j, load) in loads.iter().enumerate() {
+        let mut shown = 0.0;
+        for n in 0..steps {
+            let time = |p: usize| (n as f64 + p as f64 / parts as f64) * step.time_step;
+            for p in 0..parts {
+                let ends = (load.when.just_after(time(p)), load.when.just_before(time(p + 1)));
+                shown = filter.keep * shown + filter.drive(ends.0, ends.1);
+            }
+            factors[(j, n + 1)] = shown;
+        }
+    }
+    factors
+}
+
 /// Static part of the fields of a file for each load of a track at factor 1, beside the modes; shape
 /// (n, loads). Nothing where they show no more than the modes.
 fn static_columns(
@@ -221,7 +242,9 @@ fn static_columns(
     if options.takes_chapter(file) || file.section(SectionKind::FactorValues).is_none() {
         return Ok(None);
     }
-    with_body::<f64, _>(file, &elastic_with_fields(&options.scene), |played| {
+    // At once: the factors are filtered.
+    let scene = SceneOptions { beta: Some(0.0), ..options.scene };
+    with_body::<f64, _>(file, &elastic_with_fields(&scene), |played| {
         if !played.has_static_field() {
             return Ok(None);
         }
