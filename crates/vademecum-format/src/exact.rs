@@ -22,8 +22,8 @@
 
 use crate::scheme::StepParameters;
 
-/// A step of the filter `β ẏ + y = F` of forces that are linear over the step: under damping `C = βK` the modes
-/// without inertia show `y` instead of `F`.
+/// A step of the filter `β ẏ + y = F` of forces that are linear over the step: under damping `C = βK` the
+/// modes without inertia show `y` instead of `F`.
 ///
 /// ```
 /// use vademecum_format::exact::ForceFilter;

@@ -195,8 +195,8 @@ impl<'m, T: Scalar> State<'m, T> {
         }
     }
 
-    /// Numbers of filtered forces, which the residual flexibility shows under stiffness-proportional damping; 0
-    /// without.
+    /// Numbers of filtered forces, which the residual flexibility shows under stiffness-proportional damping;
+    /// 0 without.
     #[must_use]
     pub const fn filter_numbers(&self) -> usize {
         self.filtered.numbers()
