@@ -326,3 +326,19 @@ fn a_reader_that_leaves_early_is_no_fault_and_a_full_disk_is_one() {
         ran.fails(1, &["cannot be printed"]);
     }
 }
+
+#[test]
+fn help_is_plain_text() {
+    let help = vademecum(&["--help"]).stdout;
+    let names: Vec<&str> =
+        help.lines().filter_map(|line| line.strip_prefix("  ")?.split(' ').next()).collect();
+    let commands: Vec<&str> = names.into_iter().filter(|name| name.starts_with(char::is_lowercase)).collect();
+    assert!(commands.contains(&"frf") && commands.len() > 10, "{commands:?}");
+    for name in commands {
+        let ran = vademecum(&[name, "--help"]);
+        assert_eq!(ran.code, Some(0), "{name}");
+        // Marks of the documentation of Rust.
+        let marks = ["\\[", "](", "[`"].into_iter().find(|mark| ran.stdout.contains(mark));
+        assert_eq!(marks, None, "{name}");
+    }
+}

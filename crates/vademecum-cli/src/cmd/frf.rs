@@ -39,7 +39,7 @@ pub(crate) struct Frf {
     #[arg(long = "out", value_name = "CHANNEL", value_parser = channel, required = true,
           allow_hyphen_values = true)]
     outputs: Vec<Channel>,
-    /// First and last frequency \[Hz\].
+    /// First and last frequency in Hz.
     #[arg(long, value_name = "F0,F1", value_parser = range)]
     range: [f64; 2],
     /// Number of frequencies. The damped natural frequencies and the half-power points of the file that lie
@@ -86,11 +86,11 @@ const CHANNEL: &str = "a channel is X,Y,Z,DIRECTION near the surface, such as 1,
 
 #[derive(Clone, Copy, clap::ValueEnum)]
 enum QuantityArgument {
-    /// Displacement \[m\].
+    /// Displacement in m.
     Displacement,
-    /// Velocity \[m/s\].
+    /// Velocity in m/s.
     Velocity,
-    /// Acceleration \[m/s²\].
+    /// Acceleration in m/s².
     Acceleration,
 }
 

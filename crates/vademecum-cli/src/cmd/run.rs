@@ -40,7 +40,7 @@ pub(crate) struct Run {
     /// Structure of the step.
     #[arg(long, value_enum, default_value_t = StructureArgument::Auto)]
     structure: StructureArgument,
-    /// Time step \[s\]; the file's if absent. The diagonal structure takes any; the block structure takes
+    /// Time step in s; the file's if absent. The diagonal structure takes any; the block structure takes
     /// those of the range it was built for, if the time step is one of its live parameters, and no other.
     #[arg(long, value_parser = positive, allow_negative_numbers = true)]
     time_step: Option<f64>,
