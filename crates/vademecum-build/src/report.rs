@@ -133,8 +133,16 @@ impl CertificateReport {
                 ("spectral_radius", s.spectral_radius),
                 ("energy_ratio", s.energy_ratio),
             ];
-            // A structure of large displacements has no spectral radius and no ratio of energies.
-            measured(if self.large { &errors[..2] } else { &errors })
+            let chapter = self.chapter.as_ref().filter(|chapter| std::ptr::eq(&chapter.structure, s));
+            measured(match chapter {
+                // A run that leaves the ranges of the maps has no error, and the report says where it left.
+                Some(chapter) if chapter.left_at.is_some() => &[],
+                // A free run that leaves them has no ratio of energies.
+                Some(_) => &errors[..3],
+                // A structure of large displacements has no spectral radius and no ratio of energies.
+                None if self.large => &errors[..2],
+                None => &errors,
+            })
         })
     }
 
