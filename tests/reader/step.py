@@ -214,11 +214,11 @@ class Scene:
 
     def displacement(self, y, node, pushes=()):
         moved = np.array([self.row(node, c) @ y[0] for c in range(3)])
-        if self.residual:
+        if self.residual and pushes is not None:
             moved = moved + self.residual.node(node, *self.shown(pushes)) / self.v.stiffness
         return moved
 
-    def probes(self, zeta, pushes=()):
+    def probes(self, zeta, pushes=None):
         """With loads the displacement; without, also a velocity."""
         if "ProbeRows" not in self.file:
             return np.zeros(0)
