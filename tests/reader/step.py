@@ -214,7 +214,7 @@ class Scene:
 
     def displacement(self, y, node, pushes=()):
         moved = np.array([self.row(node, c) @ y[0] for c in range(3)])
-        if self.residual and pushes is not None:
+        if self.residual:
             moved = moved + self.residual.node(node, *self.shown(pushes)) / self.v.stiffness
         return moved
 
@@ -223,7 +223,7 @@ class Scene:
         if "ProbeRows" not in self.file:
             return np.zeros(0)
         values = self.file.section("ProbeRows").reshape(-1, self.r) @ zeta
-        if self.residual:
+        if self.residual and pushes is not None:
             values = values + self.residual.probes(len(values), *self.shown(pushes)) / self.v.stiffness
         return values
 
