@@ -247,7 +247,11 @@ class Scene:
 
     def follow(self, starts, ends):
         """A step of the filter `β ẏ + y = F`, under loads that are linear over it."""
-        if not self.residual or not self.v.beta > 0:
+        if not self.residual:
+            return
+        if not self.v.beta > 0:
+            self.filtered = ({}, {})
+            self.add_filtered(forces_of(ends))
             return
         x = self.v.dt / self.v.beta
         keep, gone = math.exp(-x), -math.expm1(-x)

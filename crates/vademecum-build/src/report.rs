@@ -187,7 +187,7 @@ impl CertificateReport {
         found.into_iter().filter_map(|(missed, part)| missed.then_some(part)).collect()
     }
 
-    /// Whether a larger basis could correct the block structure: its maps and its stability are sound.
+    /// True if a larger basis could correct the block structure: its maps and its stability are sound.
     pub(crate) fn misses_trajectories_only(&self) -> bool {
         self.block.as_ref().is_some_and(|s| s.spectral_radius <= STABLE_RADIUS && s.maps_keep(self.map))
     }

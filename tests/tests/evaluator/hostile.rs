@@ -18,7 +18,7 @@ fn page() -> Vec<(u32, String)> {
     refusals.lines().take_while(|line| !line.starts_with("## ")).filter_map(row).collect()
 }
 
-/// What a reader that opens the file, verifies it and asks for all its sections hears.
+/// Result of a reader that opens the file, verifies it and asks for all its sections.
 fn refusal(bytes: &[u8]) -> Option<FormatError> {
     let decoded = |section: &Section<'_>| {
         Decoder::new()?.decode_into(section, &mut vec![0; section.decoded_length() as usize])

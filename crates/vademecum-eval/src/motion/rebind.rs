@@ -120,6 +120,7 @@ impl<T: Scalar> Scene<'_, T> {
     /// `true` for a scene that shows residual flexibility and has no room for its filter.
     const fn residual_wants_filter(&self) -> bool {
         let [nodes, patterns] = self.shape.statics;
-        self.options.residual && (nodes != 0 || patterns != 0) && !self.shape.is_filtered()
+        let shown = nodes != 0 || patterns != 0;
+        shown && self.options.residual && !self.sections.residual.is_empty() && !self.shape.is_filtered()
     }
 }

@@ -34,7 +34,7 @@ pub struct Loads<'m, T> {
     pub(crate) active: bool,
     /// Forces at the end of the step, for what the modes leave out.
     pub(crate) statics: Statics<'m, T>,
-    /// What the step adds to the filtered forces; no room without a filter.
+    /// Contribution of the step to the filtered forces; no room without a filter.
     pub(crate) drive: Statics<'m, T>,
 }
 

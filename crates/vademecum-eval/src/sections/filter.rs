@@ -18,7 +18,7 @@ use crate::base::error::StepError;
 use crate::base::lend::{Lender, Short};
 use crate::base::options::SceneOptions;
 use crate::base::scalar::Scalar;
-use crate::sections::residual::Statics;
+use crate::sections::residual::{Residual, Statics};
 use vademecum_format::exact::ForceFilter;
 use vademecum_format::{File, ParameterRole};
 
@@ -31,12 +31,12 @@ pub(crate) fn filtered_room(file: &File<'_>, options: &SceneOptions, statics: [u
     let metadata = file.metadata();
     let live = metadata.active_parameters().iter().any(|parameter| parameter.role == ParameterRole::Beta);
     let damped = options.beta.unwrap_or(metadata.beta) != 0.0;
-    if !options.residual || !(live || damped) {
+    if !options.residual || !(live || damped) || Residual::of(file).is_empty() {
         return [0; 2];
     }
     let all = metadata.n_load_nodes as usize;
     let [nodes, patterns] = statics;
-    [if nodes > 0 { options.filtered_nodes.unwrap_or(all).min(all) } else { 0 }, patterns]
+    [if nodes > 0 { options.filtered_nodes.unwrap_or(all).max(1).min(all) } else { 0 }, patterns]
 }
 
 /// Filtered forces of a state, in lent memory.

@@ -61,6 +61,12 @@ impl<'m> Residual<'m> {
         }
     }
 
+    /// `true` for a file without any of it.
+    pub const fn is_empty(&self) -> bool {
+        let of_contacts = self.nodes.is_some() || self.probes.is_some();
+        !(of_contacts || self.patterns.is_some() || self.pattern_probes.is_some())
+    }
+
     /// `R` between two loadable nodes; zero where the file does not have it.
     pub fn between(&self, a: usize, b: usize) -> Block {
         let known = if a == b { self.own(a) } else { self.of_pair(a, b) };

@@ -43,7 +43,7 @@ pub struct ChapterBody<'s, 'm> {
     pub scene: &'s ChapterScene<'m>,
     /// Where the body is.
     pub state: ChapterState,
-    /// What acts on it.
+    /// Its loads.
     pub loads: ChapterLoads,
 }
 
