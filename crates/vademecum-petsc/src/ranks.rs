@@ -203,7 +203,7 @@ mod tests {
             Command::Stop,
         ];
         for command in commands {
-            assert_eq!(Command::received(command.packet()), Some(word));
+            assert_eq!(Command::received(command.packet()), Some(command));
         }
         assert_eq!(Command::received([9; 9]), None);
     }

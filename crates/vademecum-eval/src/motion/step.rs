@@ -46,13 +46,19 @@ impl<T: Scalar> Scene<'_, T> {
             if !loads.active {
                 state.y.unstarted = false;
                 state.statics.clear();
-                return Ok(self.follow(state, loads, Status::AtRest));
+                if self.shape.is_filtered() {
+                    return Ok(self.follow(state, loads, Status::AtRest));
+                }
+                return Ok(Status::AtRest);
             }
             if self.shape.n_parts() > 2 && state.y.unstarted {
                 return self.first_step(state, loads);
             }
         }
         self.check_fresh(loads)?;
+        if self.shape.is_filtered() {
+            return self.advance_filtered(state, loads);
+        }
         self.advance(state, loads)
     }
 
@@ -61,7 +67,10 @@ impl<T: Scalar> Scene<'_, T> {
     fn first_step(&self, state: &mut State<'_, T>, loads: &Loads<'_, T>) -> Result<Status, StepError> {
         self.check_fresh(loads)?;
         self.equation().start(&mut state.y, loads.force)?;
-        let status = self.advance(state, loads);
+        let status = match self.shape.is_filtered() {
+            true => self.advance_filtered(state, loads),
+            false => self.advance(state, loads),
+        };
         if status.is_err() {
             state.y.rest();
         }
@@ -73,9 +82,6 @@ impl<T: Scalar> Scene<'_, T> {
         if self.shape.is_strain() {
             return self.march_strain(state, loads, None);
         }
-        if self.shape.is_filtered() {
-            state.filtered.check(&loads.drive)?;
-        }
         let (old, new, load) = (&*state.y.now, &mut *state.y.next, &*loads.increment);
         let magnitude = match self.shape.structure() {
             Structure::Diagonal => step_diagonal(blocks(self.map), old, load, new)?,
@@ -85,15 +91,19 @@ impl<T: Scalar> Scene<'_, T> {
         };
         let status = state.y.settle(magnitude, loads.active, self.rest_below)?;
         state.statics.copy(&loads.statics);
+        Ok(status)
+    }
+
+    /// A step whose residual follows the loads.
+    #[inline(never)]
+    fn advance_filtered(&self, state: &mut State<'_, T>, loads: &Loads<'_, T>) -> Result<Status, StepError> {
+        state.filtered.check(&loads.drive)?;
+        let status = self.advance(state, loads)?;
         Ok(self.follow(state, loads, status))
     }
 
-    /// The residual follows the loads, where it is filtered. A body is not at rest before it has.
-    #[inline(always)]
+    /// The filtered forces after a step. A body is not at rest before they are gone.
     fn follow(&self, state: &mut State<'_, T>, loads: &Loads<'_, T>, status: Status) -> Status {
-        if !self.shape.is_filtered() {
-            return status;
-        }
         state.filtered.step(&self.filter, &loads.drive);
         if state.filtered.forces.is_empty() { status } else { Status::Moving }
     }

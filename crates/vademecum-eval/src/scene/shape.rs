@@ -28,8 +28,10 @@ pub(crate) struct Shape {
     pub n_points: usize,
     /// Nodes and patterns whose forces are remembered for the residual flexibility and for reactions.
     pub statics: [usize; 2],
-    /// Nodes and patterns whose filtered forces a state keeps; zeros without a filter.
+    /// Nodes and patterns whose filtered forces a state keeps; zeros without a filter. A state knows its own.
     pub filtered: [usize; 2],
+    /// `true` with a filter.
+    filters: bool,
     /// Of the strain structure.
     pub strain: StrainShape,
 }
@@ -38,8 +40,9 @@ pub(crate) struct Shape {
 impl PartialEq for Shape {
     #[inline(always)]
     fn eq(&self, other: &Self) -> bool {
-        let Self { chosen, r, n_stages, n_terms, n_points, statics, filtered, strain } = *self;
-        let ([nodes, patterns], [slow_nodes, slow_patterns]) = (statics, filtered);
+        let Self {
+            chosen, r, n_stages, n_terms, n_points, statics: [nodes, patterns], filters, strain, ..
+        } = *self;
         let StrainShape { interacting, leading, tail, rows } = strain;
         let differ = (r ^ other.r)
             | (n_stages ^ other.n_stages)
@@ -47,8 +50,7 @@ impl PartialEq for Shape {
             | (n_points ^ other.n_points)
             | (nodes ^ other.statics[0])
             | (patterns ^ other.statics[1])
-            | (slow_nodes ^ other.filtered[0])
-            | (slow_patterns ^ other.filtered[1])
+            | (filters as usize ^ other.filters as usize)
             | (interacting ^ other.strain.interacting)
             | (leading ^ other.strain.leading)
             | (tail ^ other.strain.tail)
@@ -133,7 +135,7 @@ impl Shape {
     /// `true` where the residual follows forces with the time constant of the damping.
     #[inline(always)]
     pub const fn is_filtered(&self) -> bool {
-        self.filtered[0] != 0 || self.filtered[1] != 0
+        self.filters
     }
 
     /// Nodes and patterns that loads keep their contribution to the filter of.
@@ -224,6 +226,7 @@ pub(crate) fn shape<T: Scalar>(file: &File<'_>, options: &SceneOptions) -> Resul
         Structure::Strain => ([0; 2], strain_shape(file)?),
         _ => (room::<T>(file, options.contacts, residual), StrainShape::default()),
     };
+    let filtered = filtered_room(file, options, statics);
     Ok(Shape {
         chosen: structure,
         r: metadata.n_modes as usize,
@@ -231,7 +234,8 @@ pub(crate) fn shape<T: Scalar>(file: &File<'_>, options: &SceneOptions) -> Resul
         n_terms,
         n_points,
         statics,
-        filtered: filtered_room(file, options, statics),
+        filtered,
+        filters: filtered != [0; 2],
         strain,
     })
 }
