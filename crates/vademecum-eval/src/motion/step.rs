@@ -57,7 +57,7 @@ impl<T: Scalar> Scene<'_, T> {
         }
         self.check_fresh(loads)?;
         if self.shape.is_filtered() {
-            return self.advance_filtered(state, loads);
+            return self.advance_and_follow(state, loads);
         }
         self.advance(state, loads)
     }
@@ -67,10 +67,7 @@ impl<T: Scalar> Scene<'_, T> {
     fn first_step(&self, state: &mut State<'_, T>, loads: &Loads<'_, T>) -> Result<Status, StepError> {
         self.check_fresh(loads)?;
         self.equation().start(&mut state.y, loads.force)?;
-        let status = match self.shape.is_filtered() {
-            true => self.advance_filtered(state, loads),
-            false => self.advance(state, loads),
-        };
+        let status = self.advance_and_follow(state, loads);
         if status.is_err() {
             state.y.rest();
         }
@@ -94,12 +91,19 @@ impl<T: Scalar> Scene<'_, T> {
         Ok(status)
     }
 
-    /// A step whose residual follows the loads.
+    /// A step whose residual follows the loads where it is filtered.
     #[inline(never)]
-    fn advance_filtered(&self, state: &mut State<'_, T>, loads: &Loads<'_, T>) -> Result<Status, StepError> {
-        state.filtered.check(&loads.drive)?;
+    fn advance_and_follow(
+        &self,
+        state: &mut State<'_, T>,
+        loads: &Loads<'_, T>,
+    ) -> Result<Status, StepError> {
+        let filters = self.shape.is_filtered();
+        if filters {
+            state.filtered.check(&loads.drive)?;
+        }
         let status = self.advance(state, loads)?;
-        Ok(self.follow(state, loads, status))
+        Ok(if filters { self.follow(state, loads, status) } else { status })
     }
 
     /// The filtered forces after a step. A body is not at rest before they are gone.
