@@ -330,9 +330,11 @@ fn a_reader_that_leaves_early_is_no_fault_and_a_full_disk_is_one() {
 #[test]
 fn help_is_plain_text() {
     let help = vademecum(&["--help"]).stdout;
-    let names: Vec<&str> =
-        help.lines().filter_map(|line| line.strip_prefix("  ")?.split(' ').next()).collect();
-    let commands: Vec<&str> = names.into_iter().filter(|name| name.starts_with(char::is_lowercase)).collect();
+    let list = help.split("Commands:").nth(1).and_then(|rest| rest.split("\n\n").next()).expect("a list");
+    // The second line of a text is further in.
+    let lines = list.lines().filter_map(|line| line.strip_prefix("  "));
+    let commands: Vec<&str> =
+        lines.filter_map(|line| line.split(' ').next()).filter(|s| !s.is_empty()).collect();
     assert!(commands.contains(&"frf") && commands.len() > 10, "{commands:?}");
     for name in commands {
         let ran = vademecum(&[name, "--help"]);

@@ -56,9 +56,6 @@ impl<T: Scalar> Scene<'_, T> {
             }
         }
         self.check_fresh(loads)?;
-        if self.shape.is_filtered() {
-            return self.advance_and_follow(state, loads);
-        }
         self.advance(state, loads)
     }
 
@@ -67,7 +64,7 @@ impl<T: Scalar> Scene<'_, T> {
     fn first_step(&self, state: &mut State<'_, T>, loads: &Loads<'_, T>) -> Result<Status, StepError> {
         self.check_fresh(loads)?;
         self.equation().start(&mut state.y, loads.force)?;
-        let status = self.advance_and_follow(state, loads);
+        let status = self.advance(state, loads);
         if status.is_err() {
             state.y.rest();
         }
@@ -79,6 +76,10 @@ impl<T: Scalar> Scene<'_, T> {
         if self.shape.is_strain() {
             return self.march_strain(state, loads, None);
         }
+        let filters = self.shape.is_filtered();
+        if filters {
+            state.filtered.check(&loads.drive)?;
+        }
         let (old, new, load) = (&*state.y.now, &mut *state.y.next, &*loads.increment);
         let magnitude = match self.shape.structure() {
             Structure::Diagonal => step_diagonal(blocks(self.map), old, load, new)?,
@@ -88,25 +89,11 @@ impl<T: Scalar> Scene<'_, T> {
         };
         let status = state.y.settle(magnitude, loads.active, self.rest_below)?;
         state.statics.copy(&loads.statics);
-        Ok(status)
-    }
-
-    /// A step whose residual follows the loads where it is filtered.
-    #[inline(never)]
-    fn advance_and_follow(
-        &self,
-        state: &mut State<'_, T>,
-        loads: &Loads<'_, T>,
-    ) -> Result<Status, StepError> {
-        let filters = self.shape.is_filtered();
-        if filters {
-            state.filtered.check(&loads.drive)?;
-        }
-        let status = self.advance(state, loads)?;
         Ok(if filters { self.follow(state, loads, status) } else { status })
     }
 
     /// The filtered forces after a step. A body is not at rest before they are gone.
+    #[inline(never)]
     fn follow(&self, state: &mut State<'_, T>, loads: &Loads<'_, T>, status: Status) -> Status {
         state.filtered.step(&self.filter, &loads.drive);
         if state.filtered.forces.is_empty() { status } else { Status::Moving }
