@@ -77,6 +77,7 @@ pub mod limits;
 pub mod linalg;
 pub mod measured;
 pub mod mesh;
+pub mod mesh_error;
 pub mod parametric;
 pub mod pipeline;
 pub mod prepared;

@@ -26,6 +26,8 @@ pub use options::BuildOptions;
 pub use outcome::{Built, Outcome};
 pub use reduced::ReducedModel;
 
+use faer::MatRef;
+
 use crate::basis::BasisError;
 use crate::input::{BasisKind, Problem};
 use crate::prepared::ParameterSpace;
@@ -83,6 +85,7 @@ fn build_sized(
         return large::build(context, problem, plan, watch);
     }
     let model = ReducedModel::new(context, problem, &plan, watch)?;
+    context.estimate_mesh_error(natural_modes(context, problem, &model), watch)?;
     let certified = if context.prepared.exact {
         exact::certified(context, problem, &model, watch)?
     } else if context.prepared.space.parameters.is_empty() {
@@ -91,6 +94,17 @@ fn build_sized(
         separated::certified(context, problem, &model, watch)?
     };
     Ok(certified.reported(context, problem, (&model.basis, model.snapshots), plan, watch))
+}
+
+/// The natural modes of the body, where the basis is made of them.
+fn natural_modes<'m>(
+    context: &BuildContext<'_>,
+    problem: &Problem,
+    model: &'m ReducedModel,
+) -> Option<(&'m [f64], MatRef<'m, f64>)> {
+    let natural = problem.basis_kind() == BasisKind::Modes && !context.prepared.space.has_region_parameters();
+    let eigenvalues = model.basis.eigenvalues.as_deref().filter(|_| natural)?;
+    Some((eigenvalues, model.basis.vectors.as_ref()))
 }
 
 /// Sizes of the basis to try, smallest first: the one asked for, unless live regions turn the eigenvectors

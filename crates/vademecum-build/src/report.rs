@@ -6,6 +6,7 @@ use crate::certificate::{BOUNDED, LargeReport, StructureReport};
 use crate::dynamics::{ModeRow, Work};
 use crate::input::Tolerances;
 use crate::measured::{NotMeasured, measured};
+use crate::mesh_error::MeshEstimate;
 use crate::parametric::SeparationRecord;
 use crate::progress::StageTiming;
 use crate::separated::StopReason;
@@ -44,6 +45,8 @@ pub struct BuildReport {
     /// Of large displacements; absent otherwise.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub large: Option<LargeReport>,
+    /// Discretisation error of the lowest frequencies, or why it is not known.
+    pub mesh_error: Option<MeshEstimate>,
 }
 
 /// What a build is about to take.
@@ -362,6 +365,7 @@ mod tests {
             file_bytes: 0,
             plan: BuildPlan::default(),
             large: None,
+            mesh_error: None,
         }
     }
 

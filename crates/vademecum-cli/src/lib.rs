@@ -23,6 +23,7 @@ mod failure;
 mod files;
 mod html;
 mod looks;
+mod mesh_error;
 mod outline;
 mod pictures;
 mod print;

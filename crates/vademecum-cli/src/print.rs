@@ -6,6 +6,8 @@ use vademecum_build::report::ChapterReport;
 use vademecum_study::parameters::ParameterValue;
 use vademecum_study::verify::{LargeVerification, Verification};
 
+use crate::mesh_error;
+
 /// A value as JSON text.
 pub fn json(value: &impl serde::Serialize) -> String {
     serde_json::to_string_pretty(value).expect("what is printed has string keys and finite nesting")
@@ -14,6 +16,15 @@ pub fn json(value: &impl serde::Serialize) -> String {
 /// Prints a value as JSON on standard output.
 pub fn print_json(value: &impl serde::Serialize) {
     println!("{}", json(value));
+}
+
+/// A share in percent, with two figures.
+pub(crate) fn percent(share: f64) -> String {
+    let text = format!("{:.1e}", 100.0 * share);
+    match text.parse::<f64>() {
+        Ok(percent) if percent == 0.0 || percent >= 1e-3 => format!("{percent} %"),
+        _ => format!("{text} %"),
+    }
 }
 
 /// A length for people.
@@ -51,6 +62,7 @@ pub(crate) fn print_report(report: &BuildReport) {
     }
     if let Some(large) = &report.large {
         print_large(large);
+        print_mesh_error(report);
         return print_timings(report);
     }
     println!(
@@ -85,7 +97,15 @@ pub(crate) fn print_report(report: &BuildReport) {
         );
         s.repairs.iter().for_each(|done| println!("repaired: {done}"));
     }
+    print_mesh_error(report);
     print_timings(report);
+}
+
+fn print_mesh_error(report: &BuildReport) {
+    if let Some(estimate) = &report.mesh_error {
+        println!();
+        mesh_error::lines(estimate).iter().for_each(|line| println!("{line}"));
+    }
 }
 
 /// Prints the certificate of large displacements.

@@ -323,6 +323,10 @@ kinds! {
     /// Natural frequency \[rad/s\] of each coordinate that is a natural mode, 0 of the others: a step fits
     /// their inertia to it; `f64 (r)`. Since version 1.7.
     StrainModes = 66: 7, required, F64, [Modes];
+    /// Discretisation error of the lowest natural frequencies, for people: on this mesh \[Hz\], as estimated
+    /// without discretisation error \[Hz\], and what the relative error does not exceed in 95 %;
+    /// `f64 (any, 3)`. Since version 1.8.
+    MeshError = 67: 8, optional, F64, [Any, Of(3)];
 }
 
 impl SectionKind {

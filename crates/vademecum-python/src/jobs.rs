@@ -193,7 +193,7 @@ pub fn modes(
 ) -> PyResult<String> {
     watched(py, Told { progress, warn: false }, |listener| {
         let problem = problem.problem()?;
-        json(&natural_modes(&problem, count, listener)?.0)
+        json(&natural_modes(&problem, count, None, listener)?.0)
     })
 }
 

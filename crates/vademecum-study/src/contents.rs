@@ -5,6 +5,7 @@
 use serde::Serialize;
 use vademecum_build::certificate::FileFigures;
 use vademecum_build::dynamics::ModeRow;
+use vademecum_build::mesh_error::RefinedValue;
 use vademecum_format::{Element, File, Section, SectionKind};
 use vademecum_rewrite::{decode, default_limit};
 
@@ -82,6 +83,17 @@ pub fn bound(file: &File<'_>) -> Result<Option<Bound>, FileError> {
         p95,
         kind: if rigorous == 1.0 { "bound" } else { "estimate" },
     }))
+}
+
+/// Discretisation error of the lowest natural frequencies, as the build estimated it; empty if the file does
+/// not have it.
+///
+/// # Errors
+/// As [`numbers`].
+pub fn mesh_errors(file: &File<'_>) -> Result<Vec<RefinedValue>, FileError> {
+    let rows = numbers(file, SectionKind::MeshError)?;
+    let value = |&[mesh, refined, bound]: &[f64; 3]| RefinedValue::of_mesh(mesh, refined, bound);
+    Ok(rows.as_chunks().0.iter().map(value).collect())
 }
 
 /// The largest such share of each loadable node, in its worst direction; none if the file does not keep it.

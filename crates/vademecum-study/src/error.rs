@@ -14,6 +14,7 @@ use vademecum_build::dynamics::{
 use vademecum_build::fem::{ElementError, FactorError, GreenError};
 use vademecum_build::field::FieldError;
 use vademecum_build::measured::NotMeasured;
+use vademecum_build::mesh_error::MeshErrorFailure;
 use vademecum_build::parametric::ParametricError;
 use vademecum_build::pipeline::BuildError;
 use vademecum_build::prepared::{BodyError, PrepareError, TimeStepError};
@@ -406,6 +407,7 @@ as_build!(
     PrepareError,
     BasisError,
     ModesError,
+    MeshErrorFailure,
     FullOrderError,
     ResponseError,
     ParametricError,

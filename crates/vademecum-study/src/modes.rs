@@ -9,6 +9,7 @@ use vademecum_build::dynamics::{lowest_modes, numerical_damping};
 use vademecum_build::field::{Cells, read_npy};
 use vademecum_build::input::Problem;
 use vademecum_build::mesh::Mesh;
+use vademecum_build::mesh_error::{DiscRequest, MeshEstimate, estimate};
 use vademecum_build::prepared::{Body, prepare, proposed_time_step};
 use vademecum_build::progress::{Listener, Stopwatch};
 
@@ -42,6 +43,8 @@ pub struct NaturalModes {
     /// Effective modal masses `(φᵀM r)²`, as shares of [`NaturalModes::free_mass`]; those of all modes of the
     /// body sum to 1.
     pub effective_mass: Vec<[f64; 3]>,
+    /// Discretisation error, where it was asked for.
+    pub mesh_error: Option<MeshEstimate>,
 }
 
 /// Natural modes with their shapes.
@@ -105,19 +108,27 @@ impl Shapes {
     }
 }
 
-/// The `count` lowest modes, and their shapes.
+/// The `count` lowest modes, and their shapes; the discretisation error of the lowest six, and of the
+/// displacement under a traction, where it is asked for.
 ///
 /// # Errors
 /// [`StudyError::Build`]: a problem that cannot be computed with, modes that do not converge.
 pub fn natural_modes(
     problem: &Problem,
     count: usize,
+    mesh_error: Option<DiscRequest>,
     listener: &dyn Listener,
 ) -> Result<(NaturalModes, Shapes), StudyError> {
     let prepared = prepare(problem, &mut Stopwatch::new(listener), listener)?;
     listener.stage("natural modes");
     let pencil = prepared.body.model.pencil();
     let modes = lowest_modes(pencil, &prepared.symbolic, count)?;
+    let mesh_error = mesh_error
+        .map(|disc| {
+            listener.stage("mesh error");
+            estimate(&prepared, Some((&modes.eigenvalues, modes.vectors.as_ref())), disc, listener)
+        })
+        .transpose()?;
     let frequencies_hz = modes.frequencies_hz();
     let material_damping: Vec<f64> = frequencies_hz
         .iter()
@@ -144,6 +155,7 @@ pub fn natural_modes(
         effective_mass: participation.iter().map(share).collect(),
         free_mass,
         participation,
+        mesh_error,
     };
     Ok((figures, Shapes { body: prepared.body, vectors: modes.vectors }))
 }

@@ -5,6 +5,7 @@
 mod curve;
 mod draft;
 mod factor;
+mod mesh_error;
 mod order;
 mod reaction;
 mod residual;
@@ -13,6 +14,7 @@ mod stress;
 
 pub use draft::Draft;
 pub(crate) use factor::factor_sections;
+pub(crate) use mesh_error::mesh_error_section;
 pub use order::NodeOrder;
 pub(crate) use reaction::reaction_sections;
 pub(crate) use residual::residual_sections;

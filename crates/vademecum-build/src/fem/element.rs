@@ -256,7 +256,7 @@ pub(super) fn tabulate_point(order: Order, l: [f64; 4], weight: f64) -> Point {
 }
 
 /// Four points, exact for degree 2 (Hammer and Stroud 1956); weights sum to the volume 1/6.
-fn rule_degree_2() -> Vec<([f64; 4], f64)> {
+pub(super) fn rule_degree_2() -> Vec<([f64; 4], f64)> {
     let b = (5.0 - 5.0_f64.sqrt()) / 20.0;
     orbit_4(1.0 - 3.0 * b, b, 1.0 / 24.0)
 }

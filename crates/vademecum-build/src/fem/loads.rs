@@ -234,7 +234,7 @@ fn add_at_node(node: u32, force: [f64; 3], load: &mut [f64]) {
 }
 
 /// Shape functions of a triangle and their slopes along `L_1` and `L_2`.
-fn facet_shapes(order: Order, l: [f64; 3]) -> ([f64; 6], [[f64; 2]; 6]) {
+pub(crate) fn facet_shapes(order: Order, l: [f64; 3]) -> ([f64; 6], [[f64; 2]; 6]) {
     const D: [[f64; 2]; 3] = [[-1.0, -1.0], [1.0, 0.0], [0.0, 1.0]];
     let mut values = [0.0; 6];
     let mut slopes = [[0.0; 2]; 6];

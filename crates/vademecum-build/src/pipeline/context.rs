@@ -1,6 +1,10 @@
 //! The model, its full-order march and the loads of its certificate: all that is settled before there is a
 //! basis.
 
+use std::sync::OnceLock;
+
+use faer::MatRef;
+
 use super::plan;
 use super::{BuildError, BuildOptions};
 use crate::basis::SnapshotSchedule;
@@ -8,6 +12,7 @@ use crate::certificate::UnseenLoads;
 use crate::dynamics::{FirstMode, FullOrder};
 use crate::export::NodeOrder;
 use crate::input::{BasisKind, Problem};
+use crate::mesh_error::{DiscRequest, MeshEstimate, estimate};
 use crate::prepared::{Means, Prepared, prepare_within};
 use crate::progress::{Listener, Stopwatch};
 use crate::report::BuildPlan;
@@ -36,6 +41,8 @@ pub struct BuildContext<'a> {
     pub kept: &'a StageCache<'a>,
     /// The options of the build.
     pub options: &'a BuildOptions<'a>,
+    /// The discretisation error, once it is estimated.
+    pub(super) mesh_error: &'a OnceLock<MeshEstimate>,
 }
 
 /// Reads and assembles the model of a problem and hands it to `work` with all that goes before a basis.
@@ -61,7 +68,10 @@ pub fn with_context<R, E: From<BuildError>>(
     let unseen = &UnseenLoads { open, ..UnseenLoads::draw(body, runs, steps) };
     let (order, kept) = (&NodeOrder::new(body), &StageCache::new(options.store, prepared, listener));
     let full = full.as_ref();
-    work(&BuildContext { prepared, full, first_period, runs, unseen, order, kept, options }, &mut watch)
+    let mesh_error = &OnceLock::new();
+    let context =
+        BuildContext { prepared, full, first_period, runs, unseen, order, kept, options, mesh_error };
+    work(&context, &mut watch)
 }
 
 impl<'a> BuildContext<'a> {
@@ -80,6 +90,24 @@ impl<'a> BuildContext<'a> {
     pub fn plan(&self, problem: &Problem) -> Result<BuildPlan, BuildError> {
         let allowed = (self.options.long, self.options.memory());
         plan::checked(problem, allowed, (self.prepared, self.full, self.runs), self.unseen.steps)
+    }
+
+    /// Estimates the discretisation error of the lowest frequencies, once, from natural modes where they are
+    /// at hand.
+    ///
+    /// # Errors
+    /// [`BuildError::MeshError`].
+    pub(super) fn estimate_mesh_error(
+        &self,
+        known: Option<(&[f64], MatRef<'_, f64>)>,
+        watch: &mut Stopwatch<'_>,
+    ) -> Result<(), BuildError> {
+        if self.mesh_error.get().is_none() {
+            let find = || estimate(self.prepared, known, DiscRequest::None, self.kept.listener);
+            let found = watch.stage("mesh error", find)?;
+            let _ = self.mesh_error.set(found);
+        }
+        Ok(())
     }
 
     /// Refuses solves that an engine did not finish, and notes matrices that were assembled a second time.

@@ -9,6 +9,7 @@ use crate::dynamics::{FullOrderError, ModesError, TooMuchWork};
 use crate::fem::{ElementError, FactorError, GreenError};
 use crate::large::LearnError;
 use crate::limits::TooMuchMemory;
+use crate::mesh_error::MeshErrorFailure;
 use crate::parametric::ParametricError;
 use crate::prepared::{PrepareError, TimeStepError};
 use crate::residual::ResidualError;
@@ -96,6 +97,9 @@ pub enum BuildError {
         /// Ratio of the second.
         second: f64,
     },
+    /// The discretisation error could not be estimated.
+    #[error("the estimate of the discretisation error")]
+    MeshError(#[from] MeshErrorFailure),
     /// No strain map.
     #[error(transparent)]
     Learn(#[from] LearnError),

@@ -6,7 +6,7 @@ use super::{BuildContext, BuildError, Built};
 use crate::basis::Basis;
 use crate::certificate::{FIGURES, FileFigures, LargeReport, StructureMeasured};
 use crate::dynamics::{ModeRow, mode_table, table_matrix};
-use crate::export::{Draft, Parts, encode, program};
+use crate::export::{Draft, Parts, encode, mesh_error_section, program};
 use crate::input::Problem;
 use crate::parametric::SeparationRecord;
 use crate::progress::Stopwatch;
@@ -81,6 +81,8 @@ pub fn encode_file<'d>(
     for section in sections {
         others.push(section);
     }
+    let mesh_error = context.mesh_error.get().and_then(mesh_error_section);
+    others.extend(&mesh_error);
     let scheme = if problem.is_large() { STRAIN_SCHEME.into() } else { problem.scheme().to_string() };
     let parts = Parts {
         program: program(prepared.symbolic.solver()),
@@ -139,6 +141,7 @@ impl CertifiedFile {
             file_bytes: self.bytes.len(),
             plan,
             large: self.large,
+            mesh_error: context.mesh_error.get().cloned(),
         };
         Built { bytes: self.bytes, report }
     }

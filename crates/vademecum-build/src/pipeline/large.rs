@@ -61,6 +61,7 @@ pub(super) fn build(
     let strain = GreenStrain::new(&body.model)?;
     let pencil = body.model.pencil();
     let modes = lowest_modes(pencil, symbolic, PUSH_MODES.min(pencil.n_dof()))?;
+    context.estimate_mesh_error(Some((&modes.eigenvalues, modes.vectors.as_ref())), watch)?;
     let drawn = PushFamily { body, modes: &modes, displacement: options.displacement, time_step };
     let full =
         ReferenceModel { strain: &strain, symbolic, damping: prepared.rayleigh(), time_step, parts: PARTS };

@@ -6,6 +6,7 @@ use serde::Serialize;
 use vademecum_build::certificate::StructureReport;
 use vademecum_build::dynamics::ModeRow;
 use vademecum_build::input::Problem;
+use vademecum_build::mesh_error::RefinedValue;
 use vademecum_build::parametric::RadiusSample;
 use vademecum_build::report::ChapterReport;
 use vademecum_chapter::report_of_file;
@@ -13,12 +14,13 @@ use vademecum_eval::RigidBody;
 use vademecum_format::{Axis, Chapter, File, Parameter, Section, SectionKind};
 use vademecum_rewrite::{Loss, RewriteError, TermReduction, check_coordinates, fewest_terms, read_losses};
 use vademecum_study::FileError;
-use vademecum_study::contents::{Bound, bound, figures, lines, mode_table, numbers};
+use vademecum_study::contents::{Bound, bound, figures, lines, mesh_errors, mode_table, numbers};
 use vademecum_study::separation::{Enrichment, enrichment_history, radius_samples, repairs};
 
 use crate::arguments::{Limit, rounding};
 use crate::failure::Failure;
 use crate::files::{open, usable_bytes};
+use crate::mesh_error;
 use crate::print::{json, print_chapter, print_json, symmetry};
 
 /// Prints what a vademecum file holds.
@@ -171,6 +173,8 @@ struct Certificates {
     canonical: Option<ChapterReport>,
     /// Truncation error of static responses; `null` if the file does not have it.
     bound: Option<Bound>,
+    /// Discretisation error of the lowest frequencies; empty if the file does not have it.
+    mesh_error: Vec<RefinedValue>,
 }
 
 impl Certificates {
@@ -207,6 +211,7 @@ impl Certificates {
             block: m.block.then_some(block),
             canonical,
             bound: bound(file)?,
+            mesh_error: mesh_errors(file)?,
         })
     }
 
@@ -245,6 +250,10 @@ impl Certificates {
                  worst loadable node, median {median:.1e}, 95th percentile {p95:.1e} (mass norm, without residual \
                  flexibility)"
             );
+        }
+        if !self.mesh_error.is_empty() {
+            println!("mesh error of the lowest frequencies, estimated:");
+            mesh_error::frequency_lines(&self.mesh_error).iter().for_each(|line| println!("{line}"));
         }
         self.repairs.iter().for_each(|done| println!("repaired: {done}"));
     }

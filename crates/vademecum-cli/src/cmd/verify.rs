@@ -3,6 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use vademecum_build::input::Problem;
+use vademecum_build::mesh_error::{DiscRequest, MeshEstimate, estimate};
 use vademecum_build::prepared::prepare;
 use vademecum_build::progress::Stopwatch;
 use vademecum_study::StudyError;
@@ -11,10 +12,11 @@ use vademecum_study::scenario::Scenario;
 use vademecum_study::soundness::check_file;
 use vademecum_study::verify::{Figures, verify};
 
-use crate::arguments::{Limit, StructureArgument, setting};
+use crate::arguments::{Limit, StructureArgument, positive, setting};
 use crate::console::Console;
 use crate::failure::Failure;
 use crate::files::{is_stepped, open, read_file, usable_file};
+use crate::mesh_error;
 use crate::print::{print_json, print_large_verification, print_verification};
 
 /// Marches a scenario full order and through the file, and prints how far apart they are, and how far from a
@@ -24,6 +26,7 @@ use crate::print::{print_json, print_large_verification, print_verification};
 #[command(after_help = "Examples:
   vademecum verify body.vdm --problem body.toml --scenario push.toml --json
   vademecum verify body.vdm --problem body.toml --scenario push.toml --set \"tip stiffness=1.5\"
+  vademecum verify body.vdm --problem body.toml --scenario push.toml --mesh    and the error of the mesh
   vademecum verify body.vdm --file-only")]
 pub(crate) struct Verify {
     /// The vademecum file.
@@ -46,6 +49,13 @@ pub(crate) struct Verify {
     /// names, ranges and units.
     #[arg(long, value_name = "NAME=VALUE", value_parser = setting, conflicts_with = "file_only")]
     set: Vec<ParameterValue>,
+    /// Estimate the discretisation error of the mesh too: of the lowest six frequencies, and of the
+    /// displacement under a traction on a disc.
+    #[arg(long, conflicts_with = "file_only")]
+    mesh: bool,
+    /// Radius of that disc \[m\]; three mean edges if absent. It lies at the loadable node of largest compliance.
+    #[arg(long, value_name = "R", requires = "mesh", value_parser = positive, allow_negative_numbers = true)]
+    disc: Option<f64>,
     /// March more than a million steps, or for more than four hours, too.
     #[arg(long, conflicts_with = "file_only")]
     long: bool,
@@ -54,6 +64,15 @@ pub(crate) struct Verify {
     json: bool,
     #[command(flatten)]
     limit: Limit,
+}
+
+/// JSON output.
+#[derive(serde::Serialize)]
+struct VerifyOutput<'a> {
+    #[serde(flatten)]
+    figures: &'a Figures,
+    /// Discretisation error; none without `--mesh`.
+    mesh_error: Option<MeshEstimate>,
 }
 
 impl Verify {
@@ -116,14 +135,27 @@ impl Verify {
         let mut watch = Stopwatch::new(console);
         let prepared = prepare(&problem, &mut watch, console)?;
         let verified = verify(&file, &options, &problem, &prepared, &scenario, console).map_err(about)?;
+        let disc = self.mesh.then_some(DiscRequest::Radius(self.disc));
+        let estimated = disc.map(|disc| estimate(&prepared, None, disc, console)).transpose();
+        let mesh_error = estimated.map_err(|error| about(error.into()))?;
         console.clear();
         if self.json {
-            print_json(&verified.figures);
+            print_json(&VerifyOutput { figures: &verified.figures, mesh_error });
             return Ok(());
         }
-        match &verified.figures {
-            Figures::Linear(figures) => print_verification(figures),
-            Figures::Large(figures) => print_large_verification(figures),
+        let reduction = match &verified.figures {
+            Figures::Linear(figures) => {
+                print_verification(figures);
+                figures.truth.total_error
+            }
+            Figures::Large(figures) => {
+                print_large_verification(figures);
+                figures.trajectory_error
+            }
+        };
+        if let Some(estimate) = &mesh_error {
+            mesh_error::lines(estimate).iter().for_each(|line| println!("{line}"));
+            mesh_error::beside(reduction, estimate).iter().for_each(|line| println!("errors: {line}"));
         }
         Ok(())
     }

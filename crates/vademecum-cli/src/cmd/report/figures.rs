@@ -303,15 +303,6 @@ impl Figures {
     }
 }
 
-/// A share in percent, with two figures.
-pub(crate) fn percent(share: f64) -> String {
-    let text = format!("{:.1e}", 100.0 * share);
-    match text.parse::<f64>() {
-        Ok(percent) if percent == 0.0 || percent >= 1e-3 => format!("{percent} %"),
-        _ => format!("{text} %"),
-    }
-}
-
 /// A share of 100 with three decimals; below that, two figures.
 fn rounded(percent: f64) -> String {
     if percent >= 1e-3 || percent == 0.0 { format!("{percent:.3}") } else { format!("{percent:.1e}") }

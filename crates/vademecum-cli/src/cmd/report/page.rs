@@ -5,14 +5,15 @@ use std::fmt::Write as _;
 use vademecum_build::certificate::StructureReport;
 use vademecum_build::dynamics::ModeRow;
 use vademecum_format::SectionKind;
-use vademecum_study::contents::bound;
+use vademecum_study::contents::{bound, mesh_errors};
 use vademecum_study::timings::machine;
 use vademecum_study::verify::{Figures as Measured, LargeVerification};
 
 use super::content::Content;
-use super::figures::{Figures, percent};
+use super::figures::Figures;
 use super::words::{hertz, size};
 use crate::html::escaped;
+use crate::print::percent;
 
 const STYLE: &str = include_str!("../../../assets/report.css");
 
@@ -99,6 +100,14 @@ fn good_for(content: &Content<'_>) -> String {
              places and directions",
             percent(bound.median),
             percent(bound.p95)
+        );
+    }
+    if let Ok([first, ..]) = mesh_errors(content.file).as_deref() {
+        good += &format!(
+            ". The mesh makes the first frequency about {} too {} (95 % bound {})",
+            percent(first.error.abs()),
+            if first.error < 0.0 { "low" } else { "high" },
+            percent(first.bound)
         );
     }
     let mut not = if is_strain(content) {

@@ -1,0 +1,84 @@
+//! Where supports have an area, and where they end inside a smooth face.
+
+use std::collections::HashMap;
+
+use crate::fem::Model;
+use crate::linalg::vec3::{cross, norm, sub};
+use crate::mesh::surface::Surface;
+
+/// Corners of the faces of a tetrahedron.
+const FACES: [[usize; 3]; 4] = [[1, 2, 3], [0, 2, 3], [0, 1, 3], [0, 1, 2]];
+/// Largest angle between two facets of one smooth face: its cosine (30°).
+const SMOOTH: f64 = 0.866_025_403_784_438_6;
+
+/// The shape of the supports of a body.
+pub(super) struct SupportShape {
+    /// Corner nodes with a held component.
+    pub(super) held_nodes: usize,
+    /// Those that lie in no face all of whose corners are held in that component.
+    pub(super) without_area: usize,
+    /// True if some face is held.
+    pub(super) has_area: bool,
+    /// True if the rim of a held patch lies inside a smooth face of the surface.
+    pub(super) smooth_rim: bool,
+}
+
+/// Looks at every component by itself: a face that rolls along a plane is held in one of them.
+pub(super) fn support_shape(model: &Model) -> SupportShape {
+    let (mesh, dofs) = (model.mesh(), model.dofs());
+    let n_nodes = mesh.nodes.len();
+    let held = |node: u32, c: usize| dofs.free(3 * node as usize + c).is_none();
+    let (mut any, mut lonely) = (vec![false; n_nodes], vec![false; n_nodes]);
+    let mut shape = SupportShape { held_nodes: 0, without_area: 0, has_area: false, smooth_rim: false };
+    let surface = Surface::of(mesh);
+    for c in 0..3 {
+        let mut covered = vec![false; n_nodes];
+        let elements = || mesh.elements.chunks_exact(mesh.order.nodes_per_element());
+        for element in elements() {
+            for face in FACES.map(|face| face.map(|i| element[i])) {
+                if face.iter().all(|&node| held(node, c)) {
+                    face.iter().for_each(|&node| covered[node as usize] = true);
+                    shape.has_area = true;
+                }
+            }
+        }
+        for &node in elements().flat_map(|element| &element[..4]).filter(|&&node| held(node, c)) {
+            any[node as usize] = true;
+            lonely[node as usize] |= !covered[node as usize];
+        }
+        shape.smooth_rim |= ends_in_smooth_face(model, &surface, c);
+    }
+    let count = |flags: &[bool]| flags.iter().filter(|&&flag| flag).count();
+    (shape.held_nodes, shape.without_area) = (count(&any), count(&lonely));
+    shape
+}
+
+/// True if an edge of the surface has a facet that is held in a component on one side and one that is free
+/// in it on the other, within 30° of one plane. A facet of an element that is held as a whole is inside the
+/// support, whose rim is the face behind it.
+fn ends_in_smooth_face(model: &Model, surface: &Surface, c: usize) -> bool {
+    let (mesh, dofs) = (model.mesh(), model.dofs());
+    let held = |nodes: &[u32]| nodes.iter().all(|&node| dofs.free(3 * node as usize + c).is_none());
+    let mut seen: HashMap<[u32; 2], ([f64; 3], bool)> = HashMap::new();
+    for index in 0..surface.facet_count() {
+        let corners: [u32; 3] = std::array::from_fn(|i| surface.facet(index)[i]);
+        let inside = held(&mesh.element(surface.facet_element[index] as usize)[..4]);
+        if inside {
+            continue;
+        }
+        let [p, q, r] = corners.map(|node| mesh.nodes[node as usize]);
+        let normal = cross(sub(q, p), sub(r, p));
+        let length = norm(normal);
+        let (normal, is_held) = (normal.map(|x| x / length), held(&corners));
+        for i in 0..3 {
+            let mut edge = [corners[i], corners[(i + 1) % 3]];
+            edge.sort_unstable();
+            let Some((other, other_held)) = seen.insert(edge, (normal, is_held)) else { continue };
+            let cosine: f64 = (0..3).map(|k| normal[k] * other[k]).sum();
+            if is_held != other_held && cosine > SMOOTH {
+                return true;
+            }
+        }
+    }
+    false
+}
