@@ -23,7 +23,8 @@ DampingRatios ContactResidual ResidualPairs PairResidual ProbeResidual PatternRe
 StaticBound BoundMap FactorOrder FactorGroups FactorRows FactorValues PatternAnswer
 StressPoints StressBasis StressResidual PatternStress ElasticConstants ProbeUnits
 SupportNames SupportPoints ReactionBasis ReactionLoads PatternReaction BaseFrame RigidBody
-StrainSizes StrainLinear StrainTail StrainQuadratic StrainBox StrainLimits StrainModes""".split()
+StrainSizes StrainLinear StrainTail StrainQuadratic StrainBox StrainLimits StrainModes
+MeshError""".split()
 KINDS = dict(enumerate(NAMES, start=1))
 
 

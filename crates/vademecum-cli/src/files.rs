@@ -145,8 +145,15 @@ pub fn usable_bytes<'a>(
 /// True of sections that stepping and showing the motion read; the others are for people.
 pub fn is_stepped(kind: SectionKind) -> bool {
     use SectionKind as S;
-    let for_people =
-        [S::SingularValues, S::ModeTable, S::EnrichmentHistory, S::RadiusSamples, S::Losses, S::Repairs];
+    let for_people = [
+        S::SingularValues,
+        S::ModeTable,
+        S::EnrichmentHistory,
+        S::RadiusSamples,
+        S::Losses,
+        S::Repairs,
+        S::MeshError,
+    ];
     !for_people.contains(&kind)
 }
 

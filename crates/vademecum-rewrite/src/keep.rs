@@ -40,6 +40,7 @@ impl Keep {
                 | S::Losses
                 | S::Repairs
                 | S::StructureFigures
+                | S::MeshError
         );
         let surface = matches!(
             kind,

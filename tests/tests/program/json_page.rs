@@ -149,7 +149,7 @@ fn every_command_prints_the_keys_of_its_page() {
     assert_eq!(vademecum(&["build", &planned("1.toml"), "-o", &planned("1.vdm")]).code, Some(0));
     compare(at, &["collect"], &["collect out --json"]);
     std::fs::remove_dir_all(at.join("out")).expect("removed");
-    compare(at, &["modes"], &["modes beam.toml --count 2 --json"]);
+    compare(at, &["modes"], &["modes beam.toml --count 2 --mesh-error --json"]);
     compare(at, &["init"], &["init cube.msh -o cube.toml --json"]);
     let frf =
         "frf beam.vdm --in gravity --out tip --range 1,200 --points 3 --json --problem beam.toml --compare 2";
@@ -161,7 +161,7 @@ fn every_command_prints_the_keys_of_its_page() {
         at,
         &["verify"],
         &[
-            "verify beam.vdm --problem beam.toml --scenario push.toml --json",
+            "verify beam.vdm --problem beam.toml --scenario push.toml --mesh --json",
             "verify live.vdm --problem live.toml --scenario still.toml --json",
         ],
     );

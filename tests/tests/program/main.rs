@@ -10,6 +10,7 @@ mod init;
 #[cfg(target_os = "linux")]
 mod inputs;
 mod json_page;
+mod mesh_error;
 #[cfg(unix)]
 mod outputs;
 mod pages;

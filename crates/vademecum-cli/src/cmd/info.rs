@@ -348,6 +348,7 @@ impl Info {
             S::SupportNames,
             S::SupportPoints,
             S::EnrichmentHistory,
+            S::MeshError,
             S::RadiusSamples,
             S::Losses,
             S::Repairs,

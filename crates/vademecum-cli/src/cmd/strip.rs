@@ -123,7 +123,7 @@ impl StripOutput {
 }
 
 /// Lost uses without a section.
-const LOST: [(SectionKind, &str); 15] = [
+const LOST: [(SectionKind, &str); 16] = [
     (SectionKind::NodeIds, "no way back to the mesh, so `verify` cannot compare with it"),
     (SectionKind::NodeCoordinates, "no geometry"),
     (SectionKind::Triangles, "no surface to show"),
@@ -134,6 +134,7 @@ const LOST: [(SectionKind, &str); 15] = [
     (SectionKind::EnrichmentHistory, "no history of the enrichment to report"),
     (SectionKind::RadiusSamples, "no spectral radius over the parameters to report"),
     (SectionKind::Repairs, "no word of what the build repaired"),
+    (SectionKind::MeshError, "no word of the discretisation error"),
     (SectionKind::StructureFigures, "no word of how reciprocal the structures are"),
     (SectionKind::ContactResidual, "no residual flexibility under a contact"),
     (SectionKind::ProbeResidual, "no residual flexibility of a contact at the probes"),

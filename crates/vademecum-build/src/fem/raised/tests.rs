@@ -42,7 +42,8 @@ fn coefficients(model: &Model, space: &RaisedSpace<'_>, field: impl Fn([f64; 3])
                 difference(between(&[(a, 0.5), (b, 0.5)]), shown, 1.0)
             }
             Order::Quadratic => {
-                // At L = (2/3, 1/3) the quadratic functions have the values 2/9, −1/9 and 8/9, the cubic 2/27.
+                // At L = (2/3, 1/3) the quadratic functions have the values 2/9, −1/9 and 8/9, the cubic
+                // 2/27.
                 let middle = field(between(&[(a, 0.5), (b, 0.5)]));
                 let shown =
                     sum(&[(field(at(a)), 2.0 / 9.0), (field(at(b)), -1.0 / 9.0), (middle, 8.0 / 9.0)]);
