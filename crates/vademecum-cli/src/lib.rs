@@ -25,6 +25,7 @@ mod html;
 mod looks;
 mod mesh_error;
 mod outline;
+mod percent;
 mod pictures;
 mod print;
 mod reference;

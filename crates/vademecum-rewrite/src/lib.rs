@@ -9,6 +9,7 @@
 
 mod check;
 mod codec;
+mod contact;
 mod error;
 mod keep;
 mod numbers;
@@ -25,7 +26,7 @@ pub use error::{Fault, RewriteError};
 pub use keep::Keep;
 pub use numbers::numbers;
 pub use pack::{pack, pack_limited, pack_within, read_losses};
-pub use round::{Loss, WORST_MODE};
+pub use round::Loss;
 pub use strip::strip;
 pub use terms::{TermReduction, drop_terms, drop_terms_limited, fewest_terms};
 pub use unpack::{unpack, unpack_wanted};

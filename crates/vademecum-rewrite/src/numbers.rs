@@ -2,7 +2,7 @@
 
 use vademecum_format::{Element, File, FormatError, Numbers, Section, SectionKind};
 
-use super::codec::room;
+use super::codec::{decode, room};
 use super::error::{Fault, RewriteError};
 
 /// The real numbers of a decoded section; none for the other elements.
@@ -18,6 +18,13 @@ pub fn numbers(section: &Section<'_>, raw: &[u8]) -> Result<Vec<f64>, RewriteErr
         }
         element => reals(element, raw),
     }
+}
+
+/// Decoded numbers of a section; `None` if it is absent. The caller has held the file to a limit.
+pub(super) fn decoded_of(file: &File<'_>, kind: SectionKind) -> Result<Option<Vec<f64>>, RewriteError> {
+    let Some(section) = file.section(kind) else { return Ok(None) };
+    let raw = decode(&section, u64::MAX)?;
+    Ok(Some(numbers(&section, &raw)?))
 }
 
 fn collected(numbers: Numbers<'_>) -> Result<Vec<f64>, RewriteError> {

@@ -3,8 +3,10 @@
 use vademecum_format::{Codec, Element, File, Section, SectionInput, SectionKind};
 
 use super::codec::{check_total, decode, default_limit, smallest};
+use super::contact::NodeLimits;
 use super::error::RewriteError;
-use super::round::{Loss, Measure, may_be_rounded, quantise, single};
+use super::numbers::decoded_of;
+use super::round::{Loss, Measure, may_be_rounded, quantise, single, trimmed};
 use super::whole::{whole, write};
 
 /// A section as it will be written.
@@ -29,9 +31,9 @@ pub fn pack(bytes: &[u8], level: i32) -> Result<Vec<u8>, RewriteError> {
 }
 
 /// [`pack`], and sections of numbers over nodes rounded to 16 bits with scales, or to binary32, as far as
-/// fields stay within `tolerance` (relative, root of the mean square over nodes; no single mode off by more
-/// than 32 tolerances). What it cost is measured and kept in section Losses. Probes, patterns and the step
-/// stay as they are.
+/// every field stays within `tolerance` (relative, root of the mean square over nodes), and what a force at
+/// any loadable node does, and stress beside the largest of its field. What it cost is measured and kept in
+/// section Losses; a section that was rounded before stays. Probes, patterns and the step stay as they are.
 ///
 /// # Errors
 /// Those of [`pack`], and [`RewriteError::Tolerance`].
@@ -58,13 +60,15 @@ pub fn pack_limited(
     let file = whole(bytes)?;
     check_total(&file, |_| true, limit)?;
     let (mut packed, mut new) = (vec![], vec![]);
+    let rounded_before = read_losses(&file)?;
     for section in file.sections() {
-        let (best, loss) = pack_section(&file, &section, level, tolerance)?;
+        let is_exact = rounded_before.iter().all(|(kind, _)| *kind != section.kind());
+        let (best, loss) = pack_section(&file, &section, level, tolerance.filter(|_| is_exact))?;
         new.extend(loss.map(|loss| (section.kind(), loss)));
         packed.push(best);
     }
     // Nothing rounded: the section of losses is one like any other.
-    let table = if new.is_empty() { vec![] } else { losses_bytes(&merged(read_losses(&file)?, new)) };
+    let table = if new.is_empty() { vec![] } else { losses_bytes(&merged(rounded_before, new)) };
     let losses = losses_shape(&table);
     let (codec, stored) = smallest(&table, Element::F64, losses, level)?;
     packed.retain(|p| table.is_empty() || p.section.kind() != SectionKind::Losses);
@@ -147,6 +151,9 @@ fn rounded(
     if let Some((bytes, loss)) = quantise(&values, &measure, tolerance) {
         ways.push((Element::I16, bytes, loss));
     }
+    if let Some((bytes, loss)) = trimmed(&values, &measure, tolerance) {
+        ways.push((Element::F32, bytes, loss));
+    }
     if section.element() == Element::F64 {
         let (bytes, rounded) = single(&values);
         let loss = measure.loss(&values, &rounded);
@@ -179,7 +186,7 @@ fn measure(file: &File<'_>, section: &Section<'_>, values: &[f64]) -> Result<Opt
         squares
     };
     let (squares, terms) = if section.kind() == SectionKind::BlockLoad {
-        let Some(basis) = reals_of(file, SectionKind::SurfaceBasis)? else { return Ok(None) };
+        let Some(basis) = decoded_of(file, SectionKind::SurfaceBasis)? else { return Ok(None) };
         let load_rows = 3 * file.metadata().n_load_nodes as usize * r;
         (squares(&basis[..load_rows.min(basis.len())]), term_strengths(file)?)
     } else {
@@ -187,20 +194,31 @@ fn measure(file: &File<'_>, section: &Section<'_>, values: &[f64]) -> Result<Opt
         (squares(values), vec![1.0; rows_of_three])
     };
     let sound = squares.iter().chain(&terms).all(|x| x.is_normal());
-    Ok(sound.then_some(Measure { shares: shares(file)?, squares, terms }))
+    let nodes = match section.kind() {
+        SectionKind::SurfaceBasis => NodeLimits::of(file, values, eigenvalues(file)?.as_deref())?,
+        SectionKind::BlockLoad => {
+            let basis = decoded_of(file, SectionKind::SurfaceBasis)?.unwrap_or_default();
+            NodeLimits::of(file, &basis, eigenvalues(file)?.as_deref())?
+        }
+        _ => None,
+    };
+    let pointwise = section.kind() == SectionKind::StressBasis;
+    Ok(sound.then_some(Measure { shares: shares(file)?, squares, terms, nodes, pointwise }))
 }
 
-/// Decoded numbers of a section; `None` if it is absent. The caller has held the file to a limit.
-pub(super) fn reals_of(file: &File<'_>, kind: SectionKind) -> Result<Option<Vec<f64>>, RewriteError> {
-    let Some(section) = file.section(kind) else { return Ok(None) };
-    let raw = decode(&section, u64::MAX)?;
-    Ok(Some(super::numbers::numbers(&section, &raw)?))
+/// Rayleigh quotients of the modes, where all of them are positive numbers.
+fn eigenvalues(file: &File<'_>) -> Result<Option<Vec<f64>>, RewriteError> {
+    let table = decoded_of(file, SectionKind::ModeTable)?.unwrap_or_default();
+    let values: Vec<f64> = table.as_chunks::<6>().0.iter().map(|row| row[1]).collect();
+    let usable = values.len() == file.metadata().n_modes as usize
+        && values.iter().all(|value| *value > 0.0 && value.is_finite());
+    Ok(usable.then_some(values))
 }
 
 /// `s_k` and `s_k λ_k` from the table of modes; all the same without one.
 fn shares(file: &File<'_>) -> Result<[Vec<f64>; 2], RewriteError> {
     let r = file.metadata().n_modes as usize;
-    let table = reals_of(file, SectionKind::ModeTable)?.unwrap_or_default();
+    let table = decoded_of(file, SectionKind::ModeTable)?.unwrap_or_default();
     let row = |k: usize| table.get(6 * k..6 * k + 6).map_or((1.0, 1.0), |row| (row[2], row[1]));
     let usable =
         (0..r).all(|k| row(k).0 >= 0.0 && row(k).0.is_finite() && row(k).1 > 0.0 && row(k).1.is_finite());
@@ -213,7 +231,7 @@ fn shares(file: &File<'_>) -> Result<[Vec<f64>; 2], RewriteError> {
 /// The largest product of factors of each term over the points of the axes.
 pub(super) fn term_strengths(file: &File<'_>) -> Result<Vec<f64>, RewriteError> {
     let metadata = file.metadata();
-    let factors = reals_of(file, SectionKind::Factors)?.unwrap_or_default();
+    let factors = decoded_of(file, SectionKind::Factors)?.unwrap_or_default();
     let terms = metadata.n_terms as usize;
     let mut strengths = vec![1.0; terms];
     let mut rest = &factors[..];
@@ -234,7 +252,7 @@ pub(super) fn term_strengths(file: &File<'_>) -> Result<Vec<f64>, RewriteError> 
 /// [`RewriteError::Frame`], [`RewriteError::TooLarge`].
 pub fn read_losses(file: &File<'_>) -> Result<Vec<(SectionKind, Loss)>, RewriteError> {
     check_total(file, |kind| kind == SectionKind::Losses, default_limit(file.bytes().len()))?;
-    let table = reals_of(file, SectionKind::Losses)?.unwrap_or_default();
+    let table = decoded_of(file, SectionKind::Losses)?.unwrap_or_default();
     let row = |row: &[f64; 4]| {
         let kind = SectionKind::from_number(row[0] as u32)?;
         Some((kind, Loss { displacement: row[1], velocity: row[2], worst_mode: row[3] }))

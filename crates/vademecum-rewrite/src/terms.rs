@@ -11,7 +11,7 @@ use vademecum_format::{Codec, Element, File, Metadata, Section, SectionInput, Se
 
 use super::codec::{check_total, decode, default_limit};
 use super::error::RewriteError;
-use super::pack::reals_of;
+use super::numbers::decoded_of;
 use super::whole::{whole, write_with};
 
 /// Most terms a file may have here: the Gram matrices hold their square.
@@ -107,12 +107,12 @@ impl Maps {
     fn new(file: &File<'_>) -> Result<Self, RewriteError> {
         let metadata = file.metadata();
         let (terms, r) = (metadata.n_terms as usize, metadata.n_modes as usize);
-        let factors = reals_of(file, SectionKind::Factors)?.unwrap_or_default();
+        let factors = decoded_of(file, SectionKind::Factors)?.unwrap_or_default();
         let points = grid(metadata, &factors);
-        let mut states = reals_of(file, SectionKind::BlockState)?.unwrap_or_default();
+        let mut states = decoded_of(file, SectionKind::BlockState)?.unwrap_or_default();
         scale_modes(&mut states, r, &points);
         let mut grams = vec![gram(terms, r * r, &states)];
-        if let Some(loads) = reals_of(file, SectionKind::BlockLoad)? {
+        if let Some(loads) = decoded_of(file, SectionKind::BlockLoad)? {
             grams.push(gram(terms, 3 * r, &loads));
         }
         Ok(Self { terms, grams, points })

@@ -189,7 +189,10 @@ fn the_viewers_server_hands_out_packed_files_raw() {
     for section in raw.sections() {
         match of_packed.section(section.kind()) {
             Some(own) => assert!(own.codec() == Codec::Raw && own.stored() == section.stored()),
-            None => assert!(matches!(section.kind(), SectionKind::SingularValues | SectionKind::ModeTable)),
+            None => {
+                use SectionKind as S;
+                assert!(matches!(section.kind(), S::SingularValues | S::ModeTable | S::MeshError));
+            }
         }
     }
 }

@@ -11,5 +11,6 @@ mod large;
 mod modal;
 mod modes;
 mod own_matrices;
+mod packed_pushes;
 mod resume;
 mod rewrite;

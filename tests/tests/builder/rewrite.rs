@@ -347,7 +347,7 @@ fn terms_are_dropped_within_a_tolerance_and_the_certificate_says_so() {
         let off = a.iter().zip(&b).map(|(a, b)| (a - b).powi(2)).sum::<f64>().sqrt();
         let size = a.iter().map(|a| a * a).sum::<f64>().sqrt();
         assert!(0.0 < off && off < 100.0 * tolerance * size, "{off} of {size} at {tolerance}");
-        // Quantised load rows lose the same columns.
+        // Rounded load rows lose the same columns.
         let packed = unpack(&pack_within(bytes, 3, 1e-5).expect("packed"), DECODED_LIMIT).expect("unpacked");
         let quantised = File::parse(&packed).expect("a file").section(SectionKind::BlockLoad).expect("there");
         assert_eq!(quantised.element(), Element::I16);

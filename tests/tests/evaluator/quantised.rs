@@ -9,9 +9,7 @@ use vademecum_format::{
     Blocks, Codec, Decoder, Element, File, FormatError, SectionInput, SectionKind, encode_into, encoded_len,
     unpack_into, unpacked_len,
 };
-use vademecum_rewrite::{
-    DECODED_LIMIT, Keep, WORST_MODE, check, pack, pack_within, read_losses, strip, unpack,
-};
+use vademecum_rewrite::{DECODED_LIMIT, Keep, check, pack, pack_within, read_losses, strip, unpack};
 use vademecum_tests::stage::with_scene;
 use vademecum_tests::synthetic::{Body, Layout, Random, bathe};
 
@@ -46,19 +44,19 @@ fn rounding_keeps_its_tolerance_and_says_what_it_cost() {
         assert_eq!((file.minor(), File::parse(raw()).expect("a file").minor()), (1, 0));
         let losses = read_losses(&file).expect("losses");
         for kind in SPACE {
-            assert_eq!(file.section(kind).expect("there").element(), Element::I16);
+            assert!([Element::I16, Element::F32].contains(&file.section(kind).expect("there").element()));
             let loss = losses.iter().find(|(k, _)| *k == kind).expect("a loss").1;
             assert!(0.0 < loss.displacement && loss.displacement <= tolerance, "{kind:?} {loss:?}");
-            assert!(loss.worst_mode <= WORST_MODE * tolerance);
+            assert!(loss.worst_mode <= tolerance);
         }
-        // The loss of a basis, recomputed from its definition: without a table of modes all shares are the
-        // same.
+        // The error of a field, recomputed: without a table of modes all shares are the same.
         let [exact, rounded] = [raw(), &opened].map(|bytes| numbers(bytes, SectionKind::SurfaceBasis));
         let square = |x: &[f64]| x.iter().map(|x| x * x).sum::<f64>();
         let off: Vec<f64> = exact.iter().zip(&rounded).map(|(a, b)| a - b).collect();
         let error = (square(&off) / square(&exact)).sqrt();
         let said = losses.iter().find(|(k, _)| *k == SectionKind::SurfaceBasis).expect("a loss").1;
-        assert!((error - said.displacement).abs() <= 1e-9 * error, "{error} {said:?}");
+        // What a force at a single node does is said too where it is more.
+        assert!(error <= said.displacement * (1.0 + 1e-9) && error > 0.0, "{error} {said:?}");
         // Everything a microcontroller steps with is the same to the bit.
         for kind in [SectionKind::ProbeRows, SectionKind::BlockState, SectionKind::PatternBlock] {
             assert_eq!(numbers(raw(), kind), numbers(&opened, kind));
@@ -70,7 +68,7 @@ fn rounding_keeps_its_tolerance_and_says_what_it_cost() {
         assert!(pack(&opened, 3).expect("packed") == packed);
     }
     // What 16 bits cannot keep stays exact or binary32.
-    let fine = unpack(&packed(1e-7), DECODED_LIMIT).expect("unpacked");
+    let fine = unpack(&packed(1e-6), DECODED_LIMIT).expect("unpacked");
     assert_eq!(File::parse(&fine).expect("a file").section(SPACE[0]).expect("there").element(), Element::F32);
     let exact = unpack(&packed(1e-12), DECODED_LIMIT).expect("unpacked");
     SPACE.iter().for_each(|&kind| assert!(numbers(&exact, kind) == numbers(raw(), kind)));
@@ -129,10 +127,10 @@ fn reads_in_place<T: Scalar>() {
         // The same rows three ways: row by row in f64, all at once in T. Each of r products and sums rounds
         // once or twice.
         assert!(difference(&body, &nodes) <= 64.0 * T::EPSILON * norm(&nodes));
-        // Against the exact basis: no mode is off by more than 32 tolerances of itself, and Σ_k |ζ_k| |B_k| ≤
+        // Against the exact basis: no mode is off by more than the tolerance of itself, and Σ_k |ζ_k| |B_k| ≤
         // r^½ |u| if the columns are orthogonal, which those of this body are to a few per cent.
         let [exact, _, exact_contact] = fields::<f64>(raw(), structure);
-        let bound = WORST_MODE * tolerance * 10.0f64.sqrt();
+        let bound = tolerance * 10.0f64.sqrt();
         let off = difference(&exact, &nodes);
         assert!(0.0 < off && off <= bound * norm(&exact), "{off}");
         // A contact takes its rows of the basis (and of the loads) rounded too.

@@ -4,12 +4,14 @@
 
 use faer::{Mat, MatRef};
 
-use super::{MeshErrorFailure, lifted};
+use super::error::MeshErrorFailure;
 use crate::fem::{Factor, RaisedSpace, RigidBody, Solve, contiguous_mut};
 use crate::linalg::{dot, product, subtract_product, symmetric_eigen, transposed_product};
 use crate::mesh::Order;
 use crate::progress::{Cancelled, Listener};
 
+/// Frequencies that are estimated.
+pub const FREQUENCIES: usize = 6;
 /// Most steps of an iteration.
 const MAX_STEPS: usize = 20;
 /// Eigenvalue of a Gram matrix of unit vectors below which they count as dependent.
@@ -73,7 +75,8 @@ pub(super) fn compliance_change(
         let pushed = space.stiffness(direction.as_ref());
         let curvature = dot(direction.col_as_slice(0), pushed.col_as_slice(0));
         steps = step + 1;
-        if !(curvature > 0.0) {
+        // Nothing left to reduce, or not a number.
+        if curvature.is_nan() || curvature <= 0.0 {
             break;
         }
         let length = size / curvature;
@@ -102,7 +105,7 @@ pub(super) fn frequency_changes(
     listener: &dyn Listener,
 ) -> Result<Change, MeshErrorFailure> {
     let count = eigenvalues.len();
-    let wanted = count.min(super::FREQUENCIES);
+    let wanted = count.min(FREQUENCIES);
     let mut solve = Solve::new(factor.symbolic(), count, false);
     // Rigid motions are in the space of the mesh; their momenta have parts beside it.
     let rigid = rigid.map(|body| {
@@ -212,4 +215,9 @@ fn combined(parts: &[&Block], combination: &Mat<f64>) -> (Block, Block) {
     let [(x, dx), (stiffness, d_stiffness), (mass, d_mass)] =
         [sum(|b| &b.x), sum(|b| &b.stiffness), sum(|b| &b.mass)];
     (Block { x, stiffness, mass }, Block { x: dx, stiffness: d_stiffness, mass: d_mass })
+}
+
+/// `(x, 0)`: columns over the unknowns of the mesh in the raised space.
+fn lifted(space: &RaisedSpace<'_>, x: MatRef<'_, f64>) -> Mat<f64> {
+    Mat::from_fn(space.n(), x.ncols(), |i, j| if i < x.nrows() { x[(i, j)] } else { 0.0 })
 }

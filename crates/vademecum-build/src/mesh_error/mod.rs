@@ -26,25 +26,25 @@
 //! mesh by definition, and no estimate is given.
 
 mod disc;
+mod error;
 mod iterate;
 mod supports;
 
-use faer::{Mat, MatRef};
+use faer::MatRef;
 use serde::{Deserialize, Serialize};
 
 pub use self::disc::DiscLoad;
 use self::disc::{raised_load, stiffest_answer};
+pub use self::error::MeshErrorFailure;
+pub use self::iterate::FREQUENCIES;
 use self::iterate::{compliance_change, frequency_changes};
 use self::supports::{SupportShape, support_shape};
-use crate::dynamics::{Modes, ModesError, lowest_modes};
-use crate::fem::{FactorError, RaisedSpace};
-use crate::linalg::NoConvergence;
+use crate::dynamics::{Modes, lowest_modes};
+use crate::fem::RaisedSpace;
 use crate::mesh::Order;
 use crate::prepared::Prepared;
-use crate::progress::{Cancelled, Listener};
+use crate::progress::Listener;
 
-/// Frequencies that are estimated.
-pub const FREQUENCIES: usize = 6;
 /// Modes beside them in the start block: linear meshes sort modes wrongly.
 const GUARD: usize = 2;
 
@@ -81,7 +81,7 @@ pub struct DiscDisplacement {
 
 /// The discretisation error of a body.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct MeshError {
+pub struct DiscretisationError {
     /// The lowest natural frequencies \[Hz\].
     pub frequencies: Vec<RefinedValue>,
     /// The displacement under a traction; absent for a body without supports, and where nobody asked.
@@ -99,7 +99,7 @@ pub struct MeshError {
 #[serde(untagged)]
 pub enum MeshEstimate {
     /// It was estimated.
-    Known(MeshError),
+    Known(DiscretisationError),
     /// It has none, or cannot be estimated.
     Unknown {
         /// The reason, for people.
@@ -141,23 +141,6 @@ impl From<NoEstimate> for MeshEstimate {
     }
 }
 
-/// Why an estimate failed.
-#[derive(Debug, thiserror::Error)]
-pub enum MeshErrorFailure {
-    /// The stiffness does not factorise.
-    #[error("the stiffness does not factorise")]
-    Factor(#[from] FactorError),
-    /// The modes of the mesh.
-    #[error("natural modes")]
-    Modes(#[from] ModesError),
-    /// A small decomposition failed.
-    #[error(transparent)]
-    NoConvergence(#[from] NoConvergence),
-    /// The user wants to stop.
-    #[error(transparent)]
-    Cancelled(#[from] Cancelled),
-}
-
 /// The load whose displacement is estimated.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum DiscRequest {
@@ -184,7 +167,7 @@ fn factors(order: Order, smooth_rim: bool) -> [f64; 2] {
 /// exists; memory for three blocks of 24 vectors of the raised space.
 ///
 /// # Errors
-/// [`MeshErrorFailure`]: numerics that fail; [`Cancelled`].
+/// [`MeshErrorFailure`]: numerics that fail, or a listener that wants to stop.
 pub fn estimate(
     prepared: &Prepared,
     known: Option<(&[f64], MatRef<'_, f64>)>,
@@ -246,18 +229,13 @@ pub fn estimate(
             disc_steps = change.steps;
         }
     }
-    Ok(MeshEstimate::Known(MeshError {
+    Ok(MeshEstimate::Known(DiscretisationError {
         frequencies,
         displacement,
         smooth_rim,
         nodes_without_area: without_area,
         steps: [change.steps, disc_steps],
     }))
-}
-
-/// `(x, 0)`: columns over the unknowns of the mesh in the raised space.
-fn lifted(space: &RaisedSpace<'_>, x: MatRef<'_, f64>) -> Mat<f64> {
-    Mat::from_fn(space.n(), x.ncols(), |i, j| if i < x.nrows() { x[(i, j)] } else { 0.0 })
 }
 
 #[cfg(test)]

@@ -15,7 +15,7 @@ fn prepared(lengths: [f64; 3], divisions: [usize; 3], order: &str, rest: &str) -
     prepare(&problem, &mut Stopwatch::new(&Silent), &Silent).expect("a model")
 }
 
-fn known(prepared: &Prepared, disc: DiscRequest) -> MeshError {
+fn known(prepared: &Prepared, disc: DiscRequest) -> DiscretisationError {
     match estimate(prepared, None, disc, &Silent).expect("an estimate") {
         MeshEstimate::Known(error) => error,
         MeshEstimate::Unknown { reason } => panic!("{reason}"),

@@ -15,8 +15,8 @@ use super::words::{file_name, hertz, size, with_unit};
 use crate::failure::{Cause, Failure};
 use crate::files::write_bytes;
 use crate::outline::{Outline, outline};
+use crate::percent::percent;
 use crate::pictures::{Chart, ComparedLines, DrawResult, Series, bars, compared_chart, line_chart};
-use crate::print::percent;
 use crate::surface_picture::colored;
 
 /// A drawn figure.

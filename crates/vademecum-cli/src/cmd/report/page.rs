@@ -13,7 +13,7 @@ use super::content::Content;
 use super::figures::Figures;
 use super::words::{hertz, size};
 use crate::html::escaped;
-use crate::print::percent;
+use crate::percent::percent;
 
 const STYLE: &str = include_str!("../../../assets/report.css");
 
