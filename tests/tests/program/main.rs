@@ -6,6 +6,7 @@ mod export;
 mod first_hour;
 mod frf;
 mod hostile_problems;
+mod indices;
 mod init;
 #[cfg(target_os = "linux")]
 mod inputs;

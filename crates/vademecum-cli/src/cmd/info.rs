@@ -354,7 +354,9 @@ impl Info {
             S::RegionStiffness,
             S::RegionMass,
         ];
-        printed.contains(&kind) || kind.is_chapter() || (kind == S::BlockLoad && self.terms_for.is_some())
+        // What other commands refuse is refused here too.
+        let checked = printed.contains(&kind) || SectionKind::INDICES.contains(&kind);
+        checked || kind.is_chapter() || (kind == S::BlockLoad && self.terms_for.is_some())
     }
 
     /// Contents of `listed`, the file as it is, and of `file`, its decoded sections.
