@@ -63,7 +63,8 @@ impl<T: Scalar> Scene<'_, T> {
     ///
     /// # Errors
     /// [`LoadError::Mismatch`] for the block structure and for lent memory that is too short,
-    /// [`LoadError::NeedsState`] for the strain structure, and the errors of a contact that cannot be added.
+    /// [`LoadError::NeedsState`] for the strain structure, [`LoadError::NotFinite`] for numbers that overflow,
+    /// and the errors of a contact that cannot be added.
     #[doc(alias = "Delassus operator")]
     pub fn compliance(
         &self,
@@ -107,7 +108,7 @@ impl<T: Scalar> Scene<'_, T> {
                 }
             }
         }
-        Ok(())
+        check_finite(w)
     }
 
     /// Displacements of contacts at the end of the coming step if `loads` act over it and nothing else does
@@ -222,6 +223,11 @@ impl<T: Scalar> Scene<'_, T> {
         }
         sum
     }
+}
+
+/// Refuses an operator of which a number overflowed.
+pub(crate) fn check_finite(w: &[f64]) -> Result<(), LoadError> {
+    if w.iter().all(|number| number.is_finite()) { Ok(()) } else { Err(LoadError::NotFinite) }
 }
 
 /// Displacements of contacts, from their rows `(n, 3, r)` and the coordinates.
