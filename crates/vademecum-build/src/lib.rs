@@ -80,6 +80,7 @@ pub mod mesh;
 pub mod parametric;
 pub mod pipeline;
 pub mod prepared;
+pub mod printable;
 pub mod progress;
 pub mod reaction;
 pub mod report;

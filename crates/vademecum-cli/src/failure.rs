@@ -16,6 +16,7 @@ use vademecum_build::input::toml_file::TomlError;
 use vademecum_build::mesh::MeshError;
 use vademecum_build::pipeline::BuildError;
 use vademecum_build::prepared::{BodyError, PrepareError};
+use vademecum_build::printable::{printable, shortened};
 use vademecum_build::progress::is_cancelled;
 use vademecum_build::report::{MissedPart, ToleranceMissed};
 use vademecum_build::store::OutputError as WriteError;
@@ -125,6 +126,7 @@ impl Failure {
             error,
             S::NoPattern { .. }
                 | S::ProbeTwice { .. }
+                | S::ColumnTwice { .. }
                 | S::NoStress
                 | S::FarPoint { .. }
                 | S::TooManySteps { .. }
@@ -164,13 +166,13 @@ impl fmt::Display for Failure {
         if let Some(file) = &self.file {
             write!(f, "{}: ", file.display())?;
         }
-        write!(f, "{}", self.error)?;
         let mut source = self.error.source();
         let mut said = self.error.to_string();
+        write!(f, "{}", printable(&shortened(&said)))?;
         while let Some(error) = source {
             let text = error.to_string();
             if !said.contains(&text) {
-                write!(f, "\n  because: {text}")?;
+                write!(f, "\n  because: {}", printable(&shortened(&text)))?;
             }
             said = text;
             source = error.source();
@@ -206,7 +208,7 @@ impl From<WriteError> for Failure {
     fn from(error: WriteError) -> Self {
         let (cause, remedy) = match &error {
             WriteError::Io { .. } | WriteError::NoFolder { .. } => (Cause::Machine, DISK),
-            WriteError::OtherKind { .. } => {
+            WriteError::OtherKind { .. } | WriteError::ReadOnly { .. } => {
                 (Cause::Usage, "write to another path, or add `--force` to replace it")
             }
             WriteError::NotAFile { .. }
@@ -334,6 +336,7 @@ impl From<StudyError> for Failure {
             | StudyError::ModeRows { .. }
             | StudyError::ModalDamping
             | StudyError::ProbeTwice { .. }
+            | StudyError::ColumnTwice { .. }
             | StudyError::NoStress
             | StudyError::FarPoint { .. }) => Self::new(Cause::Input, error),
             error @ StudyError::TooManySteps { .. } => {
