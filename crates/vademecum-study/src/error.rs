@@ -116,6 +116,15 @@ pub enum StudyError {
         /// The name.
         name: String,
     },
+    /// Two columns of the table of probes would have one name.
+    #[error(
+        "two columns of the table of probes have the name `{name}`: give the probe, stress or support of this \
+         name another one, in the scenario or, where the file has it, in the problem file"
+    )]
+    ColumnTwice {
+        /// The name.
+        name: String,
+    },
     /// The scenario asks for a stress that the file does not have.
     #[error(
         "`output.stress`: the file has no stress; add `[output] stress = \"surface\"` to the problem file and build it again"

@@ -1,6 +1,6 @@
 //! A scenario through a file, and what its output plan asks to be shown of it.
 
-use vademecum_build::input::ProbeEntry;
+use vademecum_build::input::{OWN_COLUMNS, ProbeEntry};
 use vademecum_build::progress::{Cancelled, Listener};
 use vademecum_eval::{Field, Tensor};
 use vademecum_format::{File, SectionKind};
@@ -79,7 +79,8 @@ impl<'a> Run<'a> {
     /// nothing.
     ///
     /// # Errors
-    /// As [`Track::bind`] and [`Scenario::steps_within`]; [`StudyError::ProbeTwice`];
+    /// As [`Track::bind`] and [`Scenario::steps_within`]; [`StudyError::ProbeTwice`],
+    /// [`StudyError::ColumnTwice`];
     /// [`RewriteError::Names`]: not as many names as probes.
     pub fn bind(
         file: &'a File<'a>,
@@ -126,7 +127,7 @@ impl<'a> Run<'a> {
                  under forces that turn with the body",
             );
         }
-        Ok(Self {
+        let run = Self {
             file,
             options,
             plan,
@@ -138,7 +139,24 @@ impl<'a> Run<'a> {
             supports,
             time_step,
             steps,
-        })
+        };
+        match twice(run.columns()) {
+            Some(name) => Err(StudyError::ColumnTwice { name }),
+            None => Ok(run),
+        }
+    }
+
+    /// Names of all columns of the table of probes, in their order.
+    pub fn columns(&self) -> Vec<String> {
+        let of_support = |support: &String| {
+            ["fx", "fy", "fz", "mx", "my", "mz"].map(|part| format!("reaction.{support}.{part}"))
+        };
+        let of_quantity = |Total(quantity): &Total| {
+            format!("{}_{}", quantity.name(), quantity.unit(Field::Displacement).unwrap_or_default())
+        };
+        let own = OWN_COLUMNS.map(String::from).into_iter().chain(self.names.iter().cloned());
+        let reactions = self.supports.iter().flat_map(of_support).chain(self.flight_columns());
+        own.chain(reactions).chain(self.plan.quantities.iter().map(of_quantity)).collect()
     }
 
     /// Names of the outputs of a free body that was thrown, behind its probes: none of any other.
@@ -239,6 +257,12 @@ impl<'a> Run<'a> {
             None => Ok(played?),
         }
     }
+}
+
+/// A name that occurs twice.
+fn twice(mut names: Vec<String>) -> Option<String> {
+    names.sort_unstable();
+    names.windows(2).find(|pair| pair[0] == pair[1]).map(|pair| pair[0].clone())
 }
 
 /// Names of the file's own probes.

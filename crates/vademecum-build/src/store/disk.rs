@@ -51,6 +51,12 @@ pub enum OutputError {
         /// The path.
         folder: PathBuf,
     },
+    /// The file may not be written.
+    #[error("{}: the file is read-only; it was not overwritten", .file.display())]
+    ReadOnly {
+        /// The file.
+        file: PathBuf,
+    },
     /// The command reads this very file.
     #[error("{}: the command reads this file{}, so it cannot write it", .file.display(), also(.file, .input))]
     Input {
@@ -297,6 +303,18 @@ impl Outputs {
         .map_err(io_error(path))
     }
 
+    /// Removes a file that an older run of a command wrote, if it may be replaced by one of its kind: inputs,
+    /// files of other kinds and what is no file stay.
+    ///
+    /// # Errors
+    /// The error of the system.
+    pub fn remove(&self, path: &Path, kind: Kind) -> Result<(), OutputError> {
+        match self.place(path, kind) {
+            Ok(Destination::File { old: Some(_), .. }) => std::fs::remove_file(path).map_err(io_error(path)),
+            _ => Ok(()),
+        }
+    }
+
     fn part(&self, path: &Path, target: &Path, old: Option<&Metadata>) -> Result<PartialFile, OutputError> {
         self.clean(folder(target));
         PartialFile::new(folder(target), old).map_err(refused(path, target))
@@ -333,6 +351,9 @@ impl Outputs {
             return Ok(Destination::Through);
         }
         self.refuse_other_kind(path, kind)?;
+        if found.permissions().readonly() && !self.force {
+            return Err(OutputError::ReadOnly { file: path.into() });
+        }
         let is_link = std::fs::symlink_metadata(path).is_ok_and(|found| found.is_symlink());
         let target = if is_link { std::fs::canonicalize(path) } else { Ok(path.to_path_buf()) };
         Ok(Destination::File { target: target.map_err(io_error(path))?, old: Some(found) })
