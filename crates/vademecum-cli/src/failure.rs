@@ -34,6 +34,9 @@ const MESH: &str = "`vademecum mesh FILE` shows what the file holds and every pr
 
 /// Remedy for a file that cannot be read.
 pub(crate) const UNREAD: &str = "name a file that exists and that you may read";
+/// Remedy for a path of another system.
+const WINDOWS_PATH: &str =
+    "write `/` for `\\` in the path, and a path of this system: `\\` is part of a name here";
 /// Remedy for a failing disk.
 const DISK: &str = "check that the folder exists, that you may write there, and that the disk has room";
 /// Remedy for an inconsistent vademecum file.
@@ -208,6 +211,11 @@ impl From<WriteError> for Failure {
     fn from(error: WriteError) -> Self {
         let (cause, remedy) = match &error {
             WriteError::Io { .. } | WriteError::NoFolder { .. } => (Cause::Machine, DISK),
+            WriteError::NoSpace { .. } => (
+                Cause::Machine,
+                "larger `probes_every`, `fields_every` and `stress_every` under `[output]` of the scenario, or \
+                 another disk",
+            ),
             WriteError::OtherKind { .. } | WriteError::ReadOnly { .. } => {
                 (Cause::Usage, "write to another path, or add `--force` to replace it")
             }
@@ -258,7 +266,7 @@ fn remedy_of_text(
     instead: impl Fn(Looks) -> Option<&'static str>,
 ) -> &'static str {
     match error {
-        TomlError::Unreadable { source, .. } if source.kind() == ErrorKind::NotFound => UNREAD,
+        TomlError::Unreadable { source, path } if source.kind() == ErrorKind::NotFound => unread(path),
         TomlError::Unreadable { path, .. } => instead(look(Path::new(path))).unwrap_or(""),
         TomlError::Malformed { path, .. } => instead(look(Path::new(path))).unwrap_or(keys),
         TomlError::TooLong { .. } | TomlError::Impossible { .. } => keys,
@@ -346,13 +354,14 @@ impl From<StudyError> for Failure {
                 .remedy("a shorter `duration`; or `--long` marches all of them (`export`: `--steps N`)"),
             error @ StudyError::TooManyLoads { .. } => Self::new(Cause::Input, error)
                 .remedy("split the scenario: the full-order march keeps every load over all dofs"),
+            // Given on the command line.
             error @ (StudyError::NoParameter { .. }
             | StudyError::OutsideRange { .. }
-            | StudyError::TooFast { .. }
+            | StudyError::TimeStepTwice { .. }) => Self::new(Cause::Usage, error),
+            error @ (StudyError::TooFast { .. }
             | StudyError::TooManyPlaces { .. }
             | StudyError::NoModalMarch
-            | StudyError::LargeDisplacements
-            | StudyError::TimeStepTwice { .. }) => Self::new(Cause::Input, error),
+            | StudyError::LargeDisplacements) => Self::new(Cause::Input, error),
             error @ StudyError::Refused { .. } => Self::new(Cause::File, error),
             error @ StudyError::NothingToPush => {
                 Self::new(Cause::Input, error).remedy("name a scenario of load patterns: `--scenario FILE`")
@@ -387,12 +396,17 @@ impl From<FileError> for Failure {
     }
 }
 
+/// Remedy for a file that is not there. A path of Windows is one long name elsewhere.
+fn unread(path: &str) -> &'static str {
+    if cfg!(not(windows)) && path.contains('\\') { WINDOWS_PATH } else { UNREAD }
+}
+
 /// Remedy for a mesh. A file that breaks its format's rules says so itself, and `vademecum mesh` would
 /// say the same.
 fn remedy_of_mesh(error: &MeshError) -> &'static str {
     match error {
         MeshError::Unsound { .. } => MESH,
-        MeshError::Io { .. } => UNREAD,
+        MeshError::Io { file, .. } => unread(&file.to_string_lossy()),
         MeshError::UnknownFormat { .. } => {
             "save the mesh in one of these formats; `.inp`, `.mesh`, `.node` and `.ele` go by their names"
         }

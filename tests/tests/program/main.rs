@@ -15,6 +15,7 @@ mod json_page;
 mod outputs;
 mod pages;
 mod program_files;
+mod run_folder;
 mod scenarios;
 mod schema;
 #[cfg(unix)]

@@ -20,6 +20,7 @@ use crate::arguments::{Limit, rounding};
 use crate::failure::Failure;
 use crate::files::{open, usable_bytes};
 use crate::print::{json, print_chapter, print_json, symmetry};
+use crate::sha256::sha256;
 
 /// Prints what a vademecum file holds.
 #[derive(clap::Args)]
@@ -53,6 +54,7 @@ pub fn contents_json(path: &Path, bytes: &[u8], limit: Limit) -> Result<String, 
 #[derive(Serialize)]
 struct Contents {
     file_bytes: usize,
+    sha256: String,
     format: String,
     program: String,
     units: String,
@@ -375,6 +377,7 @@ impl Info {
         let certificate = Certificates::read(file, strain)?;
         Ok(Contents {
             file_bytes: listed.bytes().len(),
+            sha256: sha256(listed.bytes()),
             format: format!("{}.{}", vademecum_format::MAJOR, listed.minor()),
             program: m.program.into(),
             units: m.units.into(),
@@ -435,6 +438,7 @@ impl Contents {
             "vademecum file, format {}, written by {}; {} bytes",
             self.format, self.program, self.file_bytes
         );
+        println!("SHA-256 {}", self.sha256);
         println!("units {}; mesh {}", self.units, self.mesh_hash);
         println!(
             "{} nodes ({} on the surface, {} loadable), {} triangles, {} modes",

@@ -6,6 +6,7 @@ use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
 
 use vademecum_build::field::{Cells, PVD_HEAD, PVD_TAIL, pvd_line, vtu_into};
+use vademecum_build::limits::memory_in_words;
 use vademecum_build::progress::Listener;
 use vademecum_build::store::{GrowingFile, Kind, Outputs};
 use vademecum_format::SectionKind;
@@ -73,6 +74,9 @@ pub(crate) struct Run {
     limit: Limit,
 }
 
+/// Results of more bytes are announced.
+const MUCH: u64 = 100_000_000;
+
 impl Run {
     pub(crate) fn run(&self, console: &Console) -> Result<(), Failure> {
         let scenario = Scenario::read(&self.scenario)?;
@@ -97,6 +101,12 @@ impl Run {
         let unread = |error: FileError| Failure::file(&self.file, error);
         let run = run::Run::bind(&file, options, &scenario, console).map_err(about)?;
         let geometry = run.geometry().map_err(unread)?;
+        let bytes = run.least_bytes(geometry.as_ref());
+        outputs.check_space(&self.output, bytes)?;
+        if bytes > MUCH {
+            let about = memory_in_words(bytes);
+            console.note(&format!("{} steps, whose results take at least {about}", run.steps));
+        }
         // What can be refused is refused before the first instant: only then are results begun, and older ones
         // removed.
         let (mut geometry, mut results) = (Some(geometry), None);

@@ -14,9 +14,9 @@ use vademecum_build::printable::printable;
 /// Most rows of all tables of a scenario, each file counted once: at most 128 MB of numbers.
 const MAX_ROWS: usize = 4_000_000;
 
-/// Largest size of a coordinate, a force or an amplitude: energies and distances go with their squares, which
-/// stay within the range of a double.
-pub(super) const LARGEST: f64 = 1e150;
+/// Largest size of a coordinate, a force or an amplitude: that of the evaluator
+/// ([`LARGEST`](vademecum_eval::Scalar::LARGEST)), whose outputs stay within the range of a double.
+pub(super) const LARGEST: f64 = <f64 as vademecum_eval::Scalar>::LARGEST;
 
 /// Rows of numbers.
 #[derive(Clone, Debug, Deserialize, Serialize, JsonSchema)]
@@ -57,16 +57,16 @@ impl Columns {
 
     fn expected(self) -> &'static str {
         match self {
-            Self::Amplitude => "rows of two finite numbers of at most 1e150 in size: `time,amplitude`",
+            Self::Amplitude => "rows of two finite numbers of at most 1e75 in size: `time,amplitude`",
             Self::Force => {
-                "rows of two or of four finite numbers of at most 1e150 in size, as many in each: \
+                "rows of two or of four finite numbers of at most 1e75 in size, as many in each: \
                  `time,amplitude` or `time,fx,fy,fz`"
             }
             Self::Base => {
-                "rows of four or of ten finite numbers of at most 1e150 in size, as many in each: \
+                "rows of four or of ten finite numbers of at most 1e75 in size, as many in each: \
                  `time,ax,ay,az` or `time,ax,ay,az,wx,wy,wz,dwx,dwy,dwz`"
             }
-            Self::Place => "rows of four finite numbers of at most 1e150 in size: `time,x,y,z`",
+            Self::Place => "rows of four finite numbers of at most 1e75 in size: `time,x,y,z`",
         }
     }
 
@@ -247,7 +247,7 @@ mod tests {
             ("0,1,1,1\n0,1,1,2\n", Columns::Place, "f.csv:2:", "times rise"),
             ("0,1\n", Columns::Force, "f.csv:1:", "two rows or more"),
             ("", Columns::Force, "f.csv:1:", "the end of the file"),
-            ("0,1e200\n1,1\n", Columns::Force, "f.csv:1:", "at most 1e150"),
+            ("0,1e200\n1,1\n", Columns::Force, "f.csv:1:", "at most 1e75"),
         ] {
             let error = said(text, columns);
             assert!(error.contains(line) && error.contains(found), "{text:?}: {error}");
