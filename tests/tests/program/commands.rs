@@ -209,8 +209,8 @@ fn two_runs_are_the_same_bytes() {
         assert_eq!(ran.code, Some(0), "{}", ran.stderr);
     }
     let [a, b] = outputs.map(|output| contents(&output));
-    // 200 steps, a field every 20 and at the start, the collection and the table.
-    assert_eq!(a.len(), 11 + 2);
+    // 200 steps, a field every 20 and at the start, the collection, the table and the list.
+    assert_eq!(a.len(), 11 + 3);
     assert!(a == b);
 }
 
@@ -376,7 +376,8 @@ fn more_threads_than_cores_are_cut_with_a_note() {
 #[test]
 fn foreign_names_are_printed_escaped_and_short() {
     let folder = tempfile::tempdir().expect("a folder");
-    let problem = std::fs::read_to_string(repository().join("fixtures/problems/short-beam.toml")).expect("a problem");
+    let problem =
+        std::fs::read_to_string(repository().join("fixtures/problems/short-beam.toml")).expect("a problem");
     let evil = "\\u001b[2J\\u009bx";
     let path = folder.path().join("p.toml").display().to_string();
     std::fs::write(&path, problem.replace("\"tip\"", &format!("\"{evil}\""))).expect("written");
@@ -394,7 +395,14 @@ fn foreign_names_are_printed_escaped_and_short() {
     let long = "a".repeat(5000);
     let scenario = folder.path().join("s.toml").display().to_string();
     std::fs::write(&scenario, format!("duration = 0.01\n[[pattern]]\nname = \"{long}\"\n")).expect("written");
-    let ran = vademecum(&["run", &file, "--scenario", &scenario, "-o", &folder.path().join("o").display().to_string()]);
+    let ran = vademecum(&[
+        "run",
+        &file,
+        "--scenario",
+        &scenario,
+        "-o",
+        &folder.path().join("o").display().to_string(),
+    ]);
     ran.fails(3, &[&format!("`{}…`", &long[..64])]);
     assert!(ran.stderr.len() < 1000, "{} bytes", ran.stderr.len());
     std::fs::write(&scenario, format!("duration = 0.01\n{long} = 1\n")).expect("written");

@@ -60,10 +60,9 @@ fn a_refused_run_leaves_the_results_of_the_run_before() {
     let before = place.results();
     assert!(before.len() > 4, "{:?}", before.keys());
     for (scenario, more, code) in [
-        (BASE, &["--structure", "strain"][..], 7),
-        (BASE, &["--set", "nothing=1"], 3),
-        (BASE, &["--terms", "900"], 7),
-        (BASE, &["--time-step", "1e-200"], 7),
+        (BASE, &["--structure", "chapter"][..], 7),
+        (BASE, &["--set", "nothing=1"], 2),
+        (BASE, &["--time-step", "1e-200"], 3),
         ("duration = 0.02\n[[pattern]]\nname = \"none\"\n", &[], 3),
         ("duration = 0.02\n[[pattern]]\nname = \"pull\"\namplitude = 1e76\n", &[], 3),
         (
@@ -73,8 +72,8 @@ fn a_refused_run_leaves_the_results_of_the_run_before() {
         ),
     ] {
         let ran = place.run(scenario, more);
-        assert_ne!(ran.code, Some(0), "{more:?}");
-        assert_eq!(place.results(), before, "{more:?} ({:?}, {code}): {}", ran.code, ran.stderr);
+        assert_eq!(ran.code, Some(code), "{more:?}: {}", ran.stderr);
+        assert_eq!(place.results(), before, "{more:?}: {}", ran.stderr);
     }
 }
 
