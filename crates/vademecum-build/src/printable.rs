@@ -6,8 +6,8 @@ use std::borrow::Cow;
 /// Most characters of a name that a message shows.
 pub const MAX_SHOWN: usize = 64;
 
-/// True of characters that a terminal obeys or that change how the text around them is read. Line ends and tabs
-/// are those of the message itself.
+/// True of characters that a terminal obeys or that change how the text around them is read. Line ends and
+/// tabs are those of the message itself.
 fn is_harmful(c: char) -> bool {
     let is_direction =
         matches!(c, '\u{200e}' | '\u{200f}' | '\u{202a}'..='\u{202e}' | '\u{2066}'..='\u{2069}');
@@ -27,8 +27,8 @@ pub fn printable(text: &str) -> Cow<'_, str> {
     out.into()
 }
 
-/// The text with every piece in backticks cut after [`MAX_SHOWN`] characters: a name says which one it is long
-/// before. Commands of the program stay whole.
+/// The text with every piece in backticks cut after [`MAX_SHOWN`] characters: a name says which one it is
+/// long before. Commands of the program stay whole.
 pub fn shortened(text: &str) -> Cow<'_, str> {
     let is_long = |piece: &str| {
         !piece.starts_with("vademecum ")

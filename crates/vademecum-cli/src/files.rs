@@ -107,8 +107,8 @@ fn recognised(path: &Path, opened: Result<Mapped, OpenError>) -> Result<Mapped, 
 }
 
 /// The file of a map with every section raw for which `wanted` holds, every section compared with its
-/// checksum, and every index with what it counts: a program reads most of it anyway, and a damaged basis would pass for physics. What is packed is
-/// decoded into `memory`, with the wanted sections only.
+/// checksum, and every index with what it counts: a program reads most of it anyway, and a damaged basis
+/// would pass for physics. What is packed is decoded into `memory`, with the wanted sections only.
 pub(crate) fn usable_file<'a>(
     path: &Path,
     mapped: &'a Mapped,

@@ -120,8 +120,8 @@ impl Drop for Block {
     }
 }
 
-/// Blocks that are handed out by pointer. They are freed one by one ([`Chain::free`]) or with their chain, the
-/// rest of them.
+/// Blocks that are handed out by pointer. They are freed one by one ([`Chain::free`]) or with their chain,
+/// the rest of them.
 #[derive(Debug)]
 pub struct Chain {
     /// A link without content, whose neighbours are the first and the last block.

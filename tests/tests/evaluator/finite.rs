@@ -1,5 +1,5 @@
-//! Numbers of extreme size, and sizes of memory: what a call takes gives finite numbers, what it refuses changes
-//! nothing, and no length wraps around.
+//! Numbers of extreme size, and sizes of memory: what a call takes gives finite numbers, what it refuses
+//! changes nothing, and no length wraps around.
 
 use vademecum_eval::format::File;
 use vademecum_eval::{

@@ -1,5 +1,5 @@
-//! The folder of a run: it belongs to one run at a time, a refused run leaves it as it was, and what the tables
-//! in it are called is clear.
+//! The folder of a run: it belongs to one run at a time, a refused run leaves it as it was, and what the
+//! tables in it are called is clear.
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};

@@ -1,5 +1,5 @@
-//! Mass and centre of a body by the mass matrix of another program. A matrix with a wrong entry may be symmetric
-//! and positive definite all the same, which is checked elsewhere; here it shows.
+//! Mass and centre of a body by the mass matrix of another program. A matrix with a wrong entry may be
+//! symmetric and positive definite all the same, which is checked elsewhere; here it shows.
 
 /// Masses along two axes may differ by this share: matrices in text have six digits or more.
 const ROUNDING: f64 = 1e-6;

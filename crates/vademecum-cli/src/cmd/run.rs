@@ -107,8 +107,8 @@ impl Run {
             let about = memory_in_words(bytes);
             console.note(&format!("{} steps, whose results take at least {about}", run.steps));
         }
-        // What can be refused is refused before the first instant: only then are results begun, and older ones
-        // removed.
+        // What can be refused is refused before the first instant: only then are results begun, and older
+        // ones removed.
         let (mut geometry, mut results) = (Some(geometry), None);
         let played = run.play(console, |moment: &Moment<'_>| {
             if let Some(geometry) = geometry.take() {

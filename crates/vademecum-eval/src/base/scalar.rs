@@ -75,9 +75,9 @@ pub trait Scalar:
     const FLOOR: Self;
     /// Smallest threshold \[m kg^½\] at which an unloaded body is put at rest: a million times the floor.
     const REST: Self;
-    /// Largest size of a force \[N\], of an amplitude, of a step parameter and of the sum of a state's numbers
-    /// \[m kg^½\]: what a scene computes of them is finite. A step parameter that is not zero is at least its
-    /// inverse.
+    /// Largest size of a force \[N\], of an amplitude, of a step parameter and of the sum of a state's
+    /// numbers \[m kg^½\]: what a scene computes of them is finite. A step parameter that is not zero is at
+    /// least its inverse.
     const LARGEST: Self;
     /// Rounds to this precision.
     fn from_f64(value: f64) -> Self;

@@ -63,8 +63,8 @@ impl<T: Scalar> Scene<'_, T> {
     ///
     /// # Errors
     /// [`LoadError::Mismatch`] for the block structure and for lent memory that is too short,
-    /// [`LoadError::NeedsState`] for the strain structure, [`LoadError::NotFinite`] for numbers that overflow,
-    /// and the errors of a contact that cannot be added.
+    /// [`LoadError::NeedsState`] for the strain structure, [`LoadError::NotFinite`] for numbers that
+    /// overflow, and the errors of a contact that cannot be added.
     #[doc(alias = "Delassus operator")]
     pub fn compliance(
         &self,

@@ -1,5 +1,5 @@
-//! `run.json`, the list of the files that a run wrote into its folder. The next run into the folder removes what
-//! the list names, so that no results of two runs stand side by side.
+//! `run.json`, the list of the files that a run wrote into its folder. The next run into the folder removes
+//! what the list names, so that no results of two runs stand side by side.
 
 use std::path::{Path, PathBuf};
 
