@@ -251,7 +251,7 @@ fn directory() -> Files {
     ]
 }
 
-/// Refusals 27 to 29, 36 and 37, which are found when a section is asked for.
+/// Refusals 27 to 29 and 36 to 38, which are found when a section is asked for.
 fn sections() -> Files {
     use SectionKind as S;
     let start = |kind| u32_at(&base(), entry(&base(), kind) + 32) as usize;
@@ -264,6 +264,10 @@ fn sections() -> Files {
         let table = table.iter().flat_map(|x| x.to_le_bytes());
         replaced(S::Eigenvalues, Codec::Shuffled, &table.chain(frames.iter().copied()).collect::<Vec<_>>())
     };
+    let mut triangles =
+        File::parse(&whole()).expect("a file").section(S::Triangles).expect("there").stored().to_vec();
+    put(&mut triangles, 0, &u32::MAX.to_le_bytes());
+    let triangles = replace(&whole(), |section| section.kind == S::Triangles, Codec::Raw, &triangles);
     vec![
         ("27-SectionChecksum", edited(|b| b[damaged] ^= 0x80)),
         ("28-Compressed", replaced(S::Eigenvalues, Codec::Zstd, &frame(0, 8))),
@@ -276,6 +280,7 @@ fn sections() -> Files {
         ("37-Frame-none", by_block(&[8, 10], &[0; 10])),
         ("37-Frame-short", by_block(&[8, 10], &frame(0, 7))),
         ("37-Frame-bomb", by_block(&[8, bomb().len() as u64], &bomb())),
+        ("38-Index-triangle", triangles),
     ]
 }
 
@@ -319,9 +324,6 @@ fn contents() -> Files {
     let small = |kind, stored: &[u8]| replace(&base(), is(kind), Codec::Raw, stored);
     let large = |kind, stored: &[u8]| replace(&whole(), is(kind), Codec::Raw, stored);
     let packed = |stored: &[u8]| replace(&base(), is(S::Eigenvalues), Codec::Zstd, stored);
-    let mut triangles =
-        File::parse(&whole()).expect("a file").section(S::Triangles).expect("there").stored().to_vec();
-    put(&mut triangles, 0, &u32::MAX.to_le_bytes());
     let ids = SectionInput {
         kind: S::NodeIds,
         element: Element::U64,
@@ -344,7 +346,6 @@ fn contents() -> Files {
         ("NotFinite-eigenvalue-nan", small(S::Eigenvalues, &numbers(&[f64::NAN]))),
         ("NotFinite-probe-infinite", small(S::ProbeRows, &numbers(&[f64::NEG_INFINITY]))),
         ("NotFinite-basis-nan", small(S::SurfaceBasis, &[0xFF; 12])),
-        ("Index-triangle", large(S::Triangles, &triangles)),
         ("Names-empty", small(S::ProbeNames, b"\n\n\n")),
         ("Names-repairs", rewritten(&base(), |_| (), |_| {}, &[repairs])),
         ("Points-decreasing", large(S::AxisPoints, &numbers(&[1.0, 0.0]))),

@@ -81,6 +81,7 @@ pub mod mesh_error;
 pub mod parametric;
 pub mod pipeline;
 pub mod prepared;
+pub mod printable;
 pub mod progress;
 pub mod reaction;
 pub mod report;

@@ -26,6 +26,18 @@ pub fn memory_in_words(bytes: u64) -> String {
     }
 }
 
+/// Keeps the number of threads to that of the cores: `RAYON_NUM_THREADS` may ask for more, which helps nobody
+/// and, by mistake, starts thousands. Before anything runs in parallel; gives a note if it changed something.
+pub fn bound_threads() -> Option<String> {
+    let asked: usize = std::env::var("RAYON_NUM_THREADS").ok()?.trim().parse().ok()?;
+    let cores = std::thread::available_parallelism().ok()?.get();
+    if asked <= cores {
+        return None;
+    }
+    rayon::ThreadPoolBuilder::new().num_threads(cores).build_global().ok()?;
+    Some(format!("RAYON_NUM_THREADS is {asked}, and there are {cores} cores: {cores} threads are used"))
+}
+
 /// More memory than there is, or than was allowed.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[error(

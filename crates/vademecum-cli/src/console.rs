@@ -6,6 +6,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Duration;
 
 use indicatif::{ProgressBar, ProgressStyle};
+use vademecum_build::printable::{printable, shortened};
 use vademecum_build::progress::Listener;
 
 /// Set by Ctrl-C; long work polls it and ends without leaving half a file.
@@ -45,8 +46,12 @@ pub(crate) fn listen_for_ctrl_c() {
 
 /// Prints a line of results on standard output. A reader that has gone has seen enough: the program ends, in
 /// peace; any other failure ends it too, since results that are not shown are not done.
+///
+/// A line may hold names of others: what a terminal would obey is escaped.
 pub fn show(line: std::fmt::Arguments<'_>) {
     use std::io::Write;
+    let text = line.to_string();
+    let line = printable(&text);
     if ASIDE.load(Ordering::Relaxed) {
         eprintln!("{line}");
     } else if let Err(error) = writeln!(std::io::stdout(), "{line}") {
@@ -67,10 +72,10 @@ fn style(template: &str) -> ProgressStyle {
     ProgressStyle::with_template(template).unwrap_or_else(|_| ProgressStyle::default_bar())
 }
 
-/// Prints a line on standard error. If nobody reads it, there is nobody left to tell.
+/// Prints a line on standard error, with the same escapes. If nobody reads it, there is nobody left to tell.
 pub fn tell(line: std::fmt::Arguments<'_>) {
     use std::io::Write;
-    let _ = writeln!(std::io::stderr(), "{line}");
+    let _ = writeln!(std::io::stderr(), "{}", printable(&line.to_string()));
 }
 
 /// Progress on standard error: a bar on a terminal, a line per stage elsewhere, nothing with `--quiet`.
@@ -104,7 +109,7 @@ impl Listener for Console {
             Some(bar) => {
                 // Nothing is known of its length before it says so: no bar of 0/0.
                 bar.set_style(style(UNCOUNTED));
-                bar.set_message(name.to_string());
+                bar.set_message(printable(name).into_owned());
                 bar.reset();
             }
             None if !self.quiet => eprintln!("  {name}"),
@@ -123,8 +128,9 @@ impl Listener for Console {
     }
 
     fn note(&self, text: &str) {
+        let text = shortened(text);
         match &self.bar {
-            Some(bar) => bar.println(format!("  note: {text}")),
+            Some(bar) => bar.println(format!("  note: {}", printable(&text))),
             None if !self.quiet => eprintln!("  note: {text}"),
             None => {}
         }

@@ -16,6 +16,7 @@ use vademecum_build::input::toml_file::TomlError;
 use vademecum_build::mesh::MeshError;
 use vademecum_build::pipeline::BuildError;
 use vademecum_build::prepared::{BodyError, PrepareError};
+use vademecum_build::printable::{printable, shortened};
 use vademecum_build::progress::is_cancelled;
 use vademecum_build::report::{MissedPart, ToleranceMissed};
 use vademecum_build::store::OutputError as WriteError;
@@ -33,6 +34,9 @@ const MESH: &str = "`vademecum mesh FILE` shows what the file holds and every pr
 
 /// Remedy for a file that cannot be read.
 pub(crate) const UNREAD: &str = "name a file that exists and that you may read";
+/// Remedy for a path of another system.
+const WINDOWS_PATH: &str =
+    "write `/` for `\\` in the path, and a path of this system: `\\` is part of a name here";
 /// Remedy for a failing disk.
 const DISK: &str = "check that the folder exists, that you may write there, and that the disk has room";
 /// Remedy for an inconsistent vademecum file.
@@ -125,6 +129,7 @@ impl Failure {
             error,
             S::NoPattern { .. }
                 | S::ProbeTwice { .. }
+                | S::ColumnTwice { .. }
                 | S::NoStress
                 | S::FarPoint { .. }
                 | S::TooManySteps { .. }
@@ -164,13 +169,13 @@ impl fmt::Display for Failure {
         if let Some(file) = &self.file {
             write!(f, "{}: ", file.display())?;
         }
-        write!(f, "{}", self.error)?;
         let mut source = self.error.source();
         let mut said = self.error.to_string();
+        write!(f, "{}", printable(&shortened(&said)))?;
         while let Some(error) = source {
             let text = error.to_string();
             if !said.contains(&text) {
-                write!(f, "\n  because: {text}")?;
+                write!(f, "\n  because: {}", printable(&shortened(&text)))?;
             }
             said = text;
             source = error.source();
@@ -206,7 +211,12 @@ impl From<WriteError> for Failure {
     fn from(error: WriteError) -> Self {
         let (cause, remedy) = match &error {
             WriteError::Io { .. } | WriteError::NoFolder { .. } => (Cause::Machine, DISK),
-            WriteError::OtherKind { .. } => {
+            WriteError::NoSpace { .. } => (
+                Cause::Machine,
+                "larger `probes_every`, `fields_every` and `stress_every` under `[output]` of the scenario, or \
+                 another disk",
+            ),
+            WriteError::OtherKind { .. } | WriteError::ReadOnly { .. } => {
                 (Cause::Usage, "write to another path, or add `--force` to replace it")
             }
             WriteError::NotAFile { .. }
@@ -256,7 +266,7 @@ fn remedy_of_text(
     instead: impl Fn(Looks) -> Option<&'static str>,
 ) -> &'static str {
     match error {
-        TomlError::Unreadable { source, .. } if source.kind() == ErrorKind::NotFound => UNREAD,
+        TomlError::Unreadable { source, path } if source.kind() == ErrorKind::NotFound => unread(path),
         TomlError::Unreadable { path, .. } => instead(look(Path::new(path))).unwrap_or(""),
         TomlError::Malformed { path, .. } => instead(look(Path::new(path))).unwrap_or(keys),
         TomlError::TooLong { .. } | TomlError::Impossible { .. } => keys,
@@ -334,6 +344,7 @@ impl From<StudyError> for Failure {
             | StudyError::ModeRows { .. }
             | StudyError::ModalDamping
             | StudyError::ProbeTwice { .. }
+            | StudyError::ColumnTwice { .. }
             | StudyError::NoStress
             | StudyError::FarPoint { .. }) => Self::new(Cause::Input, error),
             error @ StudyError::TooManySteps { .. } => {
@@ -343,13 +354,14 @@ impl From<StudyError> for Failure {
                 .remedy("a shorter `duration`; or `--long` marches all of them (`export`: `--steps N`)"),
             error @ StudyError::TooManyLoads { .. } => Self::new(Cause::Input, error)
                 .remedy("split the scenario: the full-order march keeps every load over all dofs"),
+            // Given on the command line.
             error @ (StudyError::NoParameter { .. }
             | StudyError::OutsideRange { .. }
-            | StudyError::TooFast { .. }
+            | StudyError::TimeStepTwice { .. }) => Self::new(Cause::Usage, error),
+            error @ (StudyError::TooFast { .. }
             | StudyError::TooManyPlaces { .. }
             | StudyError::NoModalMarch
-            | StudyError::LargeDisplacements
-            | StudyError::TimeStepTwice { .. }) => Self::new(Cause::Input, error),
+            | StudyError::LargeDisplacements) => Self::new(Cause::Input, error),
             error @ StudyError::Refused { .. } => Self::new(Cause::File, error),
             error @ StudyError::NothingToPush => {
                 Self::new(Cause::Input, error).remedy("name a scenario of load patterns: `--scenario FILE`")
@@ -384,12 +396,17 @@ impl From<FileError> for Failure {
     }
 }
 
+/// Remedy for a file that is not there. A path of Windows is one long name elsewhere.
+fn unread(path: &str) -> &'static str {
+    if cfg!(not(windows)) && path.contains('\\') { WINDOWS_PATH } else { UNREAD }
+}
+
 /// Remedy for a mesh. A file that breaks its format's rules says so itself, and `vademecum mesh` would
 /// say the same.
 fn remedy_of_mesh(error: &MeshError) -> &'static str {
     match error {
         MeshError::Unsound { .. } => MESH,
-        MeshError::Io { .. } => UNREAD,
+        MeshError::Io { file, .. } => unread(&file.to_string_lossy()),
         MeshError::UnknownFormat { .. } => {
             "save the mesh in one of these formats; `.inp`, `.mesh`, `.node` and `.ele` go by their names"
         }

@@ -107,8 +107,8 @@ fn recognised(path: &Path, opened: Result<Mapped, OpenError>) -> Result<Mapped, 
 }
 
 /// The file of a map with every section raw for which `wanted` holds, every section compared with its
-/// checksum: a program reads most of it anyway, and a damaged basis would pass for physics. What is packed is
-/// decoded into `memory`, with the wanted sections only.
+/// checksum, and every index with what it counts: a program reads most of it anyway, and a damaged basis
+/// would pass for physics. What is packed is decoded into `memory`, with the wanted sections only.
 pub(crate) fn usable_file<'a>(
     path: &Path,
     mapped: &'a Mapped,
@@ -137,7 +137,9 @@ pub fn usable_bytes<'a>(
     if file.sections().any(|section| packed(&section)) {
         let unpacked = vademecum_rewrite::unpack_wanted(&file, &wanted, limit.of(bytes.len()));
         *memory = unpacked.map_err(|error| Failure::file(path, error))?;
-        return File::parse(memory).map_err(failed);
+        let file = File::parse(memory).map_err(failed)?;
+        file.verify_indices().map_err(failed)?;
+        return Ok(file);
     }
     Ok(file)
 }

@@ -29,11 +29,14 @@ mod percent;
 mod pictures;
 mod print;
 mod reference;
+mod sha256;
 mod surface_picture;
 
 use std::ffi::OsString;
 
 use clap::{CommandFactory, Parser, Subcommand};
+use vademecum_build::limits::bound_threads;
+use vademecum_build::progress::Listener;
 
 pub use arguments::Limit;
 pub use cmd::info::contents_json;
@@ -123,6 +126,9 @@ pub fn run_command(quiet: bool, command: impl FnOnce(&console::Console) -> Resul
     console::listen_for_ctrl_c();
     failure::end_where_memory_is_refused();
     let console = console::Console::new(quiet);
+    if let Some(note) = bound_threads() {
+        console.note(&note);
+    }
     let result = command(&console);
     console.clear();
     match result {

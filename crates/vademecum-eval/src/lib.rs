@@ -137,7 +137,9 @@ mod flight;
 mod body;
 
 pub use base::error::{BindError, LoadError, OutputError, ParameterError, StepError};
-pub use base::options::{RegionScales, SceneOptions, Sizes, Status, Structure, StructureChoice};
+pub use base::options::{
+    MAX_CONTACTS, RegionScales, SceneOptions, Sizes, Status, Structure, StructureChoice,
+};
 pub use base::scalar::Scalar;
 pub use body::any::{AnyBody, Precision};
 pub use body::batch::{Batch, BatchStatus};

@@ -7,7 +7,7 @@ use core::ptr::NonNull;
 
 use crate::instance::{Instance, Modes};
 use crate::logger::status;
-use crate::memory::Block;
+use crate::memory::Chain;
 use crate::refusal::{Refusal, Trouble};
 
 /// Runs a call of the host. The bare library cannot panic, which its linking proves; in every other one a
@@ -97,28 +97,18 @@ pub unsafe fn give<T>(place: *mut T, value: T) -> Result<(), Refusal> {
     Ok(())
 }
 
-/// Bytes before the content of a state behind a pointer: its length, and what aligns the rest.
-const HEAD: usize = 16;
-
 /// Content of a state behind a pointer.
 ///
 /// # Safety
-/// `state` is null or from [`get_state`] or [`deserialize`], and was not freed.
+/// `state` is null or from [`get_state`] or [`deserialize`], and neither it nor its instance was freed.
 unsafe fn content<'a>(state: *mut c_void) -> Result<&'a mut [u8], Refusal> {
-    let state = NonNull::new(state.cast::<u8>()).ok_or(Refusal::Null)?;
-    // SAFETY: every state begins with its length, and has that many bytes behind its head.
-    unsafe {
-        let length = state.cast::<u64>().read() as usize;
-        Ok(core::slice::from_raw_parts_mut(state.add(HEAD).as_ptr(), length))
-    }
+    // SAFETY: as the caller promises.
+    Ok(unsafe { Chain::content(NonNull::new(state).ok_or(Refusal::Null)?) })
 }
 
-fn state_of(content: &[u8]) -> Result<*mut c_void, Refusal> {
-    let mut block = Block::zeroed(HEAD + content.len()).ok_or(Refusal::Memory)?;
-    let (head, place) = block.bytes_mut().split_first_chunk_mut::<8>().ok_or(Refusal::Memory)?;
-    *head = (content.len() as u64).to_le_bytes();
-    place.iter_mut().skip(HEAD - 8).zip(content).for_each(|(place, &byte)| *place = byte);
-    Ok(block.into_raw().as_ptr().cast())
+/// A state of an instance, which frees it at its own end at the latest.
+fn state_of(instance: &mut Instance, content: &[u8]) -> Result<*mut c_void, Refusal> {
+    Ok(instance.states().add(content).ok_or(Refusal::Memory)?.as_ptr())
 }
 
 /// Saves an instance; a state that is there already is written over.
@@ -130,7 +120,7 @@ pub unsafe fn get_state(instance: &mut Instance, place: *mut *mut c_void) -> Res
     let place = unsafe { place.as_mut() }.ok_or(Refusal::Null)?;
     let saved = instance.save()?;
     if place.is_null() {
-        *place = state_of(saved.bytes())?;
+        *place = state_of(instance, saved.bytes())?;
         return Ok(());
     }
     // SAFETY: as the caller promises.
@@ -158,12 +148,9 @@ pub unsafe fn set_state(instance: &mut Instance, state: *mut c_void) -> Result<(
 pub unsafe fn free_state(place: *mut *mut c_void) -> Result<(), Trouble> {
     // SAFETY: as the caller promises.
     let place = unsafe { place.as_mut() }.ok_or(Refusal::Null)?;
-    let Some(state) = NonNull::new(place.cast::<u8>()) else { return Ok(()) };
-    // SAFETY: the state, with the length it begins with, is what `state_of` has made.
-    unsafe {
-        let length = content(*place)?.len();
-        drop(Block::of_raw(state, HEAD + length));
-    }
+    let Some(state) = NonNull::new(*place) else { return Ok(()) };
+    // SAFETY: the state is what `state_of` has made.
+    unsafe { Chain::free(state) };
     *place = core::ptr::null_mut();
     Ok(())
 }
@@ -187,7 +174,7 @@ pub unsafe fn serialize(state: *mut c_void, out: *mut u8, length: usize) -> Resu
 /// # Safety
 /// `bytes` points to `length` bytes; `place` is null or points to where the state is wanted.
 pub unsafe fn deserialize(
-    instance: &Instance,
+    instance: &mut Instance,
     bytes: *const u8,
     length: usize,
     place: *mut *mut c_void,
@@ -196,6 +183,6 @@ pub unsafe fn deserialize(
     let bytes = unsafe { lent(bytes, length) }?;
     instance.check_saved(bytes)?;
     // SAFETY: as the caller promises.
-    unsafe { give(place, state_of(bytes)?) }?;
+    unsafe { give(place, state_of(instance, bytes)?) }?;
     Ok(())
 }

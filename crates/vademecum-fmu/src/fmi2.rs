@@ -2,8 +2,9 @@
 //!
 //! # Safety
 //! A component is one of [`fmi2Instantiate`] that was not freed, used by one thread at a time; states are
-//! those of [`fmi2GetFMUstate`] or [`fmi2DeSerializeFMUstate`] that were not freed; arrays are as long as the
-//! number beside them says; texts end with a zero. Null is refused.
+//! those of [`fmi2GetFMUstate`] or [`fmi2DeSerializeFMUstate`] that were not freed, nor was the component
+//! they were taken from, which frees those that are left; arrays are as long as the number beside them says;
+//! texts end with a zero. Null is refused.
 #![allow(unsafe_code, non_snake_case)]
 
 use core::ffi::{CStr, c_char, c_int, c_void};

@@ -3,7 +3,8 @@
 //!
 //! # Safety
 //! An instance is one of [`fmi3InstantiateCoSimulation`] that was not freed, used by one thread at a time;
-//! states are those of [`fmi3GetFMUState`] or [`fmi3DeserializeFMUState`] that were not freed; arrays are as
+//! states are those of [`fmi3GetFMUState`] or [`fmi3DeserializeFMUState`] that were not freed, nor was the
+//! instance they were taken from, which frees those that are left; arrays are as
 //! long as the number beside them says; texts end with a zero. Null is refused.
 #![allow(unsafe_code, non_snake_case)]
 

@@ -11,7 +11,7 @@ use crate::body::{Body, Seen};
 use crate::bytes::{Cursor, Pen};
 use crate::location::{Location, text};
 use crate::logger::{Category, Logger, status};
-use crate::memory::Block;
+use crate::memory::{Block, Chain};
 use crate::points::Points;
 use crate::refusal::{Refusal, Trouble, bind};
 use crate::token;
@@ -108,6 +108,8 @@ pub struct Instance {
     logger: Logger,
     logging: bool,
     token: [u8; token::LENGTH],
+    /// States that the master has not freed.
+    states: Chain,
     name: Block,
     _numbers: Block,
     _points: Block,
@@ -168,6 +170,7 @@ impl Instance {
             logger,
             logging: given.logging,
             token,
+            states: Chain::new().ok_or(no_memory)?,
             name,
             _numbers: numbers,
             _points: points_block,
@@ -236,6 +239,11 @@ impl Instance {
                 status::ERROR
             }
         }
+    }
+
+    /// States that the master has not freed; they end with the instance.
+    pub const fn states(&mut self) -> &mut Chain {
+        &mut self.states
     }
 
     fn instance_name(&self) -> &CStr {

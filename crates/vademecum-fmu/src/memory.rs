@@ -42,6 +42,8 @@ impl Block {
         let at = NonNull::new(unsafe { malloc(length.max(16)) }.cast::<u8>())?;
         // SAFETY: the block has that many bytes, and nobody else knows it.
         unsafe { at.as_ptr().write_bytes(0, length) };
+        #[cfg(test)]
+        tests::BLOCKS.with(|count| count.set(count.get() + 1));
         Some(Self { at, length })
     }
 
@@ -111,8 +113,113 @@ impl Block {
 
 impl Drop for Block {
     fn drop(&mut self) {
+        #[cfg(test)]
+        tests::BLOCKS.with(|count| count.set(count.get() - 1));
         // SAFETY: from `malloc`, and given back once.
         unsafe { free(self.at.as_ptr().cast()) }
+    }
+}
+
+/// Blocks that are handed out by pointer. They are freed one by one ([`Chain::free`]) or with their chain,
+/// the rest of them.
+#[derive(Debug)]
+pub struct Chain {
+    /// A link without content, whose neighbours are the first and the last block.
+    ends: NonNull<Link>,
+}
+
+/// Front of a block of a chain; the content is behind it.
+#[derive(Debug)]
+#[repr(C, align(16))]
+struct Link {
+    length: usize,
+    before: NonNull<Self>,
+    after: NonNull<Self>,
+}
+
+impl Link {
+    /// A link with room for a content, its own neighbour on both sides.
+    fn new(length: usize) -> Option<NonNull<Self>> {
+        let at = Block::zeroed(size_of::<Self>().checked_add(length)?)?.into_raw().cast::<Self>();
+        // SAFETY: large enough, aligned to 16 bytes, and nobody else's.
+        unsafe { at.write(Self { length, before: at, after: at }) };
+        Some(at)
+    }
+
+    /// Frees a link that no other link knows.
+    ///
+    /// # Safety
+    /// `at` is from [`Link::new`], and nobody uses it any more.
+    unsafe fn free(at: NonNull<Self>) {
+        // SAFETY: as the caller promises; the length is that of `new`.
+        drop(unsafe { Block::of_raw(at.cast(), size_of::<Self>() + at.read().length) });
+    }
+}
+
+impl Chain {
+    /// A chain without blocks; `None` if there is no memory.
+    #[must_use]
+    pub fn new() -> Option<Self> {
+        Some(Self { ends: Link::new(0)? })
+    }
+
+    /// A block with this content, by the pointer that is handed out; `None` if there is no memory.
+    pub fn add(&mut self, content: &[u8]) -> Option<NonNull<c_void>> {
+        let link = Link::new(content.len())?;
+        // SAFETY: the new link is nobody else's, and those of the chain live as long as it does.
+        unsafe {
+            Self::content(link.cast()).copy_from_slice(content);
+            let after = self.ends.read().after;
+            (*link.as_ptr()).before = self.ends;
+            (*link.as_ptr()).after = after;
+            (*after.as_ptr()).before = link;
+            (*self.ends.as_ptr()).after = link;
+        }
+        Some(link.cast())
+    }
+
+    /// The content of a block.
+    ///
+    /// # Safety
+    /// `block` is from [`Chain::add`], and neither it nor its chain was freed.
+    #[must_use]
+    pub const unsafe fn content<'a>(block: NonNull<c_void>) -> &'a mut [u8] {
+        // SAFETY: as the caller promises; the content has the length of its link.
+        unsafe {
+            let length = block.cast::<Link>().read().length;
+            let at = block.cast::<u8>().add(size_of::<Link>());
+            core::slice::from_raw_parts_mut(at.as_ptr(), length)
+        }
+    }
+
+    /// Frees a block.
+    ///
+    /// # Safety
+    /// As for [`Chain::content`]; nobody uses the block any more.
+    pub unsafe fn free(block: NonNull<c_void>) {
+        let link = block.cast::<Link>();
+        // SAFETY: as the caller promises, so its neighbours are there too.
+        unsafe {
+            let Link { before, after, .. } = link.read();
+            (*before.as_ptr()).after = after;
+            (*after.as_ptr()).before = before;
+            Link::free(link);
+        }
+    }
+}
+
+impl Drop for Chain {
+    fn drop(&mut self) {
+        // SAFETY: the links are those of this chain, each freed once; the last is the one of its ends.
+        unsafe {
+            let mut at = self.ends.read().after;
+            while at != self.ends {
+                let after = at.read().after;
+                Link::free(at);
+                at = after;
+            }
+            Link::free(self.ends);
+        }
     }
 }
 
@@ -153,5 +260,34 @@ impl Drop for Stream {
     fn drop(&mut self) {
         // SAFETY: open, and closed once. What a file that was read says on closing does not matter.
         let _ = unsafe { fclose(self.0.as_ptr()) };
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::cell::Cell;
+
+    std::thread_local! {
+        /// Blocks of this thread that were not given back.
+        pub static BLOCKS: Cell<usize> = const { Cell::new(0) };
+    }
+
+    #[test]
+    fn blocks_are_freed_one_by_one_and_the_rest_with_their_chain() {
+        let mut chain = Chain::new().expect("memory");
+        let blocks: std::vec::Vec<_> = (0..62u8).map(|k| chain.add(&[k; 100]).expect("memory")).collect();
+        for (k, &block) in blocks.iter().enumerate() {
+            // SAFETY: from this chain, and not freed yet.
+            let content = unsafe { Chain::content(block) };
+            assert_eq!(content, [k as u8; 100]);
+        }
+        for &block in blocks.iter().step_by(3) {
+            // SAFETY: from this chain, and freed once.
+            unsafe { Chain::free(block) };
+        }
+        assert_eq!(BLOCKS.with(Cell::get), 1 + 62 - 21);
+        drop(chain);
+        assert_eq!(BLOCKS.with(Cell::get), 0);
     }
 }

@@ -300,6 +300,18 @@ pub enum FormatError {
         /// The block; 0 for a section that is one frame.
         block: u64,
     },
+    /// 38: an index is not below what it counts.
+    #[error("section {kind}, number {place}: index {found} of {count}; the file is damaged")]
+    Index {
+        /// The section's kind.
+        kind: u32,
+        /// Its place, counted from 0.
+        place: u64,
+        /// Its value.
+        found: u32,
+        /// What it counts.
+        count: u64,
+    },
 }
 
 /// Subject of a [`FormatError::Count`] or [`FormatError::Number`].

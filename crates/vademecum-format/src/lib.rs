@@ -70,6 +70,7 @@ mod element;
 mod error;
 pub mod exact;
 mod fuse;
+mod indices;
 mod kind;
 mod layout;
 mod metadata;

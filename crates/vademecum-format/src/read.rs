@@ -114,12 +114,14 @@ impl<'a> File<'a> {
         self.section(kind).and_then(|section| section.text().ok()).unwrap_or("").lines()
     }
 
-    /// Compares every section of a known kind with its checksum. Reads the whole file.
+    /// Compares every section of a known kind with its checksum, and the indices of raw ones with what they
+    /// count. Reads the whole file.
     ///
     /// # Errors
-    /// Refusal 27.
+    /// Refusals 27 and 38.
     pub fn verify_all(&self) -> Result<(), FormatError> {
-        self.sections().try_for_each(|section| section.verify())
+        self.sections().try_for_each(|section| section.verify())?;
+        self.verify_indices()
     }
 
     /// Refusals 5 and 18 to 25, and 6 for bytes after the last section.

@@ -95,18 +95,6 @@ pub enum RewriteError {
         /// Its value.
         value: f64,
     },
-    /// An index is past the end of what it counts.
-    #[error("section {kind}: index {index} at place {place} is past the {count} it counts")]
-    Index {
-        /// The section.
-        kind: SectionKind,
-        /// Its place, counted from 0.
-        place: usize,
-        /// Its value.
-        index: u32,
-        /// Number of items.
-        count: u32,
-    },
     /// Names are too few, too many, empty or the same.
     #[error("section {kind}: {reason}")]
     Names {

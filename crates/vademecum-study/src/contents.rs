@@ -38,15 +38,16 @@ pub fn numbers(file: &File<'_>, kind: SectionKind) -> Result<Vec<f64>, FileError
 /// Whole numbers of a section, each of 4 or 8 bytes; none if the file does not have it.
 ///
 /// # Errors
-/// As [`numbers`].
+/// As [`numbers`]; [`FileError::Format`]: an index that is not below what it counts.
 pub(crate) fn indices(file: &File<'_>, kind: SectionKind) -> Result<Vec<u64>, FileError> {
     let Some(section) = file.section(kind) else { return Ok(vec![]) };
     let raw = decode(&section, limit(file))?;
-    let short = |bytes: &[u8; 4]| u64::from(u32::from_le_bytes(*bytes));
-    Ok(match section.element() {
-        Element::U64 => raw.as_chunks().0.iter().map(|&bytes| u64::from_le_bytes(bytes)).collect(),
-        _ => raw.as_chunks().0.iter().map(short).collect(),
-    })
+    if section.element() == Element::U64 {
+        return Ok(raw.as_chunks().0.iter().map(|&bytes| u64::from_le_bytes(bytes)).collect());
+    }
+    let indices = raw.as_chunks().0;
+    file.check_indices(kind, indices)?;
+    Ok(indices.iter().map(|&bytes| u64::from(u32::from_le_bytes(bytes))).collect())
 }
 
 /// Figures of each structure beside its certificate; `None` if the file does not have them.
@@ -126,9 +127,9 @@ impl Geometry {
     pub fn of(file: &File<'_>) -> Result<Self, FileError> {
         section(file, SectionKind::NodeCoordinates)?;
         let nodes = numbers(file, SectionKind::NodeCoordinates)?.as_chunks().0.to_vec();
-        let corners = decode(&section(file, SectionKind::Triangles)?, limit(file))?;
-        let triangles =
-            corners.as_chunks::<4>().0.as_chunks::<3>().0.iter().map(|t| t.map(u32::from_le_bytes)).collect();
+        section(file, SectionKind::Triangles)?;
+        let corners = indices(file, SectionKind::Triangles)?;
+        let triangles = corners.as_chunks::<3>().0.iter().map(|t| t.map(|node| node as u32)).collect();
         Ok(Self { nodes, triangles })
     }
 

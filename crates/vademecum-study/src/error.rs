@@ -26,6 +26,10 @@ use vademecum_format::scheme::TableError;
 use vademecum_format::{FormatError, SectionKind};
 use vademecum_rewrite::RewriteError;
 
+/// Cause of numbers that grow without end, and what to do.
+pub(crate) const LARGE_MOTION: &str = "the motion is so large that its square leaves the range of a double: lower the forces \
+                                       of the scenario, or see in `info FILE` whether the step is stable";
+
 /// Errors of a study.
 #[derive(Debug, thiserror::Error)]
 pub enum StudyError {
@@ -114,6 +118,15 @@ pub enum StudyError {
     /// The scenario has a probe of a name that the file has.
     #[error("`output.probe`: the file has a probe `{name}` already; give this one another name")]
     ProbeTwice {
+        /// The name.
+        name: String,
+    },
+    /// Two columns of the table of probes would have one name.
+    #[error(
+        "two columns of the table of probes have the name `{name}`: give the probe, stress or support of this \
+         name another one, in the scenario or, where the file has it, in the problem file"
+    )]
+    ColumnTwice {
         /// The name.
         name: String,
     },
@@ -458,5 +471,13 @@ impl From<SnapshotError> for StudyError {
 impl From<FactorError> for StudyError {
     fn from(error: FactorError) -> Self {
         BasisError::from(error).into()
+    }
+}
+
+impl StudyError {
+    /// The error of a step that the evaluator refuses, since the motion at its end is too large.
+    pub(crate) fn too_large(step: usize, time_step: f64) -> Self {
+        let (time, what) = (step as f64 * time_step, "the motion".to_string());
+        Self::NotFinite { time, step, what, value: f64::INFINITY, cause: LARGE_MOTION }
     }
 }

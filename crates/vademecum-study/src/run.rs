@@ -1,13 +1,13 @@
 //! A scenario through a file, and what its output plan asks to be shown of it.
 
-use vademecum_build::input::ProbeEntry;
+use vademecum_build::input::{OWN_COLUMNS, ProbeEntry};
 use vademecum_build::progress::{Cancelled, Listener};
 use vademecum_eval::{Field, Tensor};
 use vademecum_format::{File, SectionKind};
 use vademecum_rewrite::RewriteError;
 
 use crate::contents::{Geometry, lines};
-use crate::error::{FileError, StudyError};
+use crate::error::{FileError, LARGE_MOTION, StudyError};
 use crate::notes::notes;
 use crate::pace::Pace;
 use crate::player::{PlayOptions, Playable, Track, play, play_free};
@@ -79,7 +79,8 @@ impl<'a> Run<'a> {
     /// nothing.
     ///
     /// # Errors
-    /// As [`Track::bind`] and [`Scenario::steps_within`]; [`StudyError::ProbeTwice`];
+    /// As [`Track::bind`] and [`Scenario::steps_within`]; [`StudyError::ProbeTwice`],
+    /// [`StudyError::ColumnTwice`];
     /// [`RewriteError::Names`]: not as many names as probes.
     pub fn bind(
         file: &'a File<'a>,
@@ -126,7 +127,7 @@ impl<'a> Run<'a> {
                  under forces that turn with the body",
             );
         }
-        Ok(Self {
+        let run = Self {
             file,
             options,
             plan,
@@ -138,7 +139,24 @@ impl<'a> Run<'a> {
             supports,
             time_step,
             steps,
-        })
+        };
+        match twice(run.columns()) {
+            Some(name) => Err(StudyError::ColumnTwice { name }),
+            None => Ok(run),
+        }
+    }
+
+    /// Names of all columns of the table of probes, in their order.
+    pub fn columns(&self) -> Vec<String> {
+        let of_support = |support: &String| {
+            ["fx", "fy", "fz", "mx", "my", "mz"].map(|part| format!("reaction.{support}.{part}"))
+        };
+        let of_quantity = |Total(quantity): &Total| {
+            format!("{}_{}", quantity.name(), quantity.unit(Field::Displacement).unwrap_or_default())
+        };
+        let own = OWN_COLUMNS.map(String::from).into_iter().chain(self.names.iter().cloned());
+        let reactions = self.supports.iter().flat_map(of_support).chain(self.flight_columns());
+        own.chain(reactions).chain(self.plan.quantities.iter().map(of_quantity)).collect()
     }
 
     /// Names of the outputs of a free body that was thrown, behind its probes: none of any other.
@@ -198,6 +216,22 @@ impl<'a> Run<'a> {
         Ok(Some(geometry))
     }
 
+    /// Bytes that the results take at least, as tables and VTU files; `geometry` is that of the fields.
+    pub fn least_bytes(&self, geometry: Option<&Geometry>) -> u64 {
+        // `1.234567890e0,` and 8 bytes a number of a field.
+        const CELL: usize = 14;
+        let instants = |every: usize| self.steps.checked_div(every).map_or(0.0, |count| 1.0 + count as f64);
+        let row = (CELL * self.columns().len()) as f64;
+        let stress_rows = (8 * CELL * self.stresses.places.len()) as f64;
+        let field = geometry.map_or(0, |geometry| {
+            let stress = if self.stresses.places.is_empty() { 0 } else { 7 };
+            8 * (9 + stress) * geometry.nodes.len() + 33 * geometry.triangles.len()
+        });
+        let plan = self.plan;
+        let tables = row * instants(plan.probes_every) + stress_rows * instants(plan.stress_every);
+        (tables + field as f64 * instants(plan.fields_every)) as u64
+    }
+
     fn n_field_nodes(&self) -> usize {
         let metadata = self.file.metadata();
         match self.plan.fields {
@@ -239,6 +273,12 @@ impl<'a> Run<'a> {
             None => Ok(played?),
         }
     }
+}
+
+/// A name that occurs twice.
+fn twice(mut names: Vec<String>) -> Option<String> {
+    names.sort_unstable();
+    names.windows(2).find(|pair| pair[0] == pair[1]).map(|pair| pair[0].clone())
 }
 
 /// Names of the file's own probes.
@@ -376,8 +416,8 @@ impl InstantBuffers {
     }
 }
 
-/// Reduced coordinates beyond this have squares that leave the range of a double.
-const TOO_LARGE: f64 = 1e140;
+/// Reduced coordinates beyond this may have outputs that leave the range of a double.
+const TOO_LARGE: f64 = 1e70;
 
 /// An error if the energy or a probe at a step is not a finite number.
 pub(crate) fn finite(
@@ -410,8 +450,7 @@ fn check(
         "the motion itself is moderate, so a number of the file is not finite or far too large: \
          `verify FILE --file-only` checks them"
     } else {
-        "the motion is so large that its square leaves the range of a double: lower the forces of the \
-         scenario, or see in `info FILE` whether the step is stable"
+        LARGE_MOTION
     };
     let time = step as f64 * time_step;
     Err(StudyError::NotFinite { time, step, what: what(), value, cause })

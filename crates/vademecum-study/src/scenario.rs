@@ -110,7 +110,7 @@ impl Scenario {
         let mut tables = Tables::beside(Path::new(path));
         let place = |key: &str| toml_file::place(path, text, key);
         let too_large = |key: String, size: f64| {
-            let expected = "rows and a force whose product is at most 1e150 in size";
+            let expected = "rows and a force whose product is at most 1e75 in size";
             TomlError::Impossible {
                 path: place(&key),
                 key,

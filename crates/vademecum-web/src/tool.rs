@@ -119,7 +119,7 @@ impl<'m> Ground<'m> {
         let coordinates = file.section(kind).and_then(|section| section.numbers().ok());
         let coordinates = coordinates.ok_or(missing(kind))?;
         let kind = SectionKind::Triangles;
-        let triangles = file.section(kind).and_then(|section| section.u32s().ok()).ok_or(missing(kind))?;
+        let triangles = file.indices(kind).ok().flatten().ok_or(missing(kind))?;
         let n_nodes = file.metadata().n_load_nodes as usize;
         let mut ground = Self { surface: Surface::new(file)?, coordinates, n_nodes, apart: 0.0 };
         let loadable = file.metadata().n_load_triangles as usize;

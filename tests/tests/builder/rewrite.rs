@@ -8,7 +8,9 @@ use std::time::Instant;
 
 use vademecum_eval::{Contact, Field, LoadError, Place, SceneOptions, StructureChoice};
 use vademecum_format::scheme::StepParameters;
-use vademecum_format::{Codec, Element, File, SectionInput, SectionKind, encode_into, encoded_len};
+use vademecum_format::{
+    Codec, Element, File, FormatError, SectionInput, SectionKind, encode_into, encoded_len,
+};
 use vademecum_rewrite::{
     DECODED_LIMIT, Keep, RewriteError, check, drop_terms, pack, pack_within, strip, unpack,
 };
@@ -283,7 +285,7 @@ fn verify_alone_names_what_checksums_cannot_see() {
     triangles[0] = 200;
     assert!(matches!(
         replaced(SectionKind::Triangles, &triangles),
-        RewriteError::Index { index: 200, place: 0, .. }
+        RewriteError::Format(FormatError::Index { found: 200, place: 0, .. })
     ));
 }
 

@@ -99,10 +99,10 @@ fn what_is_not_finite_stays_with_its_instance() {
             batch.step(scene).expect("step");
             // A force beyond f32 is refused where it is given …
             loads.clear();
-            loads.add_contact(scene, &contact([1e300, 0.0, 0.0])).expect("finite in f64");
-            assert_eq!(batch.load(scene, 5, loads), Err(LoadError::NotFinite));
-            // … and one that the state cannot hold, where it acts.
-            let huge = vec![3e38; 3 * R];
+            let beyond = loads.add_contact(scene, &contact([1e300, 0.0, 0.0]));
+            assert_eq!(beyond, Err(LoadError::NotFinite));
+            // … and a state whose numbers sum to too much, where it is stepped.
+            let huge = vec![9e17; 3 * R];
             state.restore(&huge).expect("finite");
             batch.set(5, state).expect("state");
             batch.get(4, state).expect("state");

@@ -6,6 +6,7 @@ mod bits;
 mod contact;
 mod damped_residual;
 mod exact;
+mod finite;
 mod free;
 mod golden;
 mod histories;

@@ -254,12 +254,19 @@ fn what_is_not_finite_is_refused_and_changes_nothing() {
             let far = Contact { place: Place::triangle([1, 4, 6], [0.2, 0.5, 0.3]), ..contact() };
             assert_eq!(loads.add_contact(scene, &far), Err(LoadError::NotLoadable { node: 6, limit: 6 }));
             assert_eq!(loads.add_pattern(scene, 1, 1.0), Err(LoadError::NoPattern { index: 1, count: 1 }));
-            // Finite in f64, not in the scene's f32: the step finds out.
+            // Finite in f64, not in the scene's f32.
             let huge = Contact { force: [1e300, 0.0, 0.0], ..contact() };
-            loads.add_contact(scene, &huge).expect("finite");
-            assert_eq!(scene.step(state, loads), Err(StepError::NotFinite));
+            assert_eq!(loads.add_contact(scene, &huge), Err(LoadError::NotFinite));
+            assert_eq!(state.restore(&[3e38; 18]), Err(StepError::NotFinite));
             state.save_into(&mut after).expect("length");
             assert_eq!(before, after);
+            // Each number may be that large, and their sum may not: the step finds out.
+            let far = [9e17; 18];
+            state.restore(&far).expect("in range");
+            assert_eq!(scene.step(state, loads), Err(StepError::NotFinite));
+            state.save_into(&mut after).expect("length");
+            assert_eq!(far, after);
+            state.restore(&before).expect("as it was");
             loads.clear();
             assert_eq!(scene.step(state, loads), Ok(Status::Moving));
         });

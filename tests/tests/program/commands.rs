@@ -209,8 +209,8 @@ fn two_runs_are_the_same_bytes() {
         assert_eq!(ran.code, Some(0), "{}", ran.stderr);
     }
     let [a, b] = outputs.map(|output| contents(&output));
-    // 200 steps, a field every 20 and at the start, the collection and the table.
-    assert_eq!(a.len(), 11 + 2);
+    // 200 steps, a field every 20 and at the start, the collection, the table and the list.
+    assert_eq!(a.len(), 11 + 3);
     assert!(a == b);
 }
 
@@ -343,4 +343,70 @@ fn help_is_plain_text() {
         let marks = ["\\[", "](", "[`"].into_iter().find(|mark| ran.stdout.contains(mark));
         assert_eq!(marks, None, "{name}");
     }
+}
+
+#[test]
+fn two_reports_of_one_file_are_equal_unless_times_are_asked_for() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let file = repository().join("fixtures/golden/exact-f64.vdm").display().to_string();
+    let page = |name: &str, more: &[&str]| {
+        let path = folder.path().join(name);
+        let ran = vademecum(&[&["report", &file, "-o", &path.display().to_string()], more].concat());
+        assert_eq!(ran.code, Some(0), "{}", ran.stderr);
+        std::fs::read_to_string(path).expect("the page")
+    };
+    let plain = page("a.html", &[]);
+    assert_eq!(plain, page("b.html", &[]));
+    assert!(!plain.contains("on this machine"));
+    assert!(page("c.html", &["--timings"]).contains("on this machine"));
+}
+
+#[cfg(target_os = "linux")]
+#[test]
+fn more_threads_than_cores_are_cut_with_a_note() {
+    let mesh = repository().join("fixtures/problems/short-beam.toml");
+    let mut command = std::process::Command::new(vademecum_tests::program::program());
+    command.args(["modes", &mesh.display().to_string(), "--json"]).env("RAYON_NUM_THREADS", "100000");
+    let ran = Ran::new(&command.output().expect("the program starts"));
+    assert_eq!(ran.code, Some(0), "{}", ran.stderr);
+    assert!(ran.stderr.contains("RAYON_NUM_THREADS is 100000"), "{}", ran.stderr);
+}
+
+/// A name that would clear the terminal, and one that would fill it.
+#[test]
+fn foreign_names_are_printed_escaped_and_short() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let problem =
+        std::fs::read_to_string(repository().join("fixtures/problems/short-beam.toml")).expect("a problem");
+    let evil = "\\u001b[2J\\u009bx";
+    let path = folder.path().join("p.toml").display().to_string();
+    std::fs::write(&path, problem.replace("\"tip\"", &format!("\"{evil}\""))).expect("written");
+    let file = folder.path().join("a.vdm").display().to_string();
+    let built = vademecum(&["build", &path, "-o", &file]);
+    assert_eq!(built.code, Some(0), "{}", built.stderr);
+    for arguments in [&["info", &file][..], &["info", &file, "--json"]] {
+        let ran = vademecum(arguments);
+        assert!(ran.stdout.contains("\\u001b[2J\\u009bx"), "{}", ran.stdout);
+        assert!(!ran.stdout.contains(['\u{1b}', '\u{9b}']), "{:?}", ran.stdout);
+    }
+    let info = vademecum(&["info", &file, "--json"]).json();
+    assert_eq!(info["probes"][0], "\u{1b}[2J\u{9b}x");
+    assert_eq!(info["sha256"].as_str().map(str::len), Some(64));
+    let long = "a".repeat(5000);
+    let scenario = folder.path().join("s.toml").display().to_string();
+    std::fs::write(&scenario, format!("duration = 0.01\n[[pattern]]\nname = \"{long}\"\n")).expect("written");
+    let ran = vademecum(&[
+        "run",
+        &file,
+        "--scenario",
+        &scenario,
+        "-o",
+        &folder.path().join("o").display().to_string(),
+    ]);
+    ran.fails(3, &[&format!("`{}…`", &long[..64])]);
+    assert!(ran.stderr.len() < 1000, "{} bytes", ran.stderr.len());
+    std::fs::write(&scenario, format!("duration = 0.01\n{long} = 1\n")).expect("written");
+    let ran = vademecum(&["run", &file, "--scenario", &scenario]);
+    assert_eq!(ran.code, Some(3));
+    assert!(ran.stderr.len() < 2000, "{} bytes", ran.stderr.len());
 }

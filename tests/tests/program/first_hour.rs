@@ -241,7 +241,7 @@ fn slips_of_the_pen_are_answered_with_what_was_meant() {
     refused(folder.path(), "run live.vdm --scenario s.toml -o o", 3, &["s.toml", "did you mean `pattern`?"]);
     std::fs::write(folder.path().join("s.toml"), "duration = 0.01\n").expect("written");
     let set = "run live.vdm --scenario s.toml -o o --set stifness=1.5";
-    refused(folder.path(), set, 3, &["did you mean `stiffness`?"]);
+    refused(folder.path(), set, 2, &["did you mean `stiffness`?"]);
     refused(folder.path(), "init cube.msh --material aluminum", 2, &["did you mean `aluminium`?"]);
     refused(folder.path(), "biuld live.toml", 2, &["build"]);
     refused(folder.path(), "help problm", 2, &["did you mean `problem`?"]);

@@ -6,6 +6,7 @@ mod export;
 mod first_hour;
 mod frf;
 mod hostile_problems;
+mod indices;
 mod init;
 #[cfg(target_os = "linux")]
 mod inputs;
@@ -15,6 +16,7 @@ mod mesh_error;
 mod outputs;
 mod pages;
 mod program_files;
+mod run_folder;
 mod scenarios;
 mod schema;
 #[cfg(unix)]

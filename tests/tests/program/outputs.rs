@@ -430,7 +430,7 @@ fn what_a_killed_program_left_is_removed_by_the_next_run() {
 /// A run that does not end by itself, and that has begun to write.
 fn endless(place: &Place, every: &str) -> Child {
     let text = std::fs::read_to_string(place.at("s.toml")).expect("the fixture");
-    let text = text.replace("duration = 0.2", "duration = 1e6").replace("fields_every = 20", every);
+    let text = text.replace("duration = 0.2", "duration = 2e4").replace("fields_every = 20", every);
     place.write("long.toml", text);
     let mut child = command(&["run", "a.vdm", "--scenario", "long.toml", "-o", "out"])
         .current_dir(place.0.path())
@@ -553,9 +553,10 @@ fn the_memory_of_a_run_does_not_grow_with_its_length() {
 }
 
 /// Runs until the disk is full, and checks what is left of it.
-fn run_until_full(place: &Place, line: &str, reason: &str) {
+fn run_until_full(place: &Place, duration: &str, line: &str, reason: &str) {
     let text = std::fs::read_to_string(place.at("s.toml")).expect("the fixture");
-    let scenario = text.replace("duration = 0.2", "duration = 1e4").replace("fields_every = 20", "");
+    let long = text.replace("duration = 0.2", &format!("duration = {duration}"));
+    let scenario = long.replace("fields_every = 20", "");
     place.write("long.toml", scenario);
     let ran = place.shell(line);
     ran.fails(1, &["out/probes.csv: ", reason]);
@@ -570,7 +571,7 @@ fn a_full_disk_cuts_the_table_back_to_its_last_whole_row() {
     // A limit on the length of files stands for a full disk; 101 and 64 blocks end in the midst of a row.
     for blocks in [64, 101] {
         let line = "exec \"$0\" --quiet run a.vdm --scenario long.toml -o out";
-        run_until_full(&place, &format!("trap '' XFSZ; ulimit -f {blocks}; {line}"), "File too large");
+        run_until_full(&place, "1e4", &format!("trap '' XFSZ; ulimit -f {blocks}; {line}"), "File too large");
     }
     std::fs::remove_dir_all(place.at("out")).expect("removed");
     std::fs::create_dir(place.at("out")).expect("made");
@@ -579,7 +580,13 @@ fn a_full_disk_cuts_the_table_back_to_its_last_whole_row() {
         return;
     };
     let line = "exec \"$0\" --quiet run a.vdm --scenario long.toml -o out";
-    run_until_full(&place, line, "No space left on device");
+    // Refused where the disk cannot hold it, before anything is written …
+    let scenario = std::fs::read_to_string(place.at("long.toml")).expect("written");
+    assert!(scenario.contains("duration = 1e4"));
+    place.shell(line).fails(1, &["out: the results take at least", "probes_every"]);
+    assert!(!place.at("out/probes.csv").exists());
+    // … and cut where the estimate, which is a lower bound, fits just so.
+    run_until_full(&place, "1.5", line, "No space left on device");
     // The disk is full now: nothing else can be written there, and nothing is left half.
     let others = [
         ("pack a.vdm -o @", "out/p.vdm"),

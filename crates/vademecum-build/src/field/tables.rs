@@ -8,8 +8,9 @@
 use std::path::Path;
 
 use super::{FieldError, io_error};
-use crate::mesh::shown;
-use crate::mesh::text::{ParsedNumber, Text};
+use crate::mesh::cells::{Separators, names, table_rows};
+use crate::mesh::text::ParsedNumber;
+use crate::mesh::{FaultSite, Location, shown};
 use crate::store::read_regular;
 
 /// Meaning of one row of the matrices.
@@ -111,13 +112,6 @@ enum TableHeader {
     Allowed(&'static str),
 }
 
-impl TableHeader {
-    fn separates(self, byte: u8) -> bool {
-        byte == b','
-            || matches!(self, TableHeader::Allowed(_)) && (byte == b';' || byte.is_ascii_whitespace())
-    }
-}
-
 /// The rows of a table; `row` turns the cells of a line into one, or says what it expected.
 fn read<T>(
     path: &Path,
@@ -125,39 +119,35 @@ fn read<T>(
     row: impl Fn(usize, &[&[u8]]) -> Result<T, &'static str>,
 ) -> Result<Vec<T>, FieldError> {
     let bytes = read_regular(path).map_err(io_error(path))?;
-    let mut text = Text::new(path, &bytes);
-    text.section = "the table".into();
-    let (mut rows, mut first, mut cells) = (vec![], true, vec![]);
-    while let Some(line) = text.next_line() {
-        if matches!(line.first(), Some(b'#' | b'%')) {
-            continue;
-        }
+    let (separators, expected) = match header {
+        TableHeader::Required(expected) => (Separators::Commas, expected),
+        TableHeader::Allowed(expected) => (Separators::Any, expected),
+    };
+    let (mut rows, mut first, mut last) = (vec![], true, 1);
+    for found in table_rows(&bytes, separators) {
+        last = found.line;
+        let refused = |expected: &str| refused(path, found.line, shown(found.text), expected);
         if std::mem::replace(&mut first, false) {
-            match header {
-                TableHeader::Required(names) if line != names.as_bytes() => {
-                    return Err(refused(&text, shown(line), &format!("the line `{names}` first")));
-                }
-                TableHeader::Allowed(names) if line != names.as_bytes() => {}
-                _ => continue,
+            if names(&found) == expected {
+                continue;
+            }
+            if matches!(header, TableHeader::Required(_)) {
+                return Err(refused(&format!("the line `{expected}` first")));
             }
         }
-        cells.clear();
-        cells.extend(line.split(|&b| header.separates(b)).map(<[u8]>::trim_ascii));
-        if matches!(header, TableHeader::Allowed(_)) {
-            cells.retain(|cell| !cell.is_empty());
-        }
-        rows.push(row(text.line_number(), &cells).map_err(|expected| refused(&text, shown(line), expected))?);
+        rows.push(row(found.line, &found.cells).map_err(refused)?);
     }
     if rows.is_empty() {
-        return Err(refused(&text, "the end of the file", "at least one row"));
+        return Err(refused(path, last, "the end of the file".into(), "at least one row"));
     }
     Ok(rows)
 }
 
-fn refused(text: &Text<'_>, found: impl Into<String>, expected: &str) -> FieldError {
+fn refused(file: &Path, line: usize, found: String, expected: &str) -> FieldError {
     const REMEDY: &str =
         "formats/matrices-1.md has the columns; `vademecum export matrices` writes an example";
-    FieldError::Faulty(Box::new(text.at().fault(found.into(), expected.into(), REMEDY.into())))
+    let site = FaultSite { file, place: Location::Line(line), section: "the table" };
+    FieldError::Faulty(Box::new(site.fault(found, expected.into(), REMEDY.into())))
 }
 
 #[cfg(test)]
@@ -177,6 +167,8 @@ mod tests {
         let row = DofRow { row: 0, node: 7, component: 1, position: [1.0, 2.0, 3.0], line: 3 };
         assert_eq!(read_dofs(&path).unwrap(), [row]);
         let (_folder, path) = file("node,x,y,z\n5,0,0,-1\n");
+        assert_eq!(read_points(&path).unwrap(), [PointRow { node: 5, position: [0.0, 0.0, -1.0], line: 2 }]);
+        let (_folder, path) = file("\u{feff}\"node\",\"x\",y,z\r\n\"5\",0,0,\"-1\"\r\n");
         assert_eq!(read_points(&path).unwrap(), [PointRow { node: 5, position: [0.0, 0.0, -1.0], line: 2 }]);
         for text in ["a,b,c\n1,2,3\n", "% no names\n1 2\t3\n", "\n1; 2; 3"] {
             let (_folder, path) = file(text);

@@ -20,6 +20,7 @@ pub use body::{
 pub(crate) use chapter::Representation;
 pub use chapter::{ChapterEntry, Projection, Repair};
 pub(crate) use check::CENTRIFUGAL;
+pub use check::OWN_COLUMNS;
 pub use large::{LargeEntry, ModelKind};
 pub use plan::{
     BasisEntry, BasisKind, Fields, OutputEntry, ParameterEntry, ParameterKind, ParameterScale, ProbeEntry,

@@ -74,7 +74,7 @@ pub(super) fn check_length(length: usize, most: usize, path: &str) -> Result<(),
 /// Parses a text; messages name `path`.
 pub fn parse<T: DeserializeOwned>(text: &str, path: &str) -> Result<T, TomlError> {
     toml::from_str(text).map_err(|error| {
-        let mut message = error.to_string().trim_end().to_string();
+        let mut message = excerpt(error.to_string().trim_end());
         let (said, span) = (error.message(), error.span().unwrap_or_default());
         // The top level has no line of its own, which a table has: that of its name.
         let shown = text.get(span.clone()).unwrap_or_default();
@@ -85,6 +85,16 @@ pub fn parse<T: DeserializeOwned>(text: &str, path: &str) -> Result<T, TomlError
         message.push_str(&hint(said, text, span.start));
         TomlError::Malformed { path: path.into(), message }
     })
+}
+
+/// A message with the lines that it quotes from the file cut.
+fn excerpt(message: &str) -> String {
+    const COLUMNS: usize = 120;
+    let cut = |line: &str| match line.char_indices().nth(COLUMNS) {
+        Some((end, _)) if line.contains(" | ") => format!("{}…", &line[..end]),
+        _ => line.to_string(),
+    };
+    message.lines().map(cut).collect::<Vec<_>>().join("\n")
 }
 
 /// Suggestion for a refused text; may be empty.

@@ -5,6 +5,7 @@ use std::path::{Path, PathBuf};
 
 use super::flaw::Flaw;
 use super::place::Location;
+use crate::printable::printable;
 
 /// One fault of a file: where, what was found, what was expected, what to do.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -126,15 +127,14 @@ impl FaultSite<'_> {
     }
 }
 
-/// A piece of the file as it may be shown in a message: printable, quoted, at most 60 characters.
+/// A piece of the file as it may be shown in a message: quoted, at most 60 characters, control characters as
+/// escapes.
 pub(crate) fn shown(bytes: &[u8]) -> String {
     if bytes.is_empty() {
         return "nothing".into();
     }
     let head = String::from_utf8_lossy(&bytes[..bytes.len().min(240)]);
-    let mut text: String = head.chars().take(60).map(|c| if c.is_control() { '.' } else { c }).collect();
-    if head.chars().count() > 60 {
-        text.push('…');
-    }
-    format!("`{}`", text.trim())
+    let short: String = head.chars().take(60).collect();
+    let more = if head.chars().count() > 60 { "…" } else { "" };
+    format!("`{}{more}`", printable(&short.trim().replace(['\n', '\t'], " ")))
 }

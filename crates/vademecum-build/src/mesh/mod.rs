@@ -6,6 +6,7 @@
 //! parser panic or allocate beyond the file's own size.
 
 mod block;
+pub mod cells;
 pub(crate) mod check;
 mod detect;
 mod error;
@@ -34,8 +35,8 @@ use std::collections::BTreeMap;
 
 pub use block::block;
 pub use detect::{parse, read};
-pub(crate) use error::shown;
 pub use error::{Fault, MeshError};
+pub(crate) use error::{FaultSite, shown};
 pub use flaw::{Flaw, UnsupportedCells};
 pub use hash::hash;
 pub use order::Order;

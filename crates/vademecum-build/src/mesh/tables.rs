@@ -3,11 +3,13 @@
 use std::path::Path;
 
 use super::Mesh;
+use super::cells::{Separators, TableRow, table_rows};
 use super::detect::sound;
-use super::error::MeshError;
+use super::error::{FaultSite, MeshError, shown};
 use super::load::load;
+use super::place::Location;
 use super::raw::{CellKind, RawMesh};
-use super::text::{ParsedNumber, Text};
+use super::text::ParsedNumber;
 
 /// Reads a mesh from a coordinate table (`x y z` a line) and a connectivity table (4 or 10 node numbers a
 /// line).
@@ -36,68 +38,51 @@ pub(crate) fn parse_tables(coordinates: &Path, connectivity: &Path) -> Result<Ra
     Ok(raw)
 }
 
-/// The values of a line, or none for a comment.
-fn values<T: ParsedNumber>(
-    text: &Text<'_>,
-    line: &[u8],
+/// The values of a row, of as many as `count` allows.
+fn values<'a, T: ParsedNumber>(
+    site: &dyn Fn(usize) -> FaultSite<'a>,
+    row: &TableRow<'_>,
+    count: &[usize],
     expected: &str,
-) -> Result<Option<Vec<T>>, MeshError> {
-    if matches!(line.first(), Some(b'#' | b'%')) {
-        return Ok(None);
-    }
-    let words = line.split(|b| b.is_ascii_whitespace() || matches!(b, b',' | b';')).filter(|w| !w.is_empty());
-    let values: Option<Vec<T>> = words.map(T::parse).collect();
-    values.map(Some).ok_or_else(|| text.malformed(line, expected))
+) -> Result<Vec<T>, MeshError> {
+    let values: Option<Vec<T>> = row.cells.iter().map(|cell| T::parse(cell)).collect();
+    let values = values.filter(|values| count.contains(&values.len()));
+    values.ok_or_else(|| site(row.line).malformed(shown(row.text), expected))
 }
 
 fn points_of(file: &Path, bytes: &[u8]) -> Result<Vec<[f64; 3]>, MeshError> {
     const EXPECTED: &str = "three numbers: x y z";
-    let mut text = Text::new(file, bytes);
-    text.section = "the coordinate table".into();
-    let mut points = Vec::new();
-    while let Some(line) = text.next_line() {
-        let Some(values) = values::<f64>(&text, line, EXPECTED)? else {
-            continue;
-        };
-        let [x, y, z] = values[..] else {
-            return Err(text.malformed(line, EXPECTED));
-        };
-        points.push([x, y, z]);
-    }
-    Ok(points)
+    let site = |line| FaultSite { file, place: Location::Line(line), section: "the coordinate table" };
+    let point = |row: TableRow<'_>| match values::<f64>(&site, &row, &[3], EXPECTED)?[..] {
+        [x, y, z] => Ok([x, y, z]),
+        _ => Err(site(row.line).malformed(shown(row.text), EXPECTED)),
+    };
+    table_rows(bytes, Separators::Any).map(point).collect()
 }
 
 fn cells_of(file: &Path, bytes: &[u8], raw: &mut RawMesh) -> Result<(), MeshError> {
     const EXPECTED: &str = "4 or 10 node numbers";
-    let mut text = Text::new(file, bytes);
-    text.section = "the connectivity table".into();
-    let mut rows = Vec::new();
-    while let Some(line) = text.next_line() {
-        let Some(row) = values::<u64>(&text, line, EXPECTED)? else {
-            continue;
-        };
-        if !matches!(row.len(), 4 | 10) {
-            return Err(text.malformed(line, EXPECTED));
-        }
-        rows.push((row, text.place()));
+    let site = |line| FaultSite { file, place: Location::Line(line), section: "the connectivity table" };
+    let mut rows: Vec<(Vec<u64>, usize)> = Vec::new();
+    for row in table_rows(bytes, Separators::Any) {
+        rows.push((values(&site, &row, &[4, 10], EXPECTED)?, row.line));
     }
     let base = u64::from(!rows.iter().any(|(row, _)| row.contains(&0)));
     raw.node_ids = (base..base + raw.nodes.len() as u64).collect();
     raw.notes.push(format!("node numbers of the connectivity table count from {base}"));
-    for (row, place) in rows {
+    for (row, line) in rows {
         let mut nodes = Vec::with_capacity(row.len());
         for id in row {
             let index = id - base;
             if index >= raw.nodes.len() as u64 {
-                let mut at = text.at();
-                at.place = place;
                 let last = (raw.nodes.len() as u64 + base).saturating_sub(1);
-                return Err(at.malformed(format!("node {id}"), format!("node numbers from {base} to {last}")));
+                let expected = format!("node numbers from {base} to {last}");
+                return Err(site(line).malformed(format!("node {id}"), expected));
             }
             nodes.push(index as u32);
         }
         let kind = if nodes.len() == 4 { CellKind::Tetrahedron4 } else { CellKind::Tetrahedron10 };
-        raw.push(kind, &nodes, &[], place);
+        raw.push(kind, &nodes, &[], Location::Line(line));
     }
     Ok(())
 }

@@ -11,6 +11,7 @@ use crate::fem::{Pencil, PencilError};
 use crate::field::{self, DofRow, FieldError, MarketMatrix, PointRow};
 use crate::input::{MatricesSource, Problem};
 use crate::mesh::{Fault, Location, Mesh, Order, Region, bounding_box};
+use crate::prepared::inertia::Inertia;
 
 /// Name of the only region.
 const REGION: &str = "body";
@@ -90,11 +91,13 @@ impl MatrixModel {
         let mass = matrix(&source.mass)?.both_triangles(&name);
         let stiffness = matrix(&source.stiffness)?.both_triangles(&name);
         let pencil = Pencil::from_triplets(rows.len(), &mass, &stiffness)?;
+        let mut mesh = nodes.mesh(problem.mesh.scale);
+        mesh.notes = Inertia::of(&mass, &constrained, &mesh.nodes).notes();
         let triangles = match &source.triangles {
             Some(path) => nodes.triangles(&problem.resolve(path))?,
             None => vec![],
         };
-        Ok(Self { mesh: nodes.mesh(problem.mesh.scale), constrained, pencil, triangles })
+        Ok(Self { mesh, constrained, pencil, triangles })
     }
 }
 

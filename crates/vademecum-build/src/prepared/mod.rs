@@ -2,6 +2,7 @@
 
 mod body;
 mod gauge;
+mod inertia;
 mod matrices;
 mod means;
 mod parameters;
@@ -151,6 +152,7 @@ pub(crate) fn prepare_within(
     let (body, space) = if let Some(source) = &problem.mesh.matrices {
         let read = || MatrixModel::read(problem, source);
         let matrices = watch.stage("read matrices", read).map_err(BodyError::from)?;
+        matrices.mesh.notes.iter().for_each(|note| listener.note(note));
         let space = ParameterSpace::new(problem, &matrices.mesh, rayleigh)?;
         (Body::of_matrices(problem, matrices)?, space)
     } else {

@@ -14,6 +14,10 @@ use std::path::{Path, PathBuf};
 use super::growing::GrowingFile;
 use super::kind::{HEAD, Kind, Signature};
 use super::part::{PartialFile, remove_left_behind};
+use crate::limits::memory_in_words;
+
+/// Meaning of `-` elsewhere; here a file of this name would be made by mistake.
+const STANDARD_OUTPUT: &str = "standard output by the sign of other programs, `/dev/stdout` here";
 
 /// Longest chain of links that is followed.
 const LINKS: usize = 40;
@@ -50,6 +54,23 @@ pub enum OutputError {
     NotAFolder {
         /// The path.
         folder: PathBuf,
+    },
+    /// The file may not be written.
+    #[error("{}: the file is read-only; it was not overwritten", .file.display())]
+    ReadOnly {
+        /// The file.
+        file: PathBuf,
+    },
+    /// The disk has less room than is needed.
+    #[error("{}: the results take at least {}, and the disk has {} left", .folder.display(),
+        memory_in_words(*.needed), memory_in_words(*.left))]
+    NoSpace {
+        /// The folder.
+        folder: PathBuf,
+        /// Bytes that are needed.
+        needed: u64,
+        /// Bytes that are left.
+        left: u64,
     },
     /// The command reads this very file.
     #[error("{}: the command reads this file{}, so it cannot write it", .file.display(), also(.file, .input))]
@@ -217,6 +238,9 @@ impl Outputs {
     /// # Errors
     /// As [`Self::check`]; [`OutputError::NotAFolder`] if the folder is something else.
     pub fn check_in(&self, folder: &Path, outputs: &[(&str, Kind)]) -> Result<(), OutputError> {
+        if folder == Path::new("-") {
+            return Err(not_a_file(folder, STANDARD_OUTPUT));
+        }
         match std::fs::metadata(folder) {
             Ok(found) if found.is_dir() => {
                 let outputs: Vec<_> = outputs.iter().map(|(name, kind)| (folder.join(name), *kind)).collect();
@@ -224,6 +248,18 @@ impl Outputs {
             }
             Ok(_) => Err(not_a_folder(folder)),
             Err(_) => Ok(()),
+        }
+    }
+
+    /// Refuses results of at least so many bytes where the disk has no room for them: before long work, and
+    /// before anything is written. A system that does not say what is left refuses nothing.
+    ///
+    /// # Errors
+    /// [`OutputError::NoSpace`].
+    pub fn check_space(&self, folder: &Path, needed: u64) -> Result<(), OutputError> {
+        match space_left(folder) {
+            Some(left) if needed > left => Err(OutputError::NoSpace { folder: folder.into(), needed, left }),
+            _ => Ok(()),
         }
     }
 
@@ -297,6 +333,18 @@ impl Outputs {
         .map_err(io_error(path))
     }
 
+    /// Removes a file that an older run of a command wrote, if it may be replaced by one of its kind: inputs,
+    /// files of other kinds and what is no file stay.
+    ///
+    /// # Errors
+    /// The error of the system.
+    pub fn remove(&self, path: &Path, kind: Kind) -> Result<(), OutputError> {
+        match self.place(path, kind) {
+            Ok(Destination::File { old: Some(_), .. }) => std::fs::remove_file(path).map_err(io_error(path)),
+            _ => Ok(()),
+        }
+    }
+
     fn part(&self, path: &Path, target: &Path, old: Option<&Metadata>) -> Result<PartialFile, OutputError> {
         self.clean(folder(target));
         PartialFile::new(folder(target), old).map_err(refused(path, target))
@@ -311,6 +359,9 @@ impl Outputs {
 
     /// Destination of an output, if it may be written.
     fn place(&self, path: &Path, kind: Kind) -> Result<Destination, OutputError> {
+        if path == Path::new("-") {
+            return Err(not_a_file(path, STANDARD_OUTPUT));
+        }
         if path.file_name().is_none() || path.as_os_str().as_encoded_bytes().ends_with(b"/") {
             return Err(not_a_file(path, "the name of a folder"));
         }
@@ -333,6 +384,9 @@ impl Outputs {
             return Ok(Destination::Through);
         }
         self.refuse_other_kind(path, kind)?;
+        if found.permissions().readonly() && !self.force {
+            return Err(OutputError::ReadOnly { file: path.into() });
+        }
         let is_link = std::fs::symlink_metadata(path).is_ok_and(|found| found.is_symlink());
         let target = if is_link { std::fs::canonicalize(path) } else { Ok(path.to_path_buf()) };
         Ok(Destination::File { target: target.map_err(io_error(path))?, old: Some(found) })
@@ -439,6 +493,22 @@ fn folder(path: &Path) -> &Path {
         Some(parent) if !parent.as_os_str().is_empty() => parent,
         _ => Path::new("."),
     }
+}
+
+/// Bytes left for this user on the disk of a folder that need not be there yet.
+#[cfg(unix)]
+fn space_left(path: &Path) -> Option<u64> {
+    let mut at = path;
+    while !at.exists() {
+        at = folder(at);
+    }
+    let found = rustix::fs::statvfs(at).ok()?;
+    Some(found.f_bavail.saturating_mul(found.f_frsize))
+}
+
+#[cfg(not(unix))]
+fn space_left(_: &Path) -> Option<u64> {
+    None
 }
 
 /// A rename lasts only once the folder is on the disk; some systems cannot open a folder, which is no loss.

@@ -524,8 +524,7 @@ pub unsafe extern "C" fn vdm_triangles(body: *mut VdmBody, out: *mut u32, number
     unsafe {
         on(body, |body| {
             let (out, kind) = (needed(lent_mut(out, numbers), "out")?, SectionKind::Triangles);
-            let known = body.file().section(kind).and_then(|section| section.u32s().ok());
-            let all = known.ok_or(OutputError::Missing { kind })?;
+            let all = body.file().indices(kind).ok().flatten().ok_or(OutputError::Missing { kind })?;
             length(out.len(), all.len())?;
             out.iter_mut().zip(all).for_each(|(out, &node)| *out = u32::from_le_bytes(node));
             Ok(VdmStatus::VDM_OK)

@@ -22,6 +22,7 @@ use crate::failure::Failure;
 use crate::files::{open, usable_bytes};
 use crate::mesh_error;
 use crate::print::{json, print_chapter, print_json, symmetry};
+use crate::sha256::sha256;
 
 /// Prints what a vademecum file holds.
 #[derive(clap::Args)]
@@ -55,6 +56,7 @@ pub fn contents_json(path: &Path, bytes: &[u8], limit: Limit) -> Result<String, 
 #[derive(Serialize)]
 struct Contents {
     file_bytes: usize,
+    sha256: String,
     format: String,
     program: String,
     units: String,
@@ -364,7 +366,9 @@ impl Info {
             S::RegionStiffness,
             S::RegionMass,
         ];
-        printed.contains(&kind) || kind.is_chapter() || (kind == S::BlockLoad && self.terms_for.is_some())
+        // What other commands refuse is refused here too.
+        let checked = printed.contains(&kind) || SectionKind::INDICES.contains(&kind);
+        checked || kind.is_chapter() || (kind == S::BlockLoad && self.terms_for.is_some())
     }
 
     /// Contents of `listed`, the file as it is, and of `file`, its decoded sections.
@@ -383,6 +387,7 @@ impl Info {
         let certificate = Certificates::read(file, strain)?;
         Ok(Contents {
             file_bytes: listed.bytes().len(),
+            sha256: sha256(listed.bytes()),
             format: format!("{}.{}", vademecum_format::MAJOR, listed.minor()),
             program: m.program.into(),
             units: m.units.into(),
@@ -443,6 +448,7 @@ impl Contents {
             "vademecum file, format {}, written by {}; {} bytes",
             self.format, self.program, self.file_bytes
         );
+        println!("SHA-256 {}", self.sha256);
         println!("units {}; mesh {}", self.units, self.mesh_hash);
         println!(
             "{} nodes ({} on the surface, {} loadable), {} triangles, {} modes",

@@ -14,10 +14,11 @@ use vademecum_build::input::Problem;
 use vademecum_build::prepared::prepare;
 use vademecum_build::progress::{Listener, Stopwatch};
 use vademecum_build::store::{Kind, goes_through};
+use vademecum_eval::SceneOptions;
 use vademecum_format::File;
 use vademecum_study::contents::{figures, mode_table};
 use vademecum_study::free_run::free_run;
-use vademecum_study::player::PlayOptions;
+use vademecum_study::player::{PlayOptions, elastic, with_body};
 use vademecum_study::scenario::Scenario;
 use vademecum_study::separation::{enrichment_history, radius_samples, repairs};
 use vademecum_study::timings::timings;
@@ -56,6 +57,10 @@ pub(crate) struct Report {
     /// Output of `build --json` for this file: adds the times of the build.
     #[arg(long)]
     build: Option<PathBuf>,
+    /// Measure the times of the online work on this machine and show them. Without it the page is the same
+    /// every time.
+    #[arg(long)]
+    timings: bool,
     /// Print JSON.
     #[arg(long)]
     json: bool,
@@ -103,8 +108,16 @@ impl Report {
         let about = |error: StudyError| Failure::from(error).about(&self.file);
         let unread = |error: FileError| Failure::file(&self.file, error);
         let modes = mode_table(&file).map_err(unread)?;
-        console.stage("measure");
-        let timings = timings(&self.file, &file).map_err(about)?;
+        let structure = with_body::<f64, _>(&file, &elastic(&SceneOptions::default()), |body| {
+            Ok(format!("{:?}", body.structure()).to_lowercase())
+        });
+        let structure = structure.map_err(about)?;
+        let timings = if self.timings {
+            console.stage("measure");
+            Some(timings(&self.file, &file).map_err(about)?)
+        } else {
+            None
+        };
         console.stage("free run");
         let quotients: Vec<f64> = modes.iter().map(|mode| mode.rayleigh_quotient).collect();
         let free = free_run(&file, &quotients).map_err(about)?;
@@ -116,6 +129,7 @@ impl Report {
             file: &file,
             stored: &stored,
             modes,
+            structure,
             timings,
             free,
             verified,

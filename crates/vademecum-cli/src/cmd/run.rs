@@ -1,17 +1,19 @@
 //! `vademecum run`: a scenario through a file, to tables and fields.
 
+mod list;
+
 use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
 
 use vademecum_build::field::{Cells, PVD_HEAD, PVD_TAIL, pvd_line, vtu_into};
+use vademecum_build::limits::memory_in_words;
 use vademecum_build::progress::Listener;
 use vademecum_build::store::{GrowingFile, Kind, Outputs};
-use vademecum_eval::Field;
 use vademecum_format::SectionKind;
 use vademecum_study::contents::Geometry;
 use vademecum_study::parameters::{self, ParameterValue};
 use vademecum_study::run::{Fields, Moment, ProbeRow};
-use vademecum_study::scenario::{FieldChoice, Scenario, Total};
+use vademecum_study::scenario::{FieldChoice, OutputPlan, Scenario, Total};
 use vademecum_study::stress::{LargestStress, StressPlace};
 use vademecum_study::{FileError, StudyError, run};
 
@@ -20,6 +22,7 @@ use crate::console::Console;
 use crate::failure::Failure;
 use crate::files::{is_stepped, open_or_map, outputs, usable_file};
 use crate::print::print_json;
+use list::{FILES, RunList, field_name};
 
 /// Steps a vademecum through a scenario and writes probes (CSV) and fields (VTU, opens in ParaView).
 #[derive(clap::Args)]
@@ -71,11 +74,14 @@ pub(crate) struct Run {
     limit: Limit,
 }
 
+/// Results of more bytes are announced.
+const MUCH: u64 = 100_000_000;
+
 impl Run {
     pub(crate) fn run(&self, console: &Console) -> Result<(), Failure> {
         let scenario = Scenario::read(&self.scenario)?;
         let outputs = outputs(&self.outputs, &[Some(&self.file), Some(&self.scenario)], None);
-        outputs.check_in(&self.output, &FILES)?;
+        RunList::check(&outputs, &self.output)?;
         let mapped = open_or_map(&self.file, self.map)?;
         let mut memory = vec![];
         let shown = &scenario.output;
@@ -95,10 +101,26 @@ impl Run {
         let unread = |error: FileError| Failure::file(&self.file, error);
         let run = run::Run::bind(&file, options, &scenario, console).map_err(about)?;
         let geometry = run.geometry().map_err(unread)?;
-        outputs.make_folder(&self.output)?;
-        let mut results = Results::begin(&outputs, &self.output, &run, geometry, shown.stress_every > 0)?;
-        let played = run.play(console, |moment: &Moment<'_>| results.show(moment));
+        let bytes = run.least_bytes(geometry.as_ref());
+        outputs.check_space(&self.output, bytes)?;
+        if bytes > MUCH {
+            let about = memory_in_words(bytes);
+            console.note(&format!("{} steps, whose results take at least {about}", run.steps));
+        }
+        // What can be refused is refused before the first instant: only then are results begun, and older
+        // ones removed.
+        let (mut geometry, mut results) = (Some(geometry), None);
+        let played = run.play(console, |moment: &Moment<'_>| {
+            if let Some(geometry) = geometry.take() {
+                outputs.make_folder(&self.output)?;
+                results = Some(Results::begin(&outputs, &self.output, &run, geometry, shown)?);
+            }
+            results.as_mut().map_or(Ok(()), |results| results.show(moment))
+        });
         console.clear();
+        let Some(mut results) = results else {
+            return played.map_err(|failure: Failure| failure.about(&self.file));
+        };
         // Whatever ended the run, what was computed is kept.
         let written = results.finish();
         let failed = |failure: Failure| failure.about(&self.file).kept(results.kept());
@@ -110,6 +132,7 @@ impl Run {
 
 /// Tables and fields of a run, and the largest stress seen.
 struct Results<'a> {
+    list: RunList<'a>,
     probes: ProbeTable,
     stresses: Option<StressTable<'a>>,
     fields: Option<FieldSeries<'a>>,
@@ -122,15 +145,20 @@ impl<'a> Results<'a> {
         folder: &'a Path,
         run: &'a run::Run<'_>,
         geometry: Option<Geometry>,
-        with_stress: bool,
+        shown: &OutputPlan,
     ) -> Result<Self, Failure> {
-        let places = run.stress_places();
+        let (places, with_stress) = (run.stress_places(), shown.stress_every > 0);
+        let written = [true, with_stress, shown.fields_every > 0];
+        let files: Vec<&str> =
+            FILES.iter().zip(written).filter(|(_, is)| *is).map(|(file, _)| file.0).collect();
+        let fields = run.steps.checked_div(shown.fields_every).map_or(0, |fields| 1 + fields);
+        let list = RunList::begin(outputs, folder, &files, fields)?;
         let stresses = with_stress
             .then(|| StressTable::begin(outputs, folder.join("stress.csv"), places))
             .transpose()?;
         let probes = ProbeTable::begin(outputs, folder.join("probes.csv"), run)?;
         let fields = geometry.map(|geometry| FieldSeries::begin(outputs, folder, geometry)).transpose()?;
-        Ok(Self { probes, stresses, fields, largest: None })
+        Ok(Self { list, probes, stresses, fields, largest: None })
     }
 
     /// Adds an instant.
@@ -151,7 +179,8 @@ impl<'a> Results<'a> {
 
     fn finish(&mut self) -> Result<(), Failure> {
         let written = self.probes.finish().and(self.stresses.as_mut().map_or(Ok(()), StressTable::finish));
-        written.and(self.fields.as_mut().map_or(Ok(()), FieldSeries::finish))
+        let written = written.and(self.fields.as_mut().map_or(Ok(()), FieldSeries::finish));
+        written.and(self.list.finish(self.fields.as_ref().map_or(0, |series| series.count)))
     }
 
     /// The rows and fields written so far.
@@ -207,14 +236,6 @@ struct RunOutput<'a> {
     largest_stress: Option<LargestStress>,
 }
 
-/// Files written; of the fields, the first.
-const FILES: [(&str, Kind); 4] = [
-    ("probes.csv", Kind::Csv),
-    ("stress.csv", Kind::Csv),
-    ("fields.pvd", Kind::Pvd),
-    ("field-000000.vtu", Kind::Vtu),
-];
-
 /// Time, energy and every probe, one line an instant; on the disk soon after they are computed.
 struct ProbeTable {
     path: PathBuf,
@@ -224,18 +245,7 @@ struct ProbeTable {
 
 impl ProbeTable {
     fn begin(outputs: &Outputs, path: PathBuf, run: &run::Run<'_>) -> Result<Self, Failure> {
-        let mut head = String::from("time_s,energy_J");
-        run.probes().iter().for_each(|name| head.push_str(&format!(",{name}")));
-        for support in run.supports() {
-            let parts = ["fx", "fy", "fz", "mx", "my", "mz"];
-            parts.iter().for_each(|part| head.push_str(&format!(",reaction.{support}.{part}")));
-        }
-        run.flight_columns().iter().for_each(|name| head.push_str(&format!(",{name}")));
-        for Total(quantity) in run.quantities() {
-            let unit = quantity.unit(Field::Displacement).unwrap_or_default();
-            head.push_str(&format!(",{}_{unit}", quantity.name()));
-        }
-        head.push('\n');
+        let head = format!("{}\n", run.columns().join(","));
         let rows = outputs.grow(&path, Kind::Csv, &head, "")?;
         Ok(Self { path, rows, line: String::new() })
     }
@@ -331,7 +341,7 @@ impl<'a> FieldSeries<'a> {
     }
 
     fn add(&mut self, time: f64, fields: &Fields<'_>) -> Result<(), Failure> {
-        let name = format!("field-{:06}.vtu", self.count);
+        let name = field_name(self.count);
         let [stress, von_mises] = fields.stress;
         let moving = [("displacement", fields.displacement, 3), ("velocity", fields.velocity, 3)];
         let stress = [("stress", stress, 6), ("von_mises", von_mises, 1)];

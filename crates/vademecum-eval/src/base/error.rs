@@ -122,6 +122,17 @@ pub enum BindError {
         /// Numbers needed.
         needed: usize,
     },
+    /// A number of memory that no machine has: so many contacts or places are asked for, or so large is what
+    /// the file holds.
+    #[error("{asked} {what} are asked for; there is room for {most} at most")]
+    TooLarge {
+        /// Contacts, places or numbers.
+        what: &'static str,
+        /// As many as were asked for.
+        asked: usize,
+        /// Largest number.
+        most: usize,
+    },
     /// The rest threshold, the tolerance or the viscosity is negative or not a number, or the sub-steps are
     /// not 1 to 1024.
     #[error(
@@ -181,8 +192,12 @@ pub enum ParameterError {
 #[derive(Clone, Copy, Debug, PartialEq, Error)]
 #[non_exhaustive]
 pub enum LoadError {
-    /// A force, moment or amplitude is not finite.
-    #[error("a force, moment or amplitude is not finite")]
+    /// A force, moment or amplitude is not finite or larger than [`Scalar::LARGEST`](crate::Scalar::LARGEST),
+    /// or what was computed of it is not finite.
+    #[error(
+        "a force, moment or amplitude is not finite, or above the largest of this precision (1e18 in f32, \
+         1e75 in f64)"
+    )]
     NotFinite,
     /// The place is refused.
     #[error(transparent)]
@@ -254,8 +269,12 @@ pub enum LoadError {
 #[derive(Clone, Copy, Debug, PartialEq, Error)]
 #[non_exhaustive]
 pub enum StepError {
-    /// The new state is not finite: a load too large, or a state set too large, for the precision.
-    #[error("the new state is not finite; the old one was kept: reduce the load")]
+    /// The new state is not finite, or its numbers sum to more than
+    /// [`Scalar::LARGEST`](crate::Scalar::LARGEST): a load too large, or a state set too large, for the
+    /// precision.
+    #[error(
+        "the new state is not finite or too large for the precision; the old one was kept: reduce the load"
+    )]
     NotFinite,
     /// State or loads were made for a scene of another shape, or given numbers have the wrong length.
     #[error("state, loads or numbers belong to a scene of another shape")]

@@ -4,6 +4,9 @@ use crate::base::error::ParameterError;
 use crate::base::scalar::Scalar;
 use vademecum_format::{MAX_REGIONS, Metadata, ParameterRole};
 
+/// Most contacts and places that a scene or a body makes room for.
+pub const MAX_CONTACTS: usize = 1 << 20;
+
 /// The ways a step can be held.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Structure {
@@ -37,7 +40,8 @@ pub enum StructureChoice {
     Strain,
 }
 
-/// Options of a scene; [`SceneOptions::default`] is the file as it was built.
+/// Options of a scene; [`SceneOptions::default`] is the file as it was built. Step and scales are from the
+/// inverse of [`Scalar::LARGEST`](crate::Scalar::LARGEST) up to it, damping from 0.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SceneOptions {
     /// Structure of the step.
@@ -70,8 +74,8 @@ pub struct SceneOptions {
     /// Residual flexibility in outputs, where the file has it.
     #[doc(alias = "static residual", alias = "residual attachment modes", alias = "mode acceleration")]
     pub residual: bool,
-    /// With a residual or with reactions: for so many contacts with nodes of their own there is room.
-    /// Contacts on the same nodes share it.
+    /// With a residual or with reactions: for so many contacts with nodes of their own there is room, up to
+    /// [`MAX_CONTACTS`]. Contacts on the same nodes share it.
     pub contacts: usize,
     /// With a residual and stiffness-proportional damping: for the filtered forces of so many nodes there is
     /// room; of all loadable nodes if `None`. A node counts until its filtered force is below 1e-12 of the

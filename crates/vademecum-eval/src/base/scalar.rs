@@ -75,6 +75,10 @@ pub trait Scalar:
     const FLOOR: Self;
     /// Smallest threshold \[m kg^½\] at which an unloaded body is put at rest: a million times the floor.
     const REST: Self;
+    /// Largest size of a force \[N\], of an amplitude, of a step parameter and of the sum of a state's
+    /// numbers \[m kg^½\]: what a scene computes of them is finite. A step parameter that is not zero is at
+    /// least its inverse.
+    const LARGEST: Self;
     /// Rounds to this precision.
     fn from_f64(value: f64) -> Self;
     /// Rounds (or keeps) a binary32 number.
@@ -86,6 +90,12 @@ pub trait Scalar:
     /// Absolute value.
     #[must_use]
     fn magnitude(self) -> Self;
+    /// `true` of a number that is at most [`Scalar::LARGEST`] in size; `false` of one that is not a number.
+    #[must_use]
+    #[inline(always)]
+    fn in_range(self) -> bool {
+        self.magnitude() <= Self::LARGEST
+    }
 }
 
 impl Scalar for f32 {
@@ -93,6 +103,7 @@ impl Scalar for f32 {
     const EPSILON: f64 = f32::EPSILON as f64 / 2.0;
     const FLOOR: Self = 1e-24;
     const REST: Self = 1e-18;
+    const LARGEST: Self = 1e18;
 
     #[inline(always)]
     fn from_f64(value: f64) -> Self {
@@ -125,6 +136,7 @@ impl Scalar for f64 {
     const EPSILON: f64 = f64::EPSILON / 2.0;
     const FLOOR: Self = 1e-250;
     const REST: Self = 1e-244;
+    const LARGEST: Self = 1e75;
 
     #[inline(always)]
     fn from_f64(value: f64) -> Self {

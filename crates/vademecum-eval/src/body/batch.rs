@@ -323,7 +323,7 @@ impl<'m, T: Scalar> Batch<'m, T> {
         let scaled = |states: &[T], at: usize, factor: f64| {
             let value = states.get(at).ok_or(StepError::Mismatch)?;
             let value = T::from_f64(value.to_f64() * factor);
-            if value.to_f64().is_finite() { Ok(value) } else { Err(StepError::NotFinite) }
+            if value.in_range() { Ok(value) } else { Err(StepError::NotFinite) }
         };
         for (at, factor) in places.clone() {
             scaled(self.states, at, factor)?;
@@ -409,7 +409,7 @@ impl<'m, T: Scalar> Batch<'m, T> {
         self.some_unstarted = false;
         for instance in 0..self.n_instances {
             let unstarted = self.unstarted.get_mut(instance).ok_or(StepError::Mismatch)?;
-            let finite = self.magnitudes.get(instance).is_some_and(|m| m.to_f64().is_finite());
+            let finite = self.magnitudes.get(instance).is_some_and(|&m| finite(m));
             if *unstarted == T::ZERO {
                 continue;
             }
@@ -451,7 +451,7 @@ impl<'m, T: Scalar> Batch<'m, T> {
                 *magnitude = T::ZERO;
                 old.fill(T::ZERO);
                 new.fill(T::ZERO);
-            } else if !magnitude.to_f64().is_finite() {
+            } else if !finite(*magnitude) {
                 new.iter_mut().zip(&*old).for_each(|(new, &old)| *new = old);
             }
         }
@@ -493,7 +493,7 @@ fn rests<T: Scalar>(magnitude: T, loaded: T, below: T) -> bool {
 /// Without a branch, so that many are asked at once.
 #[inline(always)]
 fn finite<T: Scalar>(magnitude: T) -> bool {
-    magnitude * T::ZERO == T::ZERO
+    magnitude <= T::LARGEST
 }
 
 /// Puts right the new states of a group: an instance that is refused keeps the old one, one that rests is

@@ -6,14 +6,14 @@
 
 use crate::base::error::{BindError, LoadError, OutputError, StepError};
 use crate::base::lend::Lender;
-use crate::base::options::{SceneOptions, Status, Structure};
+use crate::base::options::{MAX_CONTACTS, SceneOptions, Status, Structure};
 use crate::base::scalar::Scalar;
 use crate::body::identity::identity;
 use crate::flight::free::FreeBody;
 use crate::flight::rigid::{RigidBody, RigidMotion};
-use crate::scene::loads::Loads;
+use crate::scene::loads::{Loads, check_range};
 use crate::scene::scene::Scene;
-use crate::scene::shape::shape;
+use crate::scene::shape::{at_most, shape};
 use crate::scene::state::State;
 use crate::sections::contact::Contact;
 use crate::sections::factor::Factor;
@@ -29,7 +29,7 @@ use vademecum_format::{BaseMotion, File, SectionKind};
 pub struct BodyOptions {
     /// Structure and parameters of the step.
     pub scene: SceneOptions,
-    /// Places that [`Body::compliance`] and [`Body::free_motion`] take at most.
+    /// Places that [`Body::compliance`] and [`Body::free_motion`] take at most, up to [`MAX_CONTACTS`].
     pub places: usize,
     /// Room for [`Body::keep_loads`].
     pub keep_loads: bool,
@@ -140,6 +140,7 @@ struct Pieces {
 impl Pieces {
     fn of<T: Scalar>(file: &File<'_>, options: &BodyOptions) -> Result<Self, BindError> {
         let shape = shape::<T>(file, &options.scene)?;
+        at_most("places", options.places, MAX_CONTACTS)?;
         let sizes = shape.sizes();
         let factor = if FULL && options.scene.residual { Factor::of(file) } else { Factor::default() };
         let [answer, rest] =
@@ -333,9 +334,7 @@ impl<'m, T: Scalar> Body<'m, T> {
         end: [f64; 3],
     ) -> Result<(), LoadError> {
         // Both are checked before the first is added: what refuses the second then refuses the first, too.
-        if !start.iter().chain(&end).all(|force| force.is_finite()) {
-            return Err(LoadError::NotFinite);
-        }
+        check_range::<T>(start.iter().chain(&end))?;
         let later = self.instants();
         self.push_staged(at, start, &later.map(|t| 1.0 - t))?;
         self.push_staged(at, end, &later)

@@ -261,7 +261,7 @@ impl<T: Scalar> Body<'_, T> {
             let room = if shape.is_filtered() { shape.filtered } else { [usize::MAX, 0] };
             self.check_forces(&mut cursor, room, cut)?;
             for largest in cursor.numbers::<2>().ok_or(cut)? {
-                T::from_f64(largest).to_f64().is_finite().then_some(()).ok_or(SavedError::NotFinite)?;
+                T::from_f64(largest).in_range().then_some(()).ok_or(SavedError::NotFinite)?;
             }
         }
         let motion = match self.flight {
@@ -327,8 +327,8 @@ impl<T: Scalar> Body<'_, T> {
         for _ in 0..nodes as usize {
             let [node, x, y, z] = cursor.numbers().ok_or(cut)?;
             let loadable = whole(node) && node < f64::from(self.scene.metadata.n_load_nodes);
-            let finite = [x, y, z].into_iter().all(|x| T::from_f64(x).to_f64().is_finite());
-            if !loadable || !finite {
+            let sound = [x, y, z].into_iter().all(|x| T::from_f64(x).in_range());
+            if !loadable || !sound {
                 return Err(SavedError::NotFinite);
             }
         }
@@ -337,7 +337,7 @@ impl<T: Scalar> Body<'_, T> {
         }
         for _ in 0..patterns as usize {
             let amplitude = T::from_f64(cursor.number().ok_or(cut)?);
-            amplitude.to_f64().is_finite().then_some(()).ok_or(SavedError::NotFinite)?;
+            amplitude.in_range().then_some(()).ok_or(SavedError::NotFinite)?;
         }
         Ok(())
     }
@@ -369,5 +369,5 @@ fn scaled<T: Scalar>(number: f64, ratio: f64, part: usize) -> Option<T> {
         _ => ratio * ratio,
     };
     let value = T::from_f64(number * factor);
-    value.to_f64().is_finite().then_some(value)
+    value.in_range().then_some(value)
 }

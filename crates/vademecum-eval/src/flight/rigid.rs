@@ -8,6 +8,7 @@
 //! its energy stays near where it was, and it solves nothing.
 
 use crate::base::principal::{UNITS, principal};
+use crate::base::scalar::Scalar;
 use crate::base::vec3::{add, cross, dot, minus};
 use vademecum_format::{File, SectionKind};
 
@@ -209,8 +210,8 @@ impl RigidMotion {
         self.angular_momentum = add(self.angular_momentum, time, moment);
     }
 
-    /// The same motion with an attitude of length one; `None` if a number is not finite or the attitude is
-    /// zero.
+    /// The same motion with an attitude of length one; `None` if a number is not finite or too large
+    /// ([`Scalar::LARGEST`](crate::Scalar::LARGEST)), or the attitude is zero.
     #[must_use]
     pub fn normalised(self) -> Option<Self> {
         let length = libm::sqrt(self.attitude.iter().map(|x| x * x).sum());
@@ -218,11 +219,12 @@ impl RigidMotion {
         motion.is_finite().then_some(motion)
     }
 
-    /// `true` if every number is finite.
+    /// `true` if every number is finite, and none too large for what is computed of it
+    /// ([`Scalar::LARGEST`](crate::Scalar::LARGEST)).
     #[must_use]
     pub fn is_finite(&self) -> bool {
         let all = self.position.iter().chain(&self.attitude).chain(&self.momentum);
-        all.chain(&self.angular_momentum).all(|x| x.is_finite())
+        all.chain(&self.angular_momentum).all(|x| x.in_range())
     }
 }
 

@@ -80,8 +80,7 @@ impl<'m, T: Scalar> Coordinates<'m, T> {
         for (part, factor) in parts.zip([ratio, ratio * ratio]) {
             part.iter_mut().for_each(|value| *value = T::from_f64(value.to_f64() * factor));
         }
-        let finite = self.next.iter().all(|value| value.to_f64().is_finite());
-        if finite { Ok(()) } else { Err(StepError::NotFinite) }
+        if self.next.iter().all(|value| value.in_range()) { Ok(()) } else { Err(StepError::NotFinite) }
     }
 
     /// Takes what was written beside the state, scaled by `time_step`.
@@ -94,7 +93,7 @@ impl<'m, T: Scalar> Coordinates<'m, T> {
     /// enough rests.
     #[inline(always)]
     pub fn settle(&mut self, magnitude: T, loaded: bool, rest_below: T) -> Result<Status, StepError> {
-        if !magnitude.to_f64().is_finite() {
+        if !magnitude.in_range() {
             return Err(StepError::NotFinite);
         }
         core::mem::swap(&mut self.now, &mut self.next);
@@ -146,7 +145,7 @@ impl<'m, T: Scalar> Coordinates<'m, T> {
         if saved.len() != self.parts.count * r {
             return Err(StepError::Mismatch);
         }
-        if saved.iter().any(|value| !value.to_f64().is_finite()) {
+        if !saved.iter().all(|value| value.in_range()) {
             return Err(StepError::NotFinite);
         }
         for (place, part) in saved.chunks_exact(r.max(1)).enumerate() {

@@ -2,7 +2,7 @@
 
 use crate::base::error::LoadError;
 use crate::base::scalar::Scalar;
-use crate::scene::loads::Loads;
+use crate::scene::loads::{Loads, check_range};
 use crate::scene::scene::Scene;
 use vademecum_format::{BASE_PATTERNS, BaseMotion, SectionKind};
 
@@ -43,9 +43,7 @@ impl<T: Scalar> Loads<'_, T> {
         let first = first.filter(|_| scene.base_point().is_some());
         let first = first.ok_or(LoadError::Missing { kind: SectionKind::BaseFrame })?;
         let amplitudes = motion.amplitudes().map(|amplitude| scene.parameters().density * amplitude);
-        if !amplitudes.iter().all(|amplitude| amplitude.is_finite()) {
-            return Err(LoadError::NotFinite);
-        }
+        check_range::<T>(amplitudes.iter())?;
         for (index, amplitude) in amplitudes.into_iter().enumerate() {
             if amplitude != 0.0 {
                 self.add_pattern(scene, first + index, amplitude)?;

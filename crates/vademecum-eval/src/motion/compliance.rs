@@ -63,7 +63,8 @@ impl<T: Scalar> Scene<'_, T> {
     ///
     /// # Errors
     /// [`LoadError::Mismatch`] for the block structure and for lent memory that is too short,
-    /// [`LoadError::NeedsState`] for the strain structure, and the errors of a contact that cannot be added.
+    /// [`LoadError::NeedsState`] for the strain structure, [`LoadError::NotFinite`] for numbers that
+    /// overflow, and the errors of a contact that cannot be added.
     #[doc(alias = "Delassus operator")]
     pub fn compliance(
         &self,
@@ -107,7 +108,7 @@ impl<T: Scalar> Scene<'_, T> {
                 }
             }
         }
-        Ok(())
+        check_finite(w)
     }
 
     /// Displacements of contacts at the end of the coming step if `loads` act over it and nothing else does
@@ -116,7 +117,7 @@ impl<T: Scalar> Scene<'_, T> {
     /// # Errors
     /// [`StepError::Mismatch`] for the block structure, for a state or loads of another scene, for contacts
     /// that cannot be added, and for lent memory that is too short; [`StepError::NotCarried`],
-    /// [`StepError::StaleLoads`].
+    /// [`StepError::StaleLoads`]; [`StepError::NotFinite`] for numbers that overflow.
     #[doc(alias = "free velocity")]
     pub fn free_motion(
         &self,
@@ -139,7 +140,7 @@ impl<T: Scalar> Scene<'_, T> {
         if self.shape.is_strain() {
             let moved = self.strain_ahead(state, loads, work.rest())?;
             show(rows, moved, out);
-            return Ok(());
+            return check_shown(out);
         }
         let moved = work.take(r)?;
         for (k, moved) in moved.iter_mut().enumerate() {
@@ -157,7 +158,7 @@ impl<T: Scalar> Scene<'_, T> {
         let (filter, old) = (&self.filter, &state.filtered.forces);
         let acting = if self.shape.is_filtered() { &loads.drive } else { &loads.statics };
         if !acting.is_empty() || !old.is_empty() {
-            for (place, out) in places.iter().zip(out) {
+            for (place, out) in places.iter().zip(&mut *out) {
                 for (node, weight) in place.as_ref().entries() {
                     let scale = weight / self.parameters.stiffness;
                     let rest = self.sections.residual.node(node as usize, acting);
@@ -170,7 +171,7 @@ impl<T: Scalar> Scene<'_, T> {
                 }
             }
         }
-        Ok(())
+        check_shown(out)
     }
 
     /// `H_c B` of each contact, `(n, 3, r)`.
@@ -222,6 +223,17 @@ impl<T: Scalar> Scene<'_, T> {
         }
         sum
     }
+}
+
+/// Refuses an operator of which a number overflowed.
+pub(crate) fn check_finite(w: &[f64]) -> Result<(), LoadError> {
+    if w.iter().all(|number| number.is_finite()) { Ok(()) } else { Err(LoadError::NotFinite) }
+}
+
+/// Refuses displacements that overflowed: those of a step that would be refused.
+fn check_shown(out: &[[f64; 3]]) -> Result<(), StepError> {
+    let finite = out.as_flattened().iter().all(|number| number.is_finite());
+    if finite { Ok(()) } else { Err(StepError::NotFinite) }
 }
 
 /// Displacements of contacts, from their rows `(n, 3, r)` and the coordinates.

@@ -18,6 +18,7 @@ use crate::base::scalar::Scalar;
 use crate::kernels::strain::kernel::{Force, answer, dissipated, moved, prepare, strain_square, sub_step};
 use crate::kernels::strain::map::distance;
 use crate::kernels::strain::memory::{Scratch, StrainMap};
+use crate::motion::compliance::check_finite;
 use crate::scene::equation::Energy;
 use crate::scene::loads::Loads;
 use crate::scene::scene::Scene;
@@ -203,7 +204,7 @@ impl<T: Scalar> Scene<'_, T> {
                 }
             }
         }
-        Ok(())
+        check_finite(w)
     }
 
     /// Coordinates at the end of the coming step, `(r)`, and the rest of the work.

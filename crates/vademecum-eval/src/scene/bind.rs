@@ -19,7 +19,9 @@ use crate::sections::rows::Rows;
 use crate::sections::stress_rows::StressRows;
 use crate::sections::supports::Supports;
 use vademecum_format::exact::Propagator;
-use vademecum_format::scheme::{MAX_STAGES, StageCoefficients, StepParameters, fuse_into, fuse_work_len};
+use vademecum_format::scheme::{
+    MAX_STAGES, StageCoefficients, StepParameters, TableError, fuse_into, fuse_work_len,
+};
 use vademecum_format::{File, FormatError, MAX_REGIONS, Metadata, Numbers, ParameterRole, SectionKind};
 
 /// Sections a scene reads while it runs; `None` if absent or compressed.
@@ -78,6 +80,20 @@ impl Asked {
             stiffness: options.stiffness,
         };
         Self { step, regions: options.regions }
+    }
+
+    /// Refuses parameters of which the precision cannot hold what a step makes.
+    fn check<T: Scalar>(&self) -> Result<(), BindError> {
+        let StepParameters { time_step, alpha, beta, density, stiffness } = self.step;
+        let most = T::LARGEST.to_f64();
+        let least = most.recip();
+        let bounds = [(time_step, least), (alpha, 0.0), (beta, 0.0), (density, least), (stiffness, least)];
+        for (index, (value, least)) in bounds.into_iter().enumerate() {
+            if !(least..=most).contains(&value) {
+                return Err(TableError::BadParameter { index, value }.into());
+            }
+        }
+        Ok(())
     }
 
     /// Every region's scales, as the roles of the parameters that move them.
@@ -168,6 +184,7 @@ pub(crate) fn fuse<'w, T: Scalar>(
     shape: Shape,
     work: &'w mut [f64],
 ) -> Result<Fused<'w>, BindError> {
+    asked.check::<T>()?;
     let fused = match shape.structure() {
         Structure::Diagonal => fuse_modes(metadata, sections, asked, shape, work)?,
         Structure::Exact => fuse_exact(sections, asked, shape, work)?,
@@ -313,7 +330,7 @@ fn stage_responses(
 fn check_moved(metadata: &Metadata<'_>, sections: &Sections<'_>, asked: &Asked) -> Result<(), BindError> {
     use ParameterRole as R;
     for (role, value) in asked.scales().filter(|&(_, value)| value != 1.0) {
-        if !value.is_finite() || value <= 0.0 {
+        if !(value > 0.0 && value.in_range()) {
             return Err(BindError::BadScale { role, value });
         }
         let declared = metadata.active_parameters().iter().any(|p| p.role == role);

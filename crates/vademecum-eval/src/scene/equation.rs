@@ -97,7 +97,7 @@ impl Equation<'_, '_> {
         self.acceleration_at_rest(force, [&mut *position, &mut *velocity, acceleration])?;
         position.fill(T::ZERO);
         velocity.fill(T::ZERO);
-        if y.next.iter().any(|value| !value.to_f64().is_finite()) {
+        if !y.next.iter().all(|value| value.in_range()) {
             return Err(StepError::NotFinite);
         }
         y.accept(self.parameters.time_step);
@@ -259,7 +259,7 @@ fn place_without_acceleration<T: Scalar>(
 
 /// Takes a state that was written beside the old one, if it is finite.
 fn accept_placed<T: Scalar>(y: &mut Coordinates<'_, T>, time_step: f64) -> Result<(), StepError> {
-    if y.next.iter().any(|value| !value.to_f64().is_finite()) {
+    if !y.next.iter().all(|value| value.in_range()) {
         return Err(StepError::NotFinite);
     }
     y.accept(time_step);

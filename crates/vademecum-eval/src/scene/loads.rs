@@ -68,12 +68,18 @@ impl Amplitudes {
         Self { start, end, stages }
     }
 
-    /// Refuses what is not finite.
-    pub fn check(&self) -> Result<(), LoadError> {
-        let finite =
-            self.start.is_finite() && self.end.is_finite() && self.stages.iter().all(|x| x.is_finite());
-        if finite { Ok(()) } else { Err(LoadError::NotFinite) }
+    /// Refuses what is not finite, or too large for the precision.
+    pub fn check<T: Scalar>(&self) -> Result<(), LoadError> {
+        check_range::<T>(self.stages.iter().chain([&self.start, &self.end]))
     }
+}
+
+/// Refuses a force or an amplitude that is not finite, or too large for the precision.
+pub(crate) fn check_range<'a, T: Scalar>(
+    mut numbers: impl Iterator<Item = &'a f64>,
+) -> Result<(), LoadError> {
+    let sound = numbers.all(|&number| number.in_range() && T::from_f64(number).in_range());
+    if sound { Ok(()) } else { Err(LoadError::NotFinite) }
 }
 
 impl<'m, T: Scalar> Loads<'m, T> {
@@ -255,6 +261,7 @@ impl<'m, T: Scalar> Loads<'m, T> {
     fn contact(&mut self, scene: &Scene<'_, T>, contact: &Contact, p: Amplitudes) -> Result<(), LoadError> {
         self.check(scene, p)?;
         contact.check(scene.metadata.n_load_nodes)?;
+        check_range::<T>(contact.force.iter())?;
         self.statics.check(contact)?;
         let block = self.block_rows(scene.sections.block_load, SectionKind::BlockLoad)?;
         contact.project(&scene.sections.rows, self.direct)?;
@@ -306,7 +313,7 @@ impl<'m, T: Scalar> Loads<'m, T> {
         if self.active && self.generation != scene.generation {
             return Err(LoadError::Stale);
         }
-        p.check()
+        p.check::<T>()
     }
 
     /// The rows of `H − B`; the diagonal structure needs none, its load maps hold `1/(1 + θλ)`.

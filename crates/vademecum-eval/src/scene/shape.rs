@@ -1,7 +1,7 @@
 //! The lengths everything of a scene agrees on, and the choice of the structure.
 
 use crate::base::error::BindError;
-use crate::base::options::{SceneOptions, Sizes, Structure, StructureChoice};
+use crate::base::options::{MAX_CONTACTS, SceneOptions, Sizes, Structure, StructureChoice};
 use crate::base::scalar::Scalar;
 use crate::kernels::coordinates::Parts;
 use crate::kernels::kernel::{LANES, TILE};
@@ -114,8 +114,8 @@ impl Shape {
 
     /// A state: old and new.
     pub const fn state_len(&self) -> usize {
-        let filtered = forces_len(self.filtered);
-        2 * self.padded() + forces_len(self.statics) + filtered + self.scratch_len()
+        let forces = forces_len(self.statics).saturating_add(forces_len(self.filtered));
+        forces.saturating_add(2 * self.padded()).saturating_add(self.scratch_len())
     }
 
     /// Length of the memory that a step works in, beside a state.
@@ -128,8 +128,8 @@ impl Shape {
 
     /// Length of loads.
     pub const fn loads_len(&self) -> usize {
-        let drive = forces_len(self.drive());
-        self.padded() + (2 + self.n_stages) * self.r + forces_len(self.statics) + drive
+        let forces = forces_len(self.statics).saturating_add(forces_len(self.drive()));
+        forces.saturating_add(self.padded() + (2 + self.n_stages) * self.r)
     }
 
     /// `true` where the residual follows forces with the time constant of the damping.
@@ -187,14 +187,18 @@ impl Shape {
             Structure::Exact => (4 + 2 * n) * r,
             Structure::Strain => 0,
             Structure::Block => {
-                (n + 9 + 3 * n) * r * r + self.weights_len() + Axes::WORK * self.n_points + fuse_work_len(r)
+                let dense = ((n + 9 + 3 * n) * r * r).saturating_add(fuse_work_len(r));
+                let axes = self.n_points.saturating_mul(Axes::WORK);
+                dense.saturating_add(axes).saturating_add(self.weights_len())
             }
         }
     }
 
+    /// Numbers of memory. Modes, stages and terms are at most 4096, 3 and 65 536; what else grows without
+    /// such a bound is added up so that it stops at the largest number, and [`shape`] refuses that.
     pub const fn sizes(&self) -> Sizes {
         Sizes {
-            scene: self.map_len() + self.load_maps_len() + self.weights_len(),
+            scene: self.map_len().saturating_add(self.load_maps_len()).saturating_add(self.weights_len()),
             work: self.work_len(),
             state: self.state_len(),
             loads: self.loads_len(),
@@ -204,12 +208,18 @@ impl Shape {
 
 /// Numbers of memory for forces on so many nodes and amplitudes of so many patterns.
 const fn forces_len([nodes, patterns]: [usize; 2]) -> usize {
-    4 * nodes + patterns
+    nodes.saturating_mul(4).saturating_add(patterns)
+}
+
+/// Refuses more than `most`.
+pub(crate) const fn at_most(what: &'static str, asked: usize, most: usize) -> Result<(), BindError> {
+    if asked <= most { Ok(()) } else { Err(BindError::TooLarge { what, asked, most }) }
 }
 
 /// The shape of a scene of these options.
 pub(crate) fn shape<T: Scalar>(file: &File<'_>, options: &SceneOptions) -> Result<Shape, BindError> {
     check(options)?;
+    at_most("contacts", options.contacts, MAX_CONTACTS)?;
     let metadata = file.metadata();
     let strain = file.section(SectionKind::StrainSizes).is_some();
     let structure = choose(metadata, strain, options)?;
@@ -227,7 +237,7 @@ pub(crate) fn shape<T: Scalar>(file: &File<'_>, options: &SceneOptions) -> Resul
         _ => (room::<T>(file, options.contacts, residual), StrainShape::default()),
     };
     let filtered = filtered_room(file, options, statics);
-    Ok(Shape {
+    let shape = Shape {
         chosen: structure,
         r: metadata.n_modes as usize,
         n_stages,
@@ -237,7 +247,14 @@ pub(crate) fn shape<T: Scalar>(file: &File<'_>, options: &SceneOptions) -> Resul
         filtered,
         filters: filtered != [0; 2],
         strain,
-    })
+    };
+    let Sizes { scene, work, state, loads } = shape.sizes();
+    at_most(
+        "numbers of memory",
+        scene.max(work).max(state).max(loads),
+        isize::MAX as usize / size_of::<f64>(),
+    )?;
+    Ok(shape)
 }
 
 /// The terms a block scene of these options adds up: the first of the file's.

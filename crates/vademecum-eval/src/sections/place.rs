@@ -5,6 +5,9 @@ use core::fmt;
 /// Largest number of nodes of a place.
 pub const MAX_PLACE_NODES: usize = 16;
 
+/// Largest size of a weight: a point further outside of its triangle is a mistake, and its numbers overflow.
+const MAX_WEIGHT: f64 = 1e6;
+
 /// Largest distance of the sum of weights from 1: printed weights, and those in single precision, pass.
 const WEIGHT_TOLERANCE: f64 = 1e-6;
 
@@ -142,9 +145,14 @@ impl Place {
     /// [`PlaceError`].
     #[inline]
     pub fn check(&self) -> Result<(), PlaceError> {
-        let sum: f64 = self.weights().iter().sum();
+        let (mut sum, mut size) = (0.0, 0.0);
+        for weight in self.weights() {
+            sum += weight;
+            size += weight.abs();
+        }
         // Not a number fails every comparison, so it is not sound.
-        let sound = (sum - 1.0).abs() <= WEIGHT_TOLERANCE && self.radius == 0.0 && self.frame == NO_FRAME;
+        let sound = (sum - 1.0).abs() <= WEIGHT_TOLERANCE && size <= MAX_WEIGHT;
+        let sound = sound && self.radius == 0.0 && self.frame == NO_FRAME;
         if sound { Ok(()) } else { Err(self.refusal(sum)) }
     }
 
@@ -156,7 +164,7 @@ impl Place {
         if self.count == 0 {
             return PlaceError::Empty;
         }
-        if !self.weights().iter().all(|weight| weight.is_finite()) {
+        if !self.weights().iter().all(|weight| weight.abs() <= MAX_WEIGHT) {
             return PlaceError::NotFinite;
         }
         if self.radius > 0.0 {
@@ -190,7 +198,7 @@ pub enum PlaceError {
         /// Weights given.
         weights: usize,
     },
-    /// A weight is not finite.
+    /// A weight is not finite or above 1e6 in size.
     NotFinite,
     /// The weights do not sum to 1 within 1e-6.
     Sum {
@@ -226,7 +234,7 @@ impl fmt::Display for PlaceError {
             Self::Uneven { nodes, weights } => {
                 write!(out, "a place of {nodes} nodes and {weights} weights: each node needs one weight")
             }
-            Self::NotFinite => write!(out, "a weight of the place is not finite"),
+            Self::NotFinite => write!(out, "a weight of the place is not finite or above 1e6 in size"),
             Self::Sum { sum } => write!(out, "the weights of the place sum to {sum}, expected 1"),
             Self::Radius { radius } => {
                 write!(out, "a place of radius {radius} m: expected 0 for a point, or a positive number")
@@ -260,6 +268,7 @@ mod tests {
             (Place::new(&[0; 2], &[1.0]), PlaceError::Uneven { nodes: 2, weights: 1 }),
             (Place::new(&[0; 2], &[1.0, f64::NAN]), PlaceError::NotFinite),
             (Place::new(&[0; 2], &[1.0, f64::INFINITY]), PlaceError::NotFinite),
+            (Place::new(&[0; 3], &[1.0, 1e300, -1e300]), PlaceError::NotFinite),
             (Place::new(&[0; 2], &[1.0, 1.0]), PlaceError::Sum { sum: 2.0 }),
             (point.with_radius(-1.0).check().map(|()| point), PlaceError::Radius { radius: -1.0 }),
             (point.with_radius(0.01).check().map(|()| point), PlaceError::Area { radius: 0.01 }),

@@ -7,7 +7,7 @@
 use crate::base::error::OutputError;
 use crate::base::vec3::{dot, minus};
 use crate::sections::place::Place;
-use vademecum_format::{File, Numbers, SectionKind};
+use vademecum_format::{File, FormatError, Numbers, SectionKind};
 
 /// The loadable surface of a file, at rest.
 #[derive(Clone, Copy, Debug)]
@@ -38,7 +38,8 @@ impl<'m> Surface<'m> {
     /// The loadable surface of `file`.
     ///
     /// # Errors
-    /// [`OutputError::Missing`] if coordinates or triangles are not in the file or are compressed.
+    /// [`OutputError::Missing`] if coordinates or triangles are not in the file or are compressed;
+    /// [`OutputError::OutOfRange`] if a triangle names a node that there is not.
     pub fn new(file: &File<'m>) -> Result<Self, OutputError> {
         let metadata = file.metadata();
         Self::of(file, metadata.n_load_triangles, metadata.n_load_nodes)
@@ -60,7 +61,13 @@ impl<'m> Surface<'m> {
         let kind = SectionKind::NodeCoordinates;
         let coordinates = section(kind)?.numbers().map_err(missing(kind))?;
         let kind = SectionKind::Triangles;
-        let all = section(kind)?.u32s().map_err(missing(kind))?;
+        let all = match file.indices(kind) {
+            Ok(Some(all)) => all,
+            Err(FormatError::Index { found, count, .. }) => {
+                return Err(OutputError::OutOfRange { index: found as usize, count: count as usize });
+            }
+            _ => return Err(OutputError::Missing { kind }),
+        };
         let triangles = all.get(..(n_triangles as usize).saturating_mul(3)).unwrap_or(all);
         Ok(Self { coordinates, n_nodes: n_nodes as usize, triangles })
     }

@@ -1,6 +1,6 @@
 //! Checks of nodes and triangles: finite coordinates, unique ids, a surface.
 
-use vademecum_format::{File, Metadata, Section, SectionKind};
+use vademecum_format::{File, Section, SectionKind};
 
 use super::super::codec::room;
 use super::super::error::{Fault, RewriteError};
@@ -16,7 +16,7 @@ pub(super) fn check(file: &File<'_>) -> Result<(), RewriteError> {
         node_ids(&section)?;
     }
     if let Some(section) = file.section(S::Triangles) {
-        triangles(&section, file.metadata())?;
+        triangles(&section)?;
     }
     check_coordinates(file)?;
     match (file.section(S::NodeCoordinates), file.section(S::Triangles)) {
@@ -71,20 +71,10 @@ fn node_ids(section: &Section<'_>) -> Result<(), RewriteError> {
     Err(unsound(SectionKind::NodeIds, Fault::Twice, reason))
 }
 
-/// Triangles are made of three surface nodes, those before `n_load_triangles` of loadable ones, and no
-/// triangle is there twice.
-fn triangles(section: &Section<'_>, metadata: &Metadata<'_>) -> Result<(), RewriteError> {
+/// Triangles are made of three different nodes, and none is there twice.
+fn triangles(section: &Section<'_>) -> Result<(), RewriteError> {
     let kind = SectionKind::Triangles;
-    let corners = section.u32s()?;
-    for (place, &bytes) in corners.iter().enumerate() {
-        let index = u32::from_le_bytes(bytes);
-        let loadable = place / 3 < metadata.n_load_triangles as usize;
-        let count = if loadable { metadata.n_load_nodes } else { metadata.n_surface_nodes };
-        if index >= count {
-            return Err(RewriteError::Index { kind, place, index, count });
-        }
-    }
-    let all = corners.as_chunks::<3>().0;
+    let all = section.u32s()?.as_chunks::<3>().0;
     let mut sorted: Vec<([u32; 3], u32)> = room(all.len())?;
     for (place, &triangle) in all.iter().enumerate() {
         let mut nodes = triangle.map(u32::from_le_bytes);

@@ -71,7 +71,9 @@ pub fn check_limited(bytes: &[u8], limit: u64) -> Result<CheckReport, RewriteErr
         file
     } else {
         memory = unpack_wanted(&file, |_| true, limit)?;
-        File::parse(&memory)?
+        let raw = File::parse(&memory)?;
+        raw.verify_indices()?;
+        raw
     };
     let mut checked = CheckReport {
         bytes: bytes.len() as u64,

@@ -14,7 +14,7 @@ use vademecum_build::progress::{Cancelled, Listener};
 use vademecum_build::suggest::did_you_mean;
 use vademecum_chapter::ChapterScene;
 use vademecum_eval::{
-    Body, BodyOptions, Contact, Scalar, SceneOptions, StructureChoice, Surface, SurfacePoint,
+    Body, BodyOptions, Contact, Scalar, SceneOptions, StepError, StructureChoice, Surface, SurfacePoint,
 };
 use vademecum_format::{Chapter, File, SectionKind};
 
@@ -337,7 +337,10 @@ fn march<B: Playable>(
     observe(0, body)?;
     let mut acting = None;
     for step in 0..steps {
-        let refused = |source| StudyError::Refused { time: step as f64 * time_step, step, source };
+        let refused = |source| match source {
+            FileError::Step(StepError::NotFinite) => StudyError::too_large(step + 1, time_step),
+            source => StudyError::Refused { time: step as f64 * time_step, step, source },
+        };
         let spans = if body.is_exact() { window.spans(step) } else { vec![] };
         let whole = spans.first().filter(|span| span.whole);
         if !spans.is_empty() && whole.is_none() {

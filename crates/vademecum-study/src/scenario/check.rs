@@ -68,7 +68,7 @@ impl Scenario {
             return fault(
                 "base.amplitude",
                 base.amplitude.to_string(),
-                "a finite number of at most 1e150 in size",
+                "a finite number of at most 1e75 in size",
             );
         }
         let contacts = self.contacts.iter().enumerate();
@@ -96,7 +96,7 @@ impl ContactEntry {
             let Some(vector) = vector.filter(|vector| !vector.iter().all(|v| v.abs() <= LARGEST)) else {
                 continue;
             };
-            let expected = "finite numbers of at most 1e150 in size, whose squares are finite too";
+            let expected = "finite numbers of at most 1e75 in size, whose squares are finite too";
             return Some(Fault { key: format!("{}.{name}", at()), found: numbers(&vector), expected });
         }
         if self.point.is_some() == self.path.is_some() {
@@ -123,7 +123,7 @@ fn probe_fault(probes: &[ProbeEntry], index: usize) -> Option<Fault> {
         return fault("name", format!("{name:?}"), "a name of one line that no other probe has");
     }
     if !point.iter().all(|x| x.abs() <= LARGEST) {
-        return fault("point", numbers(point), "finite numbers of at most 1e150 in size");
+        return fault("point", numbers(point), "finite numbers of at most 1e75 in size");
     }
     let length: f64 = direction.iter().map(|x| x * x).sum();
     if !(length > 0.0 && length.is_finite()) {
@@ -148,7 +148,7 @@ impl OutputPlan {
             );
         }
         if !point.iter().all(|x| x.abs() <= LARGEST) {
-            return fault("point", numbers(point), "finite numbers of at most 1e150 in size");
+            return fault("point", numbers(point), "finite numbers of at most 1e75 in size");
         }
         None
     }
@@ -160,7 +160,7 @@ impl PatternUse {
         if self.amplitude.abs() <= LARGEST {
             return self.varying().fault(&at);
         }
-        let expected = "a finite number of at most 1e150 in size, whose square is finite too";
+        let expected = "a finite number of at most 1e75 in size, whose square is finite too";
         Some(Fault { key: format!("{}.amplitude", at()), found: self.amplitude.to_string(), expected })
     }
 }

@@ -8,13 +8,15 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use vademecum_build::dynamics::LoadTable;
 use vademecum_build::input::toml_file::{TomlError, read};
+use vademecum_build::mesh::cells::{Separators, names, table_rows};
+use vademecum_build::printable::printable;
 
 /// Most rows of all tables of a scenario, each file counted once: at most 128 MB of numbers.
 const MAX_ROWS: usize = 4_000_000;
 
-/// Largest size of a coordinate, a force or an amplitude: energies and distances go with their squares, which
-/// stay within the range of a double.
-pub(super) const LARGEST: f64 = 1e150;
+/// Largest size of a coordinate, a force or an amplitude: that of the evaluator
+/// ([`LARGEST`](vademecum_eval::Scalar::LARGEST)), whose outputs stay within the range of a double.
+pub(super) const LARGEST: f64 = <f64 as vademecum_eval::Scalar>::LARGEST;
 
 /// Rows of numbers.
 #[derive(Clone, Debug, Deserialize, Serialize, JsonSchema)]
@@ -55,16 +57,16 @@ impl Columns {
 
     fn expected(self) -> &'static str {
         match self {
-            Self::Amplitude => "rows of two finite numbers of at most 1e150 in size: `time,amplitude`",
+            Self::Amplitude => "rows of two finite numbers of at most 1e75 in size: `time,amplitude`",
             Self::Force => {
-                "rows of two or of four finite numbers of at most 1e150 in size, as many in each: \
+                "rows of two or of four finite numbers of at most 1e75 in size, as many in each: \
                  `time,amplitude` or `time,fx,fy,fz`"
             }
             Self::Base => {
-                "rows of four or of ten finite numbers of at most 1e150 in size, as many in each: \
+                "rows of four or of ten finite numbers of at most 1e75 in size, as many in each: \
                  `time,ax,ay,az` or `time,ax,ay,az,wx,wy,wz,dwx,dwy,dwz`"
             }
-            Self::Place => "rows of four finite numbers of at most 1e150 in size: `time,x,y,z`",
+            Self::Place => "rows of four finite numbers of at most 1e75 in size: `time,x,y,z`",
         }
     }
 
@@ -169,30 +171,26 @@ fn made(numbers: impl Iterator<Item = f64>, width: usize, columns: Columns) -> O
 /// A table from its text; messages name `path`.
 fn parse(text: &str, columns: Columns, path: &str) -> Result<LoadTable, TomlError> {
     let fault = |line: usize, found: &str, expected: &str| {
-        let short: String = found.chars().take(60).collect();
+        let short: String = printable(found).chars().take(60).collect();
         let message = format!("the table has `{short}`; expected {expected}");
         TomlError::Malformed { path: format!("{path}:{line}"), message }
     };
     let (mut numbers, mut width, mut rows, mut last) = (vec![], 0, 0, 0);
     let mut previous: Vec<f64> = vec![];
-    for (at, line) in text.lines().enumerate() {
-        let (at, line) = (at + 1, line.trim());
-        if line.is_empty() || line.starts_with(['#', '%']) {
-            continue;
-        }
-        let separates = |c: char| c == ',' || c == ';' || c.is_whitespace();
-        let cells: Vec<&str> = line.split(separates).filter(|cell| !cell.is_empty()).collect();
+    for row in table_rows(text.as_bytes(), Separators::Any) {
+        let (at, line) = (row.line, &*String::from_utf8_lossy(row.text));
+        let cells = &row.cells;
         if last == 0 {
             last = at;
             width = cells.len();
-            let names = cells.join(",").to_ascii_lowercase();
-            if columns.headers().contains(&names.as_str()) {
+            if columns.headers().contains(&&*names(&row).to_ascii_lowercase()) {
                 continue;
             }
         }
         last = at;
         let before = numbers.len();
-        numbers.extend(cells.iter().map_while(|cell| cell.parse().ok()).filter(|&x| usable(x)));
+        let number = |cell: &&[u8]| std::str::from_utf8(cell).ok()?.parse().ok();
+        numbers.extend(cells.iter().map_while(number).filter(|&x| usable(x)));
         if numbers.len() - before != cells.len() || cells.len() != width || !columns.fit(width) {
             return Err(fault(at, line, columns.expected()));
         }
@@ -229,6 +227,8 @@ mod tests {
         assert_eq!(rows("time,amplitude\n0,1\n0.5,-2e-3\n"), expected);
         assert_eq!(rows("# recorded\n\n0 1\r\n0.5\t-0.002"), expected);
         assert_eq!(rows("Time; Amplitude\n0; 1\n0.5 ;-2e-3\n"), expected);
+        // As spreadsheets write it.
+        assert_eq!(rows("\u{feff}\"time\",\"amplitude\"\r\n\"0\",\"1\"\r\n0.5,-0.002\r\n"), expected);
         let forces = parse("time,fx,fy,fz\n0,1,2,3\n1,4,5,6\n", Columns::Force, "f.csv").expect("forces");
         assert_eq!(forces.columns(), 3);
         assert_eq!(forces.rows(2).collect::<Vec<_>>(), [[0.0, 3.0], [1.0, 6.0]]);
@@ -247,7 +247,7 @@ mod tests {
             ("0,1,1,1\n0,1,1,2\n", Columns::Place, "f.csv:2:", "times rise"),
             ("0,1\n", Columns::Force, "f.csv:1:", "two rows or more"),
             ("", Columns::Force, "f.csv:1:", "the end of the file"),
-            ("0,1e200\n1,1\n", Columns::Force, "f.csv:1:", "at most 1e150"),
+            ("0,1e200\n1,1\n", Columns::Force, "f.csv:1:", "at most 1e75"),
         ] {
             let error = said(text, columns);
             assert!(error.contains(line) && error.contains(found), "{text:?}: {error}");

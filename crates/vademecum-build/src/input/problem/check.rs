@@ -7,6 +7,9 @@ use crate::input::toml_file::TomlError;
 /// Damping ratios of modes.
 const MAX_RATIOS: usize = 100_000;
 
+/// First columns of the table of probes, which no probe may have the name of.
+pub const OWN_COLUMNS: [&str; 2] = ["time_s", "energy_J"];
+
 /// Names of the load patterns that a body without supports gets: the centrifugal forces of one rad²/s² of
 /// each product of components of its angular velocity.
 pub(crate) const CENTRIFUGAL: [&str; 6] = [
@@ -194,8 +197,9 @@ impl Problem {
         let keys = keys.chain((0..output.gauges.len()).map(|i| format!("output.gauge[{i}]")));
         let mut known: Vec<&String> = vec![];
         for (key, (name, point, direction)) in keys.zip(probes.chain(gauges)) {
-            let usable = !name.is_empty() && !name.contains(['\n', ',', '"']) && !known.contains(&name);
-            let expected = "a name of one line that no other probe or gauge has";
+            let one_line = !name.is_empty() && !name.contains(['\n', ',', '"']);
+            let usable = one_line && !known.contains(&name) && !OWN_COLUMNS.contains(&name.as_str());
+            let expected = "a name of one line that no other probe or gauge has, nor `time_s` or `energy_J`";
             self.require(usable, &format!("{key}.name"), name, expected)?;
             known.push(name);
             let finite = point.iter().all(|value| value.is_finite());

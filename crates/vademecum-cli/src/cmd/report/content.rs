@@ -30,8 +30,10 @@ pub(crate) struct Content<'a> {
     pub(crate) stored: &'a File<'a>,
     /// Its modes.
     pub(crate) modes: Vec<ModeRow>,
-    /// Times of the online work.
-    pub(crate) timings: Timings,
+    /// Name of the structure that a scene takes.
+    pub(crate) structure: String,
+    /// Times of the online work on this machine, if they were asked for.
+    pub(crate) timings: Option<Timings>,
     /// A long free run.
     pub(crate) free: FreeRun,
     /// The full-order march beside it, if one was asked for.

@@ -64,19 +64,23 @@ pub(crate) fn page(content: &Content<'_>, figures: &Figures) -> String {
 /// Summary of the file.
 fn summary(content: &Content<'_>) -> String {
     let m = content.file.metadata();
-    let step = content.timings.step[1][0];
+    let pace = content.timings.as_ref().map_or(String::new(), |timings| {
+        let step = timings.step[1][0];
+        let faster = times(m.time_step / step);
+        format!(
+            " A step of {} takes {} on this machine: {faster} times faster than real time.",
+            duration(m.time_step),
+            duration(step)
+        )
+    });
     let lowest = content.modes.iter().map(|mode| mode.frequency_hz).fold(f64::INFINITY, f64::min);
     format!(
         "<p class=\"lead\">This file steps a body of {} nodes ({} displacement components) with {} numbers \
-         of state. Its lowest mode swings at {}. A step of {} takes {} on this machine: {} times faster than \
-         real time.</p>\n",
+         of state. Its lowest mode swings at {}.{pace}</p>\n",
         m.n_nodes,
         3 * m.n_nodes,
         if m.scheme.is_exact() { 2 * m.n_modes } else { 3 * m.n_modes },
         hertz(lowest),
-        duration(m.time_step),
-        duration(step),
-        times(m.time_step / step)
     ) + &good_for(content)
 }
 
@@ -214,7 +218,7 @@ fn certificate(content: &Content<'_>) -> String {
          keeps the tolerance; here the {} one.</p>\n<div class=\"wide\">\
          <table><thead><tr><th></th><th>{} structure</th><th>block structure</th></tr></thead>\n\
          <tbody>\n{}</tbody></table></div>\n{repairs}",
-        content.timings.structure,
+        content.structure,
         moved_by(content),
         rows.concat()
     )
@@ -370,7 +374,11 @@ fn file(content: &Content<'_>) -> String {
 }
 
 fn timings(content: &Content<'_>) -> String {
-    let t = &content.timings;
+    let build = content.build.as_ref().map_or(String::new(), |build| {
+        let total = duration(build.total());
+        format!("<p>The build took {total} on the machine it ran on, as it reported itself.</p>\n")
+    });
+    let Some(t) = &content.timings else { return build };
     let step = |[median, p99, worst]: [f64; 3]| {
         format!(
             "{} (99 of 100 within {}, slowest burst {})",
@@ -386,10 +394,6 @@ fn timings(content: &Content<'_>) -> String {
         ("step, 64 bit", step(t.step[1])),
         ("displacement of the whole surface, 32 bit", duration(t.surface)),
     ]);
-    let build = content.build.as_ref().map_or(String::new(), |build| {
-        let total = duration(build.total());
-        format!("<p>The build took {total} on the machine it ran on, as it reported itself.</p>\n")
-    });
     format!(
         "<p>Measured when this report was written, in one thread of {}. A step is the median over bursts of \
          32.</p>\n{rows}{build}",

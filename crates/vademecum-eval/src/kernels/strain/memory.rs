@@ -55,13 +55,14 @@ impl StrainShape {
     /// Length of the map: linear part, quadratic part, numbers of rows, of tail coordinates, and of all
     /// coordinates.
     pub const fn map_len(&self) -> usize {
-        self.rows * (self.padded() + self.row_len() + ROW) + self.tail * TAIL + 2 * self.coordinates()
+        let row = self.padded() + self.row_len() + ROW;
+        self.rows.saturating_mul(row).saturating_add(self.tail * TAIL + 2 * self.coordinates())
     }
 
     /// Length of the memory a step works in.
     pub const fn scratch_len(&self) -> usize {
         let n = self.padded();
-        self.rows * n + 2 * n * n + 7 * n + 2 * self.tail
+        self.rows.saturating_mul(n).saturating_add(2 * n * n + 7 * n + 2 * self.tail)
     }
 }
 
