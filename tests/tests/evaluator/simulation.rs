@@ -16,7 +16,7 @@ const FORCE: [f64; 3] = [3.0, -20.0, -40.0];
 fn both<T: Scalar + PartialEq + Send + 'static>(bytes: &[u8]) -> Result<(), Box<dyn Error>> {
     let options = SceneOptions::default();
     let mut body = Simulation::<T>::new(bytes.to_vec(), &options)?;
-    let place = body.locate([0.8, 0.04, 0.1]).ok_or("no surface")?;
+    let place = body.locate([0.8, 0.04, 0.1])?;
     body.push(&place, FORCE)?;
     assert_eq!(body.step(100)?, Status::Moving);
     // Moved to another place and to another thread: what it borrows stays where it is.
@@ -96,7 +96,7 @@ fn a_saved_state_comes_back_and_a_ray_meets_what_has_moved() -> Result<(), Box<d
     let mut body = Simulation::<f32>::new(exact_beam(), &SceneOptions::default())?;
     let above = ([0.9, 0.04, 1.0], [0.0, 0.0, -1.0]);
     let at_rest = body.pick(above.0, above.1, 1.0).ok_or("nothing there")?;
-    let place = body.locate(at_rest.position).ok_or("no surface")?;
+    let place = body.locate(at_rest.position)?;
     body.push(&place, [0.0, 0.0, -4e3])?;
     body.step(20)?;
     let saved = body.save();
@@ -140,7 +140,7 @@ fn files_are_opened_packed_or_not_and_survive_what_happens_on_the_disk() -> Resu
         let mut body = Simulation::<f32>::open(&path, &SceneOptions::default())?;
         // Another program cuts the file short.
         std::fs::OpenOptions::new().write(true).truncate(true).open(&path)?;
-        let place = body.locate([0.8, 0.04, 0.1]).ok_or("no surface")?;
+        let place = body.locate([0.8, 0.04, 0.1])?;
         body.push(&place, FORCE)?;
         body.step(50)?;
         steps.push(body.save());
