@@ -279,8 +279,8 @@ impl PyBatch {
         either!(&mut *self.lock()?, AnyInstances, all => all.set_parameters(given))
     }
 
-    /// Finds the nearest point of the loadable surface at rest. A point further away than the body is large is
-    /// refused.
+    /// Finds the nearest point of the loadable surface at rest. A point further away than the body is large
+    /// is refused.
     fn locate(&self, point: Vector) -> PyResult<PyPoint> {
         let instances = self.lock()?;
         either!(&*instances, AnyInstances, all => all.one.locate(point.0)).map(PyPoint).map_err(of_locate)

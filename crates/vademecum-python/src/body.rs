@@ -198,8 +198,8 @@ impl PyBody {
         either!(&mut *self.lock()?, AnySimulation, one => change(one, given))
     }
 
-    /// Finds the nearest point of the loadable surface at rest. A point further away than the body is large is
-    /// refused.
+    /// Finds the nearest point of the loadable surface at rest. A point further away than the body is large
+    /// is refused.
     fn locate(&self, point: Vector) -> PyResult<PyPoint> {
         let moving = self.lock()?;
         either!(&*moving, AnySimulation, one => one.locate(point.0)).map(PyPoint).map_err(of_locate)
