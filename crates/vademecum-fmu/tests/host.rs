@@ -632,12 +632,12 @@ fn exact_steps_have_any_length() {
     let unit = Unit::new("exact-f64.vdm");
     let log = Log::new();
     let (whole, cut) = (unit.two(&log), unit.two(&log));
-    let step = whole.internal_step();
     let force = unit.reference(V::Force(0, 2));
     for one in [&whole, &cut] {
         one.start();
         assert_eq!(one.set(force, -20.0), 0);
     }
+    let step = whole.internal_step();
     let near = |a: &Two, b: &Two| {
         let shown = |one| shown(one, &unit, (0..3).map(|c| V::Displacement(0, c)).chain([V::Energy]));
         shown(a).iter().zip(shown(b)).all(|(a, b)| (a - b).abs() <= 1e-9 * b.abs())
@@ -656,15 +656,15 @@ fn exact_steps_have_any_length() {
     assert_eq!(cut.step(time, 0.4 * step), 0);
     // The length of the last step is part of a state, and a refused step leaves none.
     let (saved, before) = (cut.serialized(), cut.all(&unit));
-    assert_eq!(cut.set(force, f64::MAX), 0);
+    let forces: Vec<u32> = (0..6).map(|k| unit.reference(V::Force(k / 3, k % 3))).collect();
     for length in [1.7, 0.4] {
-        assert_eq!(cut.step(time + 0.4 * step, length * step), 3);
-        assert_eq!((cut.set(force, -20.0), cut.all(&unit)), (0, before.clone()));
-        assert_eq!((cut.serialized(), cut.set(force, f64::MAX)), (saved.clone(), 0));
+        let held: Vec<f64> = cut.bits(&forces).into_iter().map(f64::from_bits).collect();
+        let put = |numbers: &[f64]| unsafe { fmi2SetReal(cut.0, forces.as_ptr(), 6, numbers.as_ptr()) };
+        assert_eq!((put(&[f64::MAX; 6]), cut.step(time + 0.4 * step, length * step)), (0, 3));
+        assert_eq!((put(&held), cut.all(&unit), cut.serialized()), (0, before.clone(), saved.clone()));
     }
     let other = unit.two(&log);
     assert_eq!((other.take(&saved), other.all(&unit), other.serialized()), (0, before, saved.clone()));
-    assert_eq!(cut.set(force, -20.0), 0);
     for one in [&cut, &other] {
         assert_eq!(one.step(time + 0.4 * step, 2.6 * step), 0);
     }
@@ -683,15 +683,17 @@ fn the_whole_body_is_scaled_as_in_the_evaluator() {
     let one = unit.two(&log);
     one.start();
     let step = one.internal_step();
-    let settings = [(0, 2.0), (1, 0.5), (2, 3.0)];
+    // The file has a live stiffness, which is no second variable.
+    log.refused(one.set(unit.reference(V::Whole(0)), 2.0), &["body_stiffness", "no such variable"]);
+    let settings = [(1, 0.5), (2, 3.0), (3, 1e-5)];
     for (index, value) in settings {
         assert_eq!(one.set(unit.reference(V::Whole(index)), value), 0);
         assert_eq!(shown(&one, &unit, [V::Whole(index)]), [value]);
         log.refused(one.set(unit.reference(V::Whole(index)), -1.0), &["body_", "too small"]);
     }
     assert_eq!(one.set(unit.reference(V::Force(1, 2)), -20.0), 0);
-    let [stiffness, density, alpha] = settings.map(|(_, value)| value);
-    let scene = SceneOptions { stiffness, density, alpha: Some(alpha), ..SceneOptions::default() };
+    let [density, alpha, beta] = settings.map(|(_, value)| value);
+    let scene = SceneOptions { density, alpha: Some(alpha), beta: Some(beta), ..SceneOptions::default() };
     let options = BodyOptions { scene, ..BodyOptions::default() };
     let mut memory = vec![0.0; Body::<f64>::len_for(&file, &options).expect("a length")];
     let mut body = Body::<f64>::bind(&file, &options, &mut memory).expect("a body");
@@ -704,7 +706,6 @@ fn the_whole_body_is_scaled_as_in_the_evaluator() {
     let saved = one.serialized();
     let other = unit.two(&log);
     assert_eq!((other.take(&saved), other.all(&unit)), (0, one.all(&unit)));
-    // What a live parameter of the file has is no second variable.
     let live = Unit::new("parameters.vdm");
     assert_eq!(live.counts.exact, 0);
     assert!(live.counts.all().all(|variable| !matches!(variable, V::Whole(_))));

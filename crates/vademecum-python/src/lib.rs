@@ -41,7 +41,7 @@ mod _native {
     use pyo3::prelude::*;
 
     #[pymodule_init]
-    fn init(module: &Bound<'_, PyModule>) -> PyResult<()> {
+    fn start(module: &Bound<'_, PyModule>) -> PyResult<()> {
         crate::threads::note_process();
         module.add("__version__", env!("CARGO_PKG_VERSION"))
     }
