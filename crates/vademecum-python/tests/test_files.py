@@ -204,10 +204,10 @@ def test_from_a_mesh_to_a_body_and_its_report(program, tmp_path):
 
 
 def test_a_report_is_a_page_with_figures(beam, tmp_path):
-    page = beam.report(tmp_path / "report.html")
+    page = beam.save_report(tmp_path / "report.html")
     assert "<svg" in page.read_text(encoding="utf-8") and (tmp_path / "report-figures/mesh.svg").exists()
     with pytest.raises(TypeError, match="`problem` and `scenario`"):
-        beam.report(tmp_path / "other.html", problem="beam.toml")
+        beam.save_report(tmp_path / "other.html", problem="beam.toml")
     with pytest.raises(vademecum.Error, match="nowhere"):
         vademecum.report(tmp_path / "nowhere.vdm")
 

@@ -178,7 +178,7 @@ class File:
     def frf(
         self,
         force: Channel,
-        outputs: Union[Channel, Sequence[Channel]],
+        outputs: Union[Channel, list[Channel]],
         range: Optional[tuple[float, float]] = None,
         *,
         frequencies: Optional[Sequence[float]] = None,
@@ -195,8 +195,8 @@ class File:
         added, as they are to a range unless it is false. `quantity` is "displacement", "velocity" or "acceleration",
         for a force of 1 N or a load pattern of amplitude 1. Options are those of `body`.
         """
-        several = isinstance(outputs, Sequence) and not isinstance(outputs, (str, tuple))
-        names = [_channel(output) for output in (outputs if several else [outputs])]  # type: ignore[list-item]
+        several = outputs if isinstance(outputs, list) else [outputs]
+        names = [_channel(output) for output in several]
         if (range is None) == (frequencies is None):
             raise TypeError("expected either `range` or `frequencies`")
         own = np.asarray([] if frequencies is None else frequencies, np.float64)
@@ -222,7 +222,7 @@ class File:
             highest_mode_hz=highest,
         )
 
-    def report(
+    def save_report(
         self,
         output: PathLike = "report.html",
         *,
@@ -412,8 +412,8 @@ def frf(file: Union[File, PathLike], *arguments: Any, **options: Any) -> Frequen
 
 
 def report(file: Union[File, PathLike], output: PathLike = "report.html", **options: Any) -> Path:
-    """Writes a page about a file: `File.report`."""
-    return (file if isinstance(file, File) else open(file)).report(output, **options)
+    """Writes a page about a file: `File.save_report`."""
+    return (file if isinstance(file, File) else open(file)).save_report(output, **options)
 
 
 def mesh(path: PathLike) -> MeshReport:
