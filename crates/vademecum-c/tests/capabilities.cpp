@@ -117,6 +117,7 @@ static void loads(const File &file) {
     body.step(5);
     const Vector moved = body.point(place);
     check(moved[2] < 0 && body.energy() > 0 && body.node(place.nodes[0])[2] < 0, "a push");
+    check(body.probe(0) < 0 && body.probe(0, Field::velocity) != 0, "a probe");
     body.rest();
     body.clear();
     body.push_ramp(place, force, force);
@@ -158,7 +159,10 @@ static void fields(const File &file, bool is_double) {
     Body body(file, options);
     const std::size_t surface = 3 * std::size_t{body.needs().surface_nodes}, all = 3 * std::size_t{body.needs().nodes};
     check(body.positions().size() == surface && body.triangles().size() == 3 * std::size_t{body.needs().triangles}, "the shape");
-    body.push(body.at_node(0), {1, -2, -20});
+    // A loadable node that no support holds.
+    const std::uint32_t node = body.needs().load_nodes - 1;
+    const std::size_t z = 3 * std::size_t{node} + 2;
+    body.push(body.at_node(node), {1, -2, -20});
     body.step(5);
     body.solve_statics();
     const auto read = [&](auto number) {
@@ -166,10 +170,10 @@ static void fields(const File &file, bool is_double) {
         std::vector<Number> of_surface(surface), of_all(all);
         body.surface(Field::velocity, of_surface.data(), surface);
         body.whole(Field::velocity, of_all.data(), all);
-        check(of_surface[2] != 0 && of_surface[2] == of_all[2], "a field");
+        check(of_surface[z] != 0 && of_surface[z] == of_all[z], "a field");
         body.surface_with_statics(Field::displacement, of_surface.data(), surface);
         body.whole_with_statics(Field::displacement, of_all.data(), all);
-        check(of_surface[2] != 0 && of_surface[2] == of_all[2], "a field with statics");
+        check(of_surface[z] != 0 && of_surface[z] == of_all[z], "a field with statics");
     };
     is_double ? read(double{}) : read(float{});
 }

@@ -215,7 +215,8 @@ fn public_functions(header: &str) -> std::collections::BTreeSet<String> {
             "private:" | "};" => is_public = false,
             _ => {}
         }
-        let Some(line) = line.strip_prefix("    ").filter(|line| is_public && !line.starts_with([' ', '/'])) else {
+        let Some(line) = line.strip_prefix("    ").filter(|line| is_public && !line.starts_with([' ', '/']))
+        else {
             continue;
         };
         let Some((before, _)) = line.split_once('(') else { continue };

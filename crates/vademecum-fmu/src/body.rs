@@ -88,7 +88,11 @@ fn body_options(metadata: &Metadata<'_>, points: usize) -> BodyOptions {
 /// regions takes the one that knows them from the start.
 #[must_use]
 pub fn options(metadata: &Metadata<'_>, points: usize) -> SceneOptions {
-    let structure = if has_live_regions(metadata) && metadata.block { StructureChoice::Block } else { StructureChoice::Auto };
+    let structure = if has_live_regions(metadata) && metadata.block {
+        StructureChoice::Block
+    } else {
+        StructureChoice::Auto
+    };
     // Room for every point, whether it is loaded or not; without any, reactions would not remember patterns.
     let (contacts, filtered_nodes) = (points.max(1), Some(3 * points.max(1)));
     SceneOptions { structure, contacts, filtered_nodes, ..SceneOptions::default() }

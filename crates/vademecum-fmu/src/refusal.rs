@@ -136,7 +136,12 @@ impl Say for Refusal {
                 sentence!(words, step, " s; ask for a multiple");
             }
             Self::NoTime { size } => {
-                sentence!(words, "the communication step, ", size, " s, is no time; ask for more than a millionth");
+                sentence!(
+                    words,
+                    "the communication step, ",
+                    size,
+                    " s, is no time; ask for more than a millionth"
+                );
                 words.add(" of the internal step");
             }
             Self::TooManySteps { size, step, most } => {

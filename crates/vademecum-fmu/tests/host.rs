@@ -9,7 +9,8 @@ use std::sync::Mutex;
 
 use vademecum_eval::format::{File, ParameterRole, SectionKind};
 use vademecum_eval::{
-    Body, BodyOptions, Contact, Field, FreeBody, Loads, Place, RigidMotion, Scene, SceneOptions, State, Surface, SurfacePoint,
+    Body, BodyOptions, Contact, Field, FreeBody, Loads, Place, RigidMotion, Scene, SceneOptions, State,
+    Surface, SurfacePoint,
 };
 use vademecum_fmu::fmi2::*;
 use vademecum_fmu::fmi3::*;

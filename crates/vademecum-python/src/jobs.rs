@@ -16,9 +16,7 @@ use vademecum_eval::SceneOptions;
 use vademecum_format::File;
 use vademecum_rewrite::default_limit;
 use vademecum_study::StudyError;
-use vademecum_study::frf::{
-    Channel, Quantity, ResponseRequest, frequencies, frequency_response, with_poles,
-};
+use vademecum_study::frf::{Channel, Quantity, ResponseRequest, frequencies, frequency_response, with_poles};
 use vademecum_study::modes::natural_modes;
 use vademecum_study::player::PlayOptions;
 use vademecum_study::run::{Moment, Run};
@@ -242,7 +240,8 @@ pub fn frf<'py>(
         "velocity" => Quantity::Velocity,
         "acceleration" => Quantity::Acceleration,
         _ => {
-            let words = format!("quantity is `{quantity}`; expected `displacement`, `velocity` or `acceleration`");
+            let words =
+                format!("quantity is `{quantity}`; expected `displacement`, `velocity` or `acceleration`");
             return Err(Refusal::usage(words).into());
         }
     };
@@ -291,7 +290,9 @@ pub fn init(
 ) -> PyResult<String> {
     let material = NamedMaterial::find(material).map_err(Refusal::usage)?;
     if scale.is_some_and(|scale| !(scale > 0.0 && scale.is_finite())) {
-        return Err(Refusal::usage("scale is not a positive number; expected metres in a unit of the mesh").into());
+        return Err(
+            Refusal::usage("scale is not a positive number; expected metres in a unit of the mesh").into()
+        );
     }
     watched(py, Told { progress, warn: false }, |listener| {
         let options = StarterOptions { material, scale, mesh_name: mesh.display().to_string() };

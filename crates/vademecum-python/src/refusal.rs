@@ -7,7 +7,8 @@ use pyo3::exceptions::{PyKeyboardInterrupt, PyRuntimeError, PyValueError};
 use pyo3::prelude::*;
 use vademecum_cli::{Cause, Failure};
 use vademecum_eval::{
-    BindError, LoadError, LocateError, OutputError, PlaceError, Quantity, SavedError, SimulationError, StepError,
+    BindError, LoadError, LocateError, OutputError, PlaceError, Quantity, SavedError, SimulationError,
+    StepError,
 };
 use vademecum_study::{FileError, StudyError};
 

@@ -44,7 +44,8 @@ impl FromStr for Channel {
         let parts: Vec<&str> = text.split(',').map(str::trim).collect();
         let number = |part: &&str| part.parse::<f64>().ok().filter(|x| x.is_finite());
         let numbers: Vec<Option<f64>> = parts.iter().map(number).collect();
-        let three = |at: usize| -> Option<[f64; 3]> { Some([numbers[at]?, numbers[at + 1]?, numbers[at + 2]?]) };
+        let three =
+            |at: usize| -> Option<[f64; 3]> { Some([numbers[at]?, numbers[at + 1]?, numbers[at + 2]?]) };
         let direction = match parts.len() {
             1 if !text.is_empty() => return Ok(Self::Named(text.into())),
             4 => {
@@ -76,9 +77,7 @@ impl fmt::Display for Channel {
 
 /// A text that is no channel.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
-#[error(
-    "`{0}` is no channel; write X,Y,Z,DIRECTION such as 1,0.04,0.1,-z or 1,0.04,0.1,0,0,-1, or a name"
-)]
+#[error("`{0}` is no channel; write X,Y,Z,DIRECTION such as 1,0.04,0.1,-z or 1,0.04,0.1,0,0,-1, or a name")]
 pub struct ChannelError(String);
 
 /// Request for a frequency response.

@@ -3,7 +3,8 @@
 use std::error::Error;
 
 use vademecum_eval::{
-    Contact, Field, LoadError, Place, Scalar, SceneOptions, Simulation, SimulationError, Status,
+    Contact, Field, LoadError, LocateError, Place, Scalar, SceneOptions, Simulation, SimulationError, Status,
+    Surface,
 };
 use vademecum_rewrite::pack;
 use vademecum_tests::exact_beam::exact_beam;
@@ -151,5 +152,30 @@ fn files_are_opened_packed_or_not_and_survive_what_happens_on_the_disk() -> Resu
     assert!(missing.err().ok_or("no error")?.source().is_some());
     let cut = Simulation::<f32>::new(bytes[..bytes.len() / 2].to_vec(), &SceneOptions::default());
     assert!(matches!(cut.err(), Some(SimulationError::Format(_))));
+    Ok(())
+}
+
+#[test]
+fn a_finger_far_from_the_body_is_refused_with_its_distance() -> Result<(), Box<dyn Error>> {
+    let body = Simulation::<f64>::new(exact_beam(), &SceneOptions::default())?;
+    let surface = Surface::new(body.file())?;
+    let (tip, reach) = (body.locate([1.0, 0.04, 0.1])?, surface.reach());
+    assert!(tip.distance < 1e-12 && (1.0..1.1).contains(&reach), "{reach}");
+    // A finger above the body may hover as high as the body is large.
+    let above = |height: f64| body.locate([1.0, 0.04, 0.1 + height]);
+    assert_eq!(above(0.999 * reach)?.place, tip.place);
+    let Err(LocateError::Far { distance, reach: told }) = above(1.001 * reach) else { panic!("not refused") };
+    assert!((distance - 1.001 * reach).abs() < 1e-12 && told == reach);
+    assert_eq!(
+        surface.locate([1.0, 0.04, 100.0]).ok_or("none")?.place,
+        tip.place,
+        "the surface only measures"
+    );
+    assert_eq!(body.locate([f64::NAN, 0.0, 0.0]), Err(LocateError::NotFinite));
+    let words = body.locate([1000.0, 40.0, 100.0]).unwrap_err().to_string();
+    assert!(
+        words.contains("away from the loadable surface") && words.contains("unit of the file"),
+        "{words}"
+    );
     Ok(())
 }

@@ -148,9 +148,13 @@ impl VariableNames<'_> {
             V::VonMises(_) => format!("Von Mises equivalent stress of the place {name}"),
             V::ReactionForce(..) => format!("Force that the support {name} exerts on the body along {axis}"),
             V::ReactionMoment(..) => {
-                format!("Moment that the support {name} exerts on the body about {axis}, through its own point")
+                format!(
+                    "Moment that the support {name} exerts on the body about {axis}, through its own point"
+                )
             }
-            V::BodyForce(_) => format!("Force on the centre of the body along {axis} in space, held over a step"),
+            V::BodyForce(_) => {
+                format!("Force on the centre of the body along {axis} in space, held over a step")
+            }
             V::BodyPosition(_) => format!("Position of the centre of the body in space, {axis}"),
             V::BodyAttitude(_) => {
                 format!("Quaternion that turns directions of the body into those of space, {axis}")
