@@ -273,7 +273,7 @@ pub fn frf<'py>(
     Ok((owned(py, grid, &shape[1..2])?, owned(py, numbers, &shape)?, json(&rest)?))
 }
 
-/// What a mesh file holds and what is wrong with it, as a text in JSON.
+/// Contents and flaws of a mesh file, as a text in JSON.
 #[pyfunction]
 pub fn mesh(py: Python<'_>, path: PathBuf) -> PyResult<String> {
     watched(py, Told { progress: None, warn: false }, |_| json(&inspect(&parse(&path)?)))

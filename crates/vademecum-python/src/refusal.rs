@@ -33,7 +33,7 @@ impl Refusal {
         Self { cause: Cause::Usage, words: words.into() }
     }
 
-    /// What the machine does not give.
+    /// A resource that the machine does not give.
     pub fn machine(words: String) -> Self {
         Self { cause: Cause::Machine, words }
     }
