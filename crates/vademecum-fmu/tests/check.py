@@ -173,7 +173,7 @@ def several_steps_are_one():
 def any_step_will_do():
     """The beam has exact steps, so that a communication step may have any length, and its whole body scales."""
     assert description.coSimulation.canHandleVariableCommunicationStepSize
-    assert description.defaultExperiment.stopTime == "1.0", description.defaultExperiment.stopTime
+    assert float(description.defaultExperiment.stopTime) == 1.0, description.defaultExperiment.stopTime
     assert description.description == "beam of an FMU", description.description
     texts = [variable.description for variable in description.modelVariables]
     assert len(set(texts)) == len(texts), sorted(texts)
