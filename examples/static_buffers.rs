@@ -9,7 +9,7 @@
 use core::fmt;
 
 use vademecum_eval::format::{File, FormatError};
-use vademecum_eval::{BindError, Body, BodyOptions, Field, LoadError, OutputError, StepError};
+use vademecum_eval::{BindError, Body, BodyOptions, Field, LoadError, LocateError, OutputError, StepError};
 
 /// The file, in flash beside the code.
 static FILE: &[u8] = include_bytes!("../fixtures/golden/fixed-f32.vdm");
@@ -23,7 +23,7 @@ const MEMORY: usize = 256;
 enum Fault {
     File(FormatError),
     Bind(BindError),
-    NoSurface,
+    Locate(LocateError),
     Load(LoadError),
     Step(StepError),
     Output(OutputError),
@@ -34,7 +34,7 @@ impl fmt::Display for Fault {
         match self {
             Self::File(error) => error.fmt(out),
             Self::Bind(error) => error.fmt(out),
-            Self::NoSurface => write!(out, "the file has no surface to touch"),
+            Self::Locate(error) => error.fmt(out),
             Self::Load(error) => error.fmt(out),
             Self::Step(error) => error.fmt(out),
             Self::Output(error) => error.fmt(out),
@@ -44,7 +44,7 @@ impl fmt::Display for Fault {
 
 /// Pushes at the surface point nearest to `finger` for one step; displacement of that point \[m\].
 fn tick(body: &mut Body<'_, f32>, finger: [f64; 3], force: [f64; 3]) -> Result<[f64; 3], Fault> {
-    let touched = body.locate(finger).ok_or(Fault::NoSurface)?;
+    let touched = body.locate(finger).map_err(Fault::Locate)?;
     body.clear();
     body.push(&touched, force).map_err(Fault::Load)?;
     body.step().map_err(Fault::Step)?;

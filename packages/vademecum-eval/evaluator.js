@@ -248,9 +248,9 @@ export class Evaluator {
     return new Float64Array(this.wasm.memory.buffer, at, length);
   }
 
-  /** The loadable point nearest to a place [m]; null if nothing is loadable. */
+  /** The loadable point nearest to a place [m]; throws `Refused` if nothing is loadable, or it is further away than the body is large. */
   locate(place) {
-    if (!this.wasm.locate(...place)) return null;
+    this.must(this.wasm.locate(...place));
     const n = Array.from(this.exchange(10));
     return { nodes: n.slice(0, 3), weights: n.slice(3, 6), position: n.slice(6, 9), distance: n[9] };
   }

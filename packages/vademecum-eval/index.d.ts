@@ -95,14 +95,37 @@ export interface Pressed {
   touches: { place: number[]; force: number[] }[];
 }
 
+/** A `URL`. Written out, like the next, so that these types want no library of a browser or of Node. */
+export interface Url {
+  readonly href: string;
+}
+
+/** An answer of `fetch`. */
+export interface Answer {
+  readonly ok: boolean;
+  readonly url: string;
+  arrayBuffer(): Promise<ArrayBuffer>;
+}
+
+/** The bytes of a file, or where they are. Node reads URLs of files, too. */
+export type Source = ArrayBuffer | Uint8Array | Url | Answer;
+
 /** How a file is opened. */
 export interface Options {
-  /** The evaluator's module or its bytes; without it, the one of this package. */
-  wasm?: WebAssembly.Module | BufferSource;
+  /** The evaluator's module (`WebAssembly.Module`) or its bytes; without it, the one of this package. */
+  wasm?: object;
   /** In which numbers the body is stepped; `"single"` without it. */
   precision?: "single" | "double";
   /** Live parameters by name; without it, the body as it was built. */
   parameters?: Record<string, number>;
+  /** Scale of the stiffness of the whole body; 1 without it. A live parameter of the file of that name is set instead. */
+  stiffness?: number;
+  /** Scale of its density, alike. */
+  density?: number;
+  /** Rayleigh damping of its mass, per second; that of the file without it. */
+  alpha?: number;
+  /** Rayleigh damping of its stiffness, in seconds, alike. */
+  beta?: number;
 }
 
 /**
@@ -113,10 +136,10 @@ export class Body {
   private constructor();
 
   /**
-   * Opens the bytes of a file whose sections are raw, as `vademecum build` writes them. Every section is compared with its checksum.
-   * The body is at rest and unloaded.
+   * Opens a file whose sections are raw, as `vademecum build` writes them: `Body.open(fetch("body.vdm"))`. Every section is compared
+   * with its checksum. The body is at rest and unloaded.
    */
-  static open(bytes: ArrayBuffer | Uint8Array, options?: Options): Promise<Body>;
+  static open(source: Source | Promise<Source>, options?: Options): Promise<Body>;
 
   readonly counts: Counts;
   readonly precision: "single" | "double";
@@ -138,8 +161,8 @@ export class Body {
   /** Sets live parameters by name, all of them or none. The body goes on from where it is, under the same loads. */
   setParameters(values: Record<string, number>): void;
 
-  /** The loadable place nearest to a point of the body at rest; null if nothing is loadable. */
-  locate(point: Vector): SurfacePoint | null;
+  /** The loadable place nearest to a point of the body at rest; refused if nothing is loadable, or it is further away than the body is large. */
+  locate(point: Vector): SurfacePoint;
   /** Holds a force at a place of the loadable surface until {@link clear}. */
   push(place: Place, force: Vector): void;
   /** Holds a load pattern of the file until {@link clear}. */

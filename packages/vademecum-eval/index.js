@@ -1,25 +1,15 @@
-// A body of a vademecum file, by names. The numbers come from the WebAssembly evaluator (evaluator.js); here are names, refusals, the
-// loads that are held, and where the module is found. The types and what everything means: index.d.ts.
+// A body of a vademecum file, by names. The numbers come from the WebAssembly evaluator (evaluator.js); here are names, refusals, and
+// the loads that are held. The types and what everything means: index.d.ts.
 import { Evaluator, Refused, SECTION } from "./evaluator.js";
+import { bytesOf, compiled } from "./module.js";
 
 export { Refused };
 
-/** The module of this package, compiled once. */
-let own;
+/** Options that scale the whole body, or set its Rayleigh damping. */
+const WHOLE = ["stiffness", "density", "alpha", "beta"];
 
-async function compiled(wasm) {
-  if (wasm instanceof WebAssembly.Module) return wasm;
-  if (wasm) return WebAssembly.compile(wasm);
-  own ??= fetched(new URL("./evaluator.wasm", import.meta.url)).then((bytes) => WebAssembly.compile(bytes));
-  return own;
-}
-
-async function fetched(url) {
-  if (url.protocol === "file:") return (await import("node:fs/promises")).readFile(url);
-  const answer = await fetch(url);
-  if (!answer.ok) throw new Error(`${url}: ${answer.status} ${answer.statusText}; expected the evaluator's module`);
-  return answer.arrayBuffer();
-}
+/** Options of `Body.open`. */
+const OPTIONS = ["wasm", "precision", "parameters", ...WHOLE];
 
 /** The place of `name` in a list of names; throws with what there is. */
 function find(what, names, name) {
@@ -60,11 +50,11 @@ function isVelocity(field) {
   throw new Refused(`the field is ${shown(field)}; expected "displacement" or "velocity"`);
 }
 
-/** The bytes of a file; throws for what is none. */
-function bytesOf(given) {
-  if (given instanceof Uint8Array) return given;
-  if (given instanceof ArrayBuffer) return new Uint8Array(given);
-  const how = "expected its bytes (ArrayBuffer or Uint8Array): `await (await fetch(path)).arrayBuffer()`, or `readFileSync(path)` in Node";
+/** The bytes of a file, wherever they are; throws for what is none. */
+async function opened(given) {
+  const bytes = await bytesOf(given);
+  if (bytes) return bytes;
+  const how = "expected its bytes (ArrayBuffer or Uint8Array), a URL, or an answer of fetch: `Body.open(fetch(path))`, or `readFileSync(path)` in Node";
   throw new Refused(`the file is given as ${shown(given)}; ${how}`);
 }
 
@@ -74,23 +64,32 @@ export class Body {
   #loads = [];
   #tool = false;
 
-  static async open(bytes, { wasm, precision = "single", parameters = {} } = {}) {
+  static async open(source, options = {}) {
+    const { wasm, precision = "single", parameters = {} } = options;
+    const slip = Object.keys(options).find((name) => !OPTIONS.includes(name));
+    if (slip !== undefined) throw new Refused(`there is no option "${slip}"; there are ${OPTIONS.join(", ")}`);
     if (precision !== "single" && precision !== "double") {
       throw new Refused(`precision is ${shown(precision)}; expected "single" or "double"`);
     }
-    const file = bytesOf(bytes);
+    const wrong = WHOLE.find((name) => options[name] !== undefined && typeof options[name] !== "number");
+    if (wrong) throw new Refused(`${wrong} is ${shown(options[wrong])}; expected a number`);
+    const file = await opened(source);
     const { exports } = await WebAssembly.instantiate(await compiled(wasm), {});
-    const body = new Body(new Evaluator(exports, file), precision);
-    body.setParameters(parameters);
+    const evaluator = new Evaluator(exports, file);
+    // Where the file has a live parameter of that name, it is meant, with its range.
+    const whole = WHOLE.filter((name) => options[name] !== undefined).map((name) => [name, options[name]]);
+    const isLive = ([name]) => evaluator.parameters.some((known) => known.name === name);
+    const body = new Body(evaluator, precision, Object.fromEntries(whole.filter((pair) => !isLive(pair))));
+    body.setParameters({ ...Object.fromEntries(whole.filter(isLive)), ...parameters });
     return body;
   }
 
   /** Use `Body.open`. */
-  constructor(evaluator, precision) {
+  constructor(evaluator, precision, whole) {
     this.#evaluator = evaluator;
     // The block structure alone can change the scale of a region, and a body keeps its structure.
     const regions = evaluator.parameters.some((known) => known.region !== null);
-    evaluator.bind({ double: precision === "double", structure: regions && evaluator.has.block ? 2 : 0 });
+    evaluator.bind({ double: precision === "double", structure: regions && evaluator.has.block ? 2 : 0, ...whole });
     this.#rows = new Map(evaluator.quantities.map((row) => [row.name, row]));
     this.precision = precision;
     const { counts, probeNames, patternNames, supportNames, problem, units, scheme } = evaluator;
@@ -114,6 +113,8 @@ export class Body {
       throw new Refused(`the parameters are ${shown(values)}; expected an object of names and values, such as { stiffness: 2 }`);
     }
     const known = this.#evaluator.parameters;
+    const option = Object.keys(values).find((name) => WHOLE.includes(name) && !known.some((parameter) => parameter.name === name));
+    if (option) throw new Refused(`the file has no live parameter "${option}"; that of the whole body is an option of Body.open`);
     const settings = Object.entries(values).map(([name, value]) => {
       const place = find("parameter", known.map((parameter) => parameter.name), name);
       const { index, lower, upper } = known[place];

@@ -773,6 +773,7 @@ enum VdmStatus vdm_in_space(struct VdmBody *body, const struct VdmPlace *place, 
 
 /*
  The place of the loadable surface at rest that is nearest to a point. A search over all triangles: `O(n)`.
+ A point further away than the body is large (`VDM_LOAD`) is most likely in another unit.
 
  # Safety
  `body` is null or a handle of [`vdm_bind`](crate::vdm_bind), `point` points to three numbers, `place` to a

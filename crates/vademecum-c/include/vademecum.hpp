@@ -1,7 +1,12 @@
 // vademecum for C++17: the C interface behind types that own their memory. Refusals are exceptions of type
 // vademecum::Error, which say what the C call says; nothing is thrown or allocated while a body is stepped, apart from that.
+// A program without exceptions uses vademecum.h.
 #ifndef VADEMECUM_HPP
 #define VADEMECUM_HPP
+
+#if !defined(__cpp_exceptions) && !defined(_CPPUNWIND)
+#error "vademecum.hpp needs exceptions; compile with them, or use vademecum.h"
+#endif
 
 #include <array>
 #include <cstddef>
@@ -59,15 +64,16 @@ public:
 
     static File read(const std::string &path) {
         struct Close {
-            void operator()(std::FILE *file) const { std::fclose(file); }
+            void operator()(std::FILE *file) const { static_cast<void>(std::fclose(file)); }
         };
-        const std::unique_ptr<std::FILE, Close> file(std::fopen(path.c_str(), "rb"));
+        std::unique_ptr<std::FILE, Close> file(std::fopen(path.c_str(), "rb"));
         if (!file) throw Error(VDM_FILE, path + ": cannot be read; check the path and its permissions");
         std::vector<std::uint8_t> bytes;
         std::array<std::uint8_t, 65536> part;
         while (const std::size_t count = std::fread(part.data(), 1, part.size(), file.get()))
             bytes.insert(bytes.end(), part.begin(), part.begin() + static_cast<std::ptrdiff_t>(count));
-        if (std::ferror(file.get())) throw Error(VDM_FILE, path + ": reading stopped with an error");
+        if (std::ferror(file.get()) || std::fclose(file.release()) != 0)
+            throw Error(VDM_FILE, path + ": reading stopped with an error");
         return File(std::move(bytes));
     }
 
@@ -355,9 +361,10 @@ private:
         return value;
     }
 
-    VdmStatus check(VdmStatus status) {
+    VdmStatus check(VdmStatus status) { return check(handle_, status); }
+    static VdmStatus check(const VdmBody *body, VdmStatus status) {
         if (status < 0) {
-            const char *said = vdm_message(handle_);
+            const char *said = vdm_message(body);
             throw Error(status, *said ? said : vdm_status_text(status));
         }
         return status;
@@ -370,35 +377,49 @@ private:
     VdmBody *handle_ = nullptr;
 };
 
-// Many instances of a body, which must live as long as they do and stays where it is.
+// Many instances of a body, which must live as long as they do; both can be moved, not copied.
 class Batch {
 public:
     Batch(Body &body, std::size_t instances)
-        : body_(&body), count_(instances), memory_(vdm_batch_bytes(body.handle_, instances)) {
-        body.check(vdm_batch_bind(body.handle_, instances, memory_.data(), memory_.size(), &handle_));
+        : body_(body.handle_), count_(instances), memory_(vdm_batch_bytes(body_, instances)) {
+        check(vdm_batch_bind(body_, instances, memory_.data(), memory_.size(), &handle_));
     }
     Batch(const Batch &) = delete;
     Batch &operator=(const Batch &) = delete;
+    Batch(Batch &&other) noexcept
+        : body_(std::exchange(other.body_, nullptr)), count_(std::exchange(other.count_, 0)), memory_(std::move(other.memory_)),
+          handle_(std::exchange(other.handle_, nullptr)) {}
+    Batch &operator=(Batch &&other) noexcept {
+        std::swap(body_, other.body_);
+        std::swap(count_, other.count_);
+        std::swap(memory_, other.memory_);
+        std::swap(handle_, other.handle_);
+        return *this;
+    }
+    ~Batch() = default;
 
     std::size_t size() const noexcept { return count_; }
     // Loads an instance with the loads of the body, in place of what it had.
-    void load(std::size_t instance) { body_->check(vdm_batch_load(handle_, body_->handle_, instance)); }
-    void clear() { body_->check(vdm_batch_clear(handle_)); }
+    void load(std::size_t instance) { check(vdm_batch_load(handle_, body_, instance)); }
+    void clear() { check(vdm_batch_clear(handle_)); }
     // Gives the body the state of an instance, whose last step was one under the loads that the body has now: so reactions
     // can be read.
-    void get_under(std::size_t instance) { body_->check(vdm_batch_get_under(handle_, body_->handle_, instance)); }
+    void get_under(std::size_t instance) { check(vdm_batch_get_under(handle_, body_, instance)); }
     // Gives an instance the state of the body, or the body the state of an instance.
-    void set(std::size_t instance) { body_->check(vdm_batch_set(handle_, body_->handle_, instance)); }
-    void get(std::size_t instance) { body_->check(vdm_batch_get(handle_, body_->handle_, instance)); }
+    void set(std::size_t instance) { check(vdm_batch_set(handle_, body_, instance)); }
+    void get(std::size_t instance) { check(vdm_batch_get(handle_, body_, instance)); }
     VdmBatchStatus step(std::uint64_t steps = 1) {
         VdmBatchStatus found{};
-        body_->check(vdm_batch_step(handle_, body_->handle_, steps, &found));
+        check(vdm_batch_step(handle_, body_, steps, &found));
         return found;
     }
-    void carry() { body_->check(vdm_batch_carry(handle_, body_->handle_)); }
+    void carry() { check(vdm_batch_carry(handle_, body_)); }
 
 private:
-    Body *body_;
+    VdmStatus check(VdmStatus status) const { return Body::check(body_, status); }
+
+    // The handle of the body, which does not move with it.
+    VdmBody *body_;
     std::size_t count_;
     Memory memory_;
     VdmBatch *handle_ = nullptr;

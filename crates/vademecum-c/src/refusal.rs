@@ -3,7 +3,7 @@
 use core::fmt::{self, Display, Formatter};
 
 use vademecum_eval::format::FormatError;
-use vademecum_eval::{BindError, LoadError, OutputError, SavedError, StepError};
+use vademecum_eval::{BindError, LoadError, LocateError, OutputError, SavedError, StepError};
 
 use crate::types::VdmStatus;
 
@@ -26,6 +26,8 @@ pub enum Refusal {
     Load(LoadError),
     /// A step.
     Step(StepError),
+    /// A point of the surface.
+    Locate(LocateError),
     /// Something that is read.
     Output(OutputError),
     /// A saved state.
@@ -43,7 +45,8 @@ impl Refusal {
             Self::Load(LoadError::NoRoom) => VdmStatus::VDM_MEMORY,
             Self::Load(_) => VdmStatus::VDM_LOAD,
             Self::Step(_) => VdmStatus::VDM_STEP,
-            Self::Output(_) => VdmStatus::VDM_OUTPUT,
+            Self::Locate(LocateError::NoSurface) | Self::Output(_) => VdmStatus::VDM_OUTPUT,
+            Self::Locate(_) => VdmStatus::VDM_LOAD,
             Self::Saved(_) => VdmStatus::VDM_STATE,
         }
     }
@@ -65,6 +68,7 @@ impl Display for Refusal {
             }
             Self::Load(error) => error.fmt(out),
             Self::Step(error) => error.fmt(out),
+            Self::Locate(error) => error.fmt(out),
             Self::Output(error) => error.fmt(out),
             Self::Saved(error) => error.fmt(out),
         }
@@ -83,8 +87,8 @@ macro_rules! refused {
 }
 
 refused!(
-    FormatError => File, BindError => Bind, LoadError => Load, StepError => Step, OutputError => Output,
-    SavedError => Saved
+    FormatError => File, BindError => Bind, LoadError => Load, LocateError => Locate, StepError => Step,
+    OutputError => Output, SavedError => Saved
 );
 
 /// The value behind a pointer, or a refusal that names it.

@@ -1,5 +1,5 @@
-// What the header of C++ gives beyond the loop of many_props.cpp: stress, reactions, the flight of a free body. Takes the
-// golden files of each.
+// Every function of the header of C++, and bodies and batches that are moved; compiled with sanitizers. Takes files with stress,
+// with reactions, of a free body, with live parameters, with the factor of the stiffness, and of a moving base.
 #include <cmath>
 #include <cstdio>
 #include <cstdlib>
@@ -84,10 +84,174 @@ static void flight(Body body) {
     refused([&] { body.set_motion(motion); }, "finite");
 }
 
+static void files(const char *path) {
+    const File file = File::read(path);
+    file.verify();
+    check(file.size() > 0 && file.data()[0] == 0x89 && file.measure().memory > 0, "a file");
+    refused([] { File::read("nowhere.vdm"); }, "nowhere.vdm: cannot be read");
+    refused([] { File(std::vector<std::uint8_t>(8)).measure(); }, "");
+    try {
+        File(std::vector<std::uint8_t>()).verify();
+        check(false, "no bytes");
+    } catch (const Error &error) {
+        check(error.status() == VDM_FILE || error.status() == VDM_ARGUMENT, "a status");
+    }
+    Memory memory(100);
+    check(memory.size() >= 100 && reinterpret_cast<std::uintptr_t>(memory.data()) % 16 == 0, "aligned memory");
+}
+
+// Places, loads that change within a step, kept loads, and states.
+static void loads(const File &file) {
+    Options options = default_options();
+    options.keep_loads = 1;
+    Body body(file, options);
+    const Place place = body.at_node(body.needs().load_nodes - 1);
+    const Vector force{1, -2, -20};
+    const auto instants = body.instants();
+    check(body.handle() != nullptr && instants[1] > 0, "instants");
+    check(body.locate({place.position[0], place.position[1], place.position[2]}).distance < 1e-9, "the place of a node");
+    refused([&] { body.locate({1e3, 0, 0}); }, "away from the loadable surface");
+    check(!body.step(3), "at rest");
+    body.push(place, force);
+    body.keep_loads();
+    body.step(5);
+    const Vector moved = body.point(place);
+    check(moved[2] < 0 && body.energy() > 0 && body.node(place.nodes[0])[2] < 0, "a push");
+    check(body.probe(0) < 0 && body.probe(0, Field::velocity) != 0, "a probe");
+    body.rest();
+    body.clear();
+    body.push_ramp(place, force, force);
+    body.step(5);
+    check(std::fabs(body.point(place)[2] - moved[2]) < 1e-6 * std::fabs(moved[2]), "a ramp");
+    body.clear();
+    body.rest();
+    body.push_staged(place, force, {1, 1, 1, 1});
+    body.step(5);
+    check(std::fabs(body.point(place)[2] - moved[2]) < 1e-6 * std::fabs(moved[2]), "a staged push");
+    body.rest();
+    body.recall_loads();
+    body.step(5);
+    check(body.point(place) == moved, "kept loads");
+
+    const std::vector<std::uint8_t> saved = body.save();
+    body.step(5);
+    check(!body.restore(saved) && body.point(place) == moved, "a state");
+    body.set(std::vector<double>(body.needs().modes, 1e-3), std::vector<double>(body.needs().modes));
+    check(body.energy() > 0, "a state that is set");
+    refused([&] { body.set({1}, {}); }, "not as many rates");
+    check(body.cost().step_operations > 0, "the cost of a step");
+    const std::vector<double> w = body.compliance({place}), gone = body.free_motion({place});
+    check(w.size() == 9 && w[8] > 0 && gone.size() == 3, "compliance");
+    if (body.needs().patterns > 0) {
+        body.clear();
+        body.rest();
+        body.push_pattern_ramp(0, 0, 1);
+        body.push_pattern_staged(0, {0, 1, 1, 1});
+        body.step();
+        check(body.energy() > 0, "a pattern that changes");
+    }
+}
+
+static void fields(const File &file, bool is_double) {
+    Options options = default_options();
+    options.static_field = 1;
+    options.precision = is_double ? VDM_DOUBLE : VDM_SINGLE;
+    Body body(file, options);
+    const std::size_t surface = 3 * std::size_t{body.needs().surface_nodes}, all = 3 * std::size_t{body.needs().nodes};
+    check(body.positions().size() == surface && body.triangles().size() == 3 * std::size_t{body.needs().triangles}, "the shape");
+    // A loadable node that no support holds.
+    const std::uint32_t node = body.needs().load_nodes - 1;
+    const std::size_t z = 3 * std::size_t{node} + 2;
+    body.push(body.at_node(node), {1, -2, -20});
+    body.step(5);
+    body.solve_statics();
+    const auto read = [&](auto number) {
+        using Number = decltype(number);
+        std::vector<Number> of_surface(surface), of_all(all);
+        body.surface(Field::velocity, of_surface.data(), surface);
+        body.whole(Field::velocity, of_all.data(), all);
+        check(of_surface[z] != 0 && of_surface[z] == of_all[z], "a field");
+        body.surface_with_statics(Field::displacement, of_surface.data(), surface);
+        body.whole_with_statics(Field::displacement, of_all.data(), all);
+        check(of_surface[z] != 0 && of_surface[z] == of_all[z], "a field with statics");
+    };
+    is_double ? read(double{}) : read(float{});
+}
+
+static void parameters(Body body) {
+    const std::string name = body.name(Named::parameter, 0);
+    const std::uint32_t first = body.find(Named::parameter, name);
+    const VdmParameter found = body.parameter(first);
+    body.set_parameter(first, found.upper);
+    check(body.parameter(first).value == found.upper, "a live parameter");
+    body.set_parameters({first}, {found.lower});
+    check(body.parameter(first).value == found.lower, "live parameters");
+    refused([&] { body.set_parameters({first}, {}); }, "not as many values");
+    refused([&] { body.set_parameter(first, 2 * found.upper); }, "range");
+    refused([&] { body.find(Named::probe, "nowhere"); }, "nowhere");
+}
+
+static void base(Body body) {
+    body.clear();
+    body.rest();
+    body.push_base({1, 2, 3}, {}, {});
+    check(body.step() && body.energy() > 0, "a base that moves");
+}
+
+static void spun(const File &file) {
+    Options options = default_options();
+    options.flight = 0;
+    Body body(file, options);
+    body.push_spin({}, {1, 0, 0});
+    check(body.step() && body.energy() > 0, "a body that its host spins");
+}
+
+// Memory of a body and of its instances stays where it is when they are moved.
+static void moved(const File &file) {
+    Body first(file), other(file);
+    const Place place = first.at_node(first.needs().load_nodes - 1);
+    other.push(place, {0, 0, -20});
+    other.step(20);
+    const double energy = other.energy();
+    first.push(place, {0, 0, -20});
+    Batch batch(first, 20);
+    batch.load(3);
+    Body second(std::move(first));
+    Batch moved(std::move(batch));
+    check(batch.size() == 0 && moved.size() == 20, "moved instances");
+    refused([&] { first.step(); }, "null");
+    refused([&] { batch.clear(); }, "null");
+    second.step(10);
+    other = std::move(second);
+    check(other.step(10) && std::fabs(other.energy() / energy - 1) < 1e-6, "a moved body");
+    check(moved.step(20).moving == 1, "instances of a moved body");
+    moved.get_under(3);
+    moved.get(3);
+    moved.set(4);
+    moved.carry();
+    moved.clear();
+    Batch third(other, 1);
+    third = std::move(moved);
+    check(third.size() == 20 && third.step().at_rest >= 18, "instances that were moved twice");
+    std::vector<Body> bodies;
+    for (int k = 0; k < 5; k++) bodies.push_back(Body(file));
+    for (Body &body : bodies) body.push(place, {0, 0, -20});
+    for (Body &body : bodies) check(body.step(20) && body.energy() == energy, "bodies of a vector");
+}
+
 int main(int count, char **paths) {
-    check(count == 4, "the golden files stress, reactions and free");
+    check(count == 7, "six files");
     stress(pushed(paths[1]));
     reactions(pushed(paths[2]));
     flight(pushed(paths[3]));
+    spun(File::read(paths[3]));
+    files(paths[4]);
+    parameters(pushed(paths[4]));
+    const File whole = File::read(paths[5]);
+    loads(whole);
+    fields(whole, false);
+    fields(whole, true);
+    moved(whole);
+    base(pushed(paths[6]));
     return 0;
 }

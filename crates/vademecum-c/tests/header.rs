@@ -180,12 +180,54 @@ fn every_call_does_what_the_header_says_under_sanitizers_and_valgrind() {
 }
 
 #[test]
-fn the_header_of_cplusplus_gives_stress_reactions_and_flight() {
+fn every_function_of_the_header_of_cplusplus_runs_under_sanitizers_moved_bodies_too() {
     let folder = tempfile::tempdir().expect("a folder");
+    let header = std::fs::read_to_string(own("include/vademecum.hpp")).expect("a header");
+    let source = std::fs::read_to_string(own("tests/capabilities.cpp")).expect("a program");
+    let members = public_functions(&header);
+    assert!(members.len() > 60, "{members:?}");
+    let called = |name: &&String| source.contains(&format!("{name}("));
+    assert_eq!(members.iter().filter(|name| !called(name)).collect::<Vec<_>>(), Vec::<&String>::new());
+
     let options = ["-std=c++17", "-fsanitize=address,undefined", "-fno-sanitize-recover=all"];
     let program = compiled("c++", &options, &own("tests/capabilities.cpp"), folder.path());
-    let files = ["stress", "reactions", "free"].map(|name| format!("fixtures/golden/{name}.vdm"));
-    run(Command::new(&program).args(files.map(|file| repository().join(file))));
+    let golden = |name| repository().join(format!("fixtures/golden/{name}.vdm"));
+    let exact = [("name = \"bathe\"", "name = \"exact\""), ("[snapshots]\npositions = 4\n", "")];
+    let whole = ("[[output.probe]]", "[output]\nstatic_fields = true\n\n[[output.probe]]");
+    let whole = beam(folder.path(), &[exact[0], exact[1], whole]);
+    let files = ["stress", "reactions", "free", "parameters"].map(golden);
+    run(Command::new(&program).args(files).arg(whole).arg(golden("base")));
+
+    // Without exceptions it says so.
+    let mut refused = Command::new("c++");
+    refused.args(["-std=c++17", "-fno-exceptions", "-fsyntax-only", "-I"]).arg(own("include"));
+    let ran = refused.arg(own("tests/capabilities.cpp")).output().expect("a compiler");
+    assert!(String::from_utf8_lossy(&ran.stderr).contains("needs exceptions"), "{ran:?}");
+}
+
+/// Names of the public functions of the classes in a header of C++.
+fn public_functions(header: &str) -> std::collections::BTreeSet<String> {
+    let mut is_public = false;
+    let mut names = std::collections::BTreeSet::new();
+    for line in header.lines() {
+        match line {
+            "public:" => is_public = true,
+            "private:" | "};" => is_public = false,
+            _ => {}
+        }
+        let Some(line) = line.strip_prefix("    ").filter(|line| is_public && !line.starts_with([' ', '/']))
+        else {
+            continue;
+        };
+        let Some((before, _)) = line.split_once('(') else { continue };
+        let name = before.rsplit(|c: char| !c.is_ascii_alphanumeric() && c != '_').next().unwrap_or_default();
+        // Constructors and assignments have no names of their own.
+        let is_plain = name.starts_with(|c: char| c.is_ascii_lowercase()) && !line.contains("operator");
+        if is_plain {
+            names.insert(name.to_string());
+        }
+    }
+    names
 }
 
 #[test]

@@ -51,7 +51,7 @@ int main(int count, char **arguments) {
 
     /* A body at rest without loads stays so. */
     CHECK(vdm_step(NULL, 1) == VDM_ARGUMENT && vdm_step(body, 3) == VDM_AT_REST);
-    const double inside[3] = {0.5, 0.5, 0.5};
+    const double at[3] = {0.1, 0.05, 0}, far_away[3] = {100, 0, 0};
     const uint32_t stranger = 1000;
     const double value = 1;
     const double bad[3] = {0, 0, (double)1e308 * 10};
@@ -60,7 +60,10 @@ int main(int count, char **arguments) {
     most = vdm_saved_length(body);
     saved = (uint8_t *)malloc(most);
     CHECK(saved);
-    if (vdm_locate(body, inside, &place) == VDM_OK) {
+    CHECK(vdm_locate(body, far_away, &place) == VDM_LOAD && strstr(vdm_message(body), "away from the loadable surface"));
+    CHECK(vdm_locate(body, bad, &place) == VDM_LOAD && strstr(vdm_message(body), "not finite"));
+    CHECK(vdm_locate(body, at, &place) == VDM_OK);
+    {
         const double force[3] = {1, 2, -3};
         double w[9], moved[3], energy, one;
         CHECK(vdm_push(body, &place, bad) == VDM_LOAD && strlen(vdm_message(body)) > 0);

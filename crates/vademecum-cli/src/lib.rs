@@ -1,8 +1,8 @@
 //! `vademecum`: from a mesh to a stepped vademecum, on the command line.
 //!
 //! The crate is a program. Its library is there for other front ends of the same program, such as the Python
-//! package: what the program says of a file ([`contents_json`]), its page in the browser ([`page`]), and its
-//! words for what went wrong ([`Failure`]).
+//! package: what the program says of a file ([`contents_json`]), its page in the browser ([`page`]), its
+//! report ([`report`]), and its words for what went wrong ([`Failure`]).
 
 /// Prints a line of results. Shadows the standard macro, which panics when the reader has gone
 /// (`vademecum info | head`).
@@ -40,6 +40,7 @@ use vademecum_build::progress::Listener;
 
 pub use arguments::Limit;
 pub use cmd::info::contents_json;
+pub use cmd::report::report;
 pub use cmd::view::page;
 pub use failure::{Cause, Failure};
 pub use files::{is_stepped, open_or_map, usable_bytes};

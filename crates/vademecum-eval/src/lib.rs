@@ -49,7 +49,7 @@
 //!     let mut body = Body::<f32>::bind(&file, &options, &mut memory)?;
 //!
 //!     // Touch. A load stays until `body.clear()`.
-//!     let touched = body.locate(finger).ok_or("no loadable surface")?;
+//!     let touched = body.locate(finger)?;
 //!     body.push(&touched, [0.0, 0.0, -20.0])?;
 //!
 //!     // Step: this loop runs a thousand times a second.
@@ -136,7 +136,7 @@ mod flight;
 
 mod body;
 
-pub use base::error::{BindError, LoadError, OutputError, ParameterError, StepError};
+pub use base::error::{BindError, LoadError, LocateError, OutputError, ParameterError, StepError};
 pub use base::options::{
     MAX_CONTACTS, RegionScales, SceneOptions, Sizes, Status, Structure, StructureChoice,
 };

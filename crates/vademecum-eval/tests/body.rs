@@ -44,7 +44,7 @@ fn load<T: Scalar>(body: &mut Body<'_, T>) {
     if body.scene().metadata().n_patterns > 0 {
         body.push_pattern(0, 0.7).expect("a pattern");
     }
-    if let Some(at) = body.locate([0.1, 0.05, 0.0]) {
+    if let Ok(at) = body.locate([0.1, 0.05, 0.0]) {
         body.push(&at, [1.0, -2.0, 0.5]).expect("a push");
     }
 }

@@ -15,7 +15,7 @@ use crate::bytes::{Cursor, Pen};
 use crate::flight::{self, Flight};
 use crate::points::{Point, Points};
 use crate::refusal::Refusal;
-use crate::variables::{Counts, Variable};
+use crate::variables::{Counts, Variable, has_live_regions};
 
 /// A body that is stepped.
 #[derive(Debug)]
@@ -35,6 +35,8 @@ pub struct Body {
     saved: &'static mut [f64],
     /// The loads are not those of the inputs.
     stale: bool,
+    /// `Δt` \[s\] of the file; a communication step that is no multiple of it is cut otherwise.
+    internal_step: f64,
 }
 
 /// The motion of the point and the reaction of the support that were looked at last: their other components
@@ -86,10 +88,11 @@ fn body_options(metadata: &Metadata<'_>, points: usize) -> BodyOptions {
 /// regions takes the one that knows them from the start.
 #[must_use]
 pub fn options(metadata: &Metadata<'_>, points: usize) -> SceneOptions {
-    let of_region =
-        |role| matches!(role, ParameterRole::RegionStiffness { .. } | ParameterRole::RegionDensity { .. });
-    let regions = metadata.active_parameters().iter().any(|parameter| of_region(parameter.role));
-    let structure = if regions && metadata.block { StructureChoice::Block } else { StructureChoice::Auto };
+    let structure = if has_live_regions(metadata) && metadata.block {
+        StructureChoice::Block
+    } else {
+        StructureChoice::Auto
+    };
     // Room for every point, whether it is loaded or not; without any, reactions would not remember patterns.
     let (contacts, filtered_nodes) = (points.max(1), Some(3 * points.max(1)));
     SceneOptions { structure, contacts, filtered_nodes, ..SceneOptions::default() }
@@ -131,8 +134,9 @@ impl Body {
         };
         own_inputs.fill(0.0);
         shown.fill(0.0);
-        let flight = body.flight().map(Flight::new);
-        Ok(Self { counts, points, names, flight, body, inputs: own_inputs, shown, saved, stale: false })
+        let (flight, internal_step) = (body.flight().map(Flight::new), body.time_step());
+        let (inputs, stale) = (own_inputs, false);
+        Ok(Self { counts, points, names, flight, body, inputs, shown, saved, stale, internal_step })
     }
 
     /// Counts of the body.
@@ -141,10 +145,16 @@ impl Body {
         &self.counts
     }
 
-    /// `Δt` \[s\].
+    /// `Δt` \[s\] of the file.
     #[must_use]
-    pub const fn time_step(&self) -> f64 {
-        self.body.time_step()
+    pub const fn internal_step(&self) -> f64 {
+        self.internal_step
+    }
+
+    /// True where steps of any length are exact.
+    #[must_use]
+    pub const fn takes_any_step(&self) -> bool {
+        self.counts.exact != 0
     }
 
     /// Modes of the basis.
@@ -189,7 +199,7 @@ impl Body {
     pub fn value(&self, variable: Variable, seen: &mut Seen) -> Result<f64, Refusal> {
         use Variable as V;
         Ok(match variable {
-            V::Step => self.time_step(),
+            V::Step => self.internal_step,
             V::Energy => self.body.energy()?,
             V::Force(..) | V::Pattern(_) | V::BodyForce(_) => {
                 let place = self.input(variable).and_then(|at| self.inputs.get(at));
@@ -204,6 +214,10 @@ impl Body {
             V::Parameter(index) => {
                 parameter(self.body.scene().options(), self.body.scene().metadata(), index)
                     .ok_or(Refusal::NoVariable)?
+            }
+            V::Whole(index) => {
+                let scene = self.body.scene();
+                whole(scene.options(), scene.metadata(), index).ok_or(Refusal::NoVariable)?
             }
             V::VonMises(index) => self.von_mises(index)?,
             V::ReactionForce(support, c) => self.reaction(support, c, seen)?,
@@ -299,6 +313,11 @@ impl Body {
                     done.map_err(|error| (variable, Refusal::Parameter(error)))?;
                     last = Some(variable);
                 }
+                Variable::Whole(index) => {
+                    let metadata = self.body.scene().metadata();
+                    set_whole(&mut options, metadata, index, value).map_err(|refusal| (variable, refusal))?;
+                    last = Some(variable);
+                }
                 _ => return Err((variable, Refusal::NotSettable)),
             }
         }
@@ -330,33 +349,49 @@ impl Body {
         Ok(())
     }
 
-    /// Takes so many steps under the inputs, which are held.
+    /// Takes so many steps of `time_step` \[s\] under the inputs, which are held.
     ///
     /// # Errors
     /// [`Refusal`]; the body is then where it was.
-    pub fn step(&mut self, steps: u64) -> Result<(), Refusal> {
-        let before = (self.flight, self.body.flight().copied());
+    pub fn step(&mut self, steps: u64, time_step: f64) -> Result<(), Refusal> {
+        let before = (self.flight, self.body.flight().copied(), *self.body.scene().options());
+        let is_other = time_step != self.body.time_step();
+        self.save_state()?;
+        let mut taken = 0;
+        if let Err(refusal) = self.take(steps, time_step, &mut taken) {
+            if is_other {
+                let _ = self.body.rebind(&before.2)?;
+            }
+            self.flight = before.0;
+            self.body.with(|parts| *parts.flight = before.1);
+            if is_other || taken > 0 {
+                self.put_back()?;
+            }
+            return Err(refusal);
+        }
+        if steps > 0 {
+            self.shown.iter_mut().zip(&*self.inputs).for_each(|(shown, &input)| *shown = input);
+        }
+        Ok(())
+    }
+
+    /// Takes steps and counts them, up to one that is refused.
+    fn take(&mut self, steps: u64, time_step: f64, taken: &mut u64) -> Result<(), Refusal> {
+        if time_step != self.body.time_step() {
+            let options = SceneOptions { time_step: Some(time_step), ..*self.body.scene().options() };
+            let _ = self.body.rebind(&options)?;
+            self.stale = true;
+        }
         if self.stale && self.flight.is_none() {
             self.load()?;
             self.stale = false;
         }
-        self.save_state()?;
-        for taken in 0..steps {
-            let done = match self.flight {
-                Some(_) => self.fly(),
-                None => self.body.step().map(drop).map_err(Refusal::from),
-            };
-            if let Err(refusal) = done {
-                self.flight = before.0;
-                self.body.with(|parts| *parts.flight = before.1);
-                if taken > 0 {
-                    self.put_back()?;
-                }
-                return Err(refusal);
+        while *taken < steps {
+            match self.flight {
+                Some(_) => self.fly()?,
+                None => self.body.step().map(drop)?,
             }
-        }
-        if steps > 0 {
-            self.shown.iter_mut().zip(&*self.inputs).for_each(|(shown, &input)| *shown = input);
+            *taken += 1;
         }
         Ok(())
     }
@@ -416,10 +451,11 @@ impl Body {
     #[must_use]
     pub const fn saved_len(&self) -> usize {
         let flight = if self.flight.is_some() { flight::NUMBERS } else { 0 };
-        8 * (MAX_PARAMETERS + flight + 2 * self.inputs.len() + self.saved.len())
+        8 * (MAX_PARAMETERS + WHOLE + 1 + flight + 2 * self.inputs.len() + self.saved.len())
     }
 
-    /// Writes everything that can change: parameters, flight, inputs, inputs of the last step, state.
+    /// Writes everything that can change: parameters, scales and damping of the whole body, length of the
+    /// last step, flight, inputs, inputs of the last step, state.
     ///
     /// # Errors
     /// [`Refusal::Saved`]: no room.
@@ -429,10 +465,15 @@ impl Body {
             let scene = self.body.scene();
             *place = parameter(scene.options(), scene.metadata(), index).unwrap_or_default();
         }
+        let mut own = [self.body.time_step(); WHOLE + 1];
+        for (index, place) in (0..WHOLE as u32).zip(&mut own) {
+            let scene = self.body.scene();
+            *place = whole(scene.options(), scene.metadata(), index).unwrap_or_default();
+        }
         self.save_state()?;
         let flight = self.flight.zip(self.body.flight()).map(|(flight, free)| flight.numbers(free.motion()));
         let flight = flight.as_ref().map_or(&[][..], |numbers| &numbers[..]);
-        let parts = [&parameters[..], flight, self.inputs, self.shown, self.saved];
+        let parts = [&parameters[..], &own, flight, self.inputs, self.shown, self.saved];
         for part in parts {
             pen.numbers(part).ok_or(Refusal::Saved("there is no room for it"))?;
         }
@@ -447,6 +488,8 @@ impl Body {
         const SHORT: Refusal = Refusal::Saved("it is too short");
         let mut parameters = [0.0; MAX_PARAMETERS];
         cursor.numbers(&mut parameters).ok_or(SHORT)?;
+        let mut own = [0.0; WHOLE + 1];
+        cursor.numbers(&mut own).ok_or(SHORT)?;
         let mut flight = None;
         if self.flight.is_some() {
             let mut numbers = [0.0; flight::NUMBERS];
@@ -457,7 +500,8 @@ impl Body {
         let shown = cursor.take(8 * self.shown.len()).ok_or(SHORT)?;
         let state = cursor.take(8 * self.saved.len()).ok_or(SHORT)?;
         let numbers = |bytes| <[u8]>::as_chunks(bytes).0.iter().map(|&number| f64::from_le_bytes(number));
-        if !numbers(inputs).chain(numbers(shown)).chain(numbers(state)).all(f64::is_finite) {
+        let all = own.into_iter().chain(numbers(inputs)).chain(numbers(shown)).chain(numbers(state));
+        if !{ all }.all(f64::is_finite) {
             return Err(Refusal::Saved("it has a number that is not finite"));
         }
         let before = (*self.body.scene().options(), self.body.flight().copied());
@@ -467,6 +511,19 @@ impl Body {
             if parameter(&options, metadata, index).is_some() {
                 options.set(metadata, &[(index as usize, value)])?;
             }
+        }
+        if self.takes_any_step() {
+            let [scales @ .., time_step] = own;
+            for (index, value) in (0..).zip(scales) {
+                let metadata = self.body.scene().metadata();
+                if whole(&options, metadata, index).is_some() {
+                    set_whole(&mut options, metadata, index, value)?;
+                }
+            }
+            if !(time_step > 0.0 && time_step <= self.internal_step) {
+                return Err(Refusal::Saved("its last step has no length"));
+            }
+            options.time_step = Some(time_step);
         }
         if options != before.0 {
             let _ = self.body.rebind(&options)?;
@@ -514,7 +571,7 @@ impl Body {
             V::ReactionForce(support, _) | V::ReactionMoment(support, _) => {
                 line(self.names.supports, support)
             }
-            V::Time | V::Step | V::Energy | V::Total(_) => "",
+            V::Time | V::Step | V::Energy | V::Total(_) | V::Whole(_) => "",
             V::BodyForce(_) | V::BodyPosition(_) | V::BodyAttitude(_) => "",
             V::BodyVelocity(_) | V::BodySpin(_) => "",
         }
@@ -615,6 +672,45 @@ pub fn parameter(options: &SceneOptions, metadata: &Metadata<'_>, index: u32) ->
         R::Beta => Some(options.beta.unwrap_or(metadata.beta)),
         _ => None,
     }
+}
+
+/// Numbers of [`Variable::Whole`].
+const WHOLE: usize = 4;
+
+/// Value of a scale or a damping of the whole body; `None` where a live parameter of the file has it, and of
+/// `β` in a file that was built without.
+#[must_use]
+pub fn whole(options: &SceneOptions, metadata: &Metadata<'_>, index: u32) -> Option<f64> {
+    let (role, value) = match index {
+        0 => (ParameterRole::Stiffness, options.stiffness),
+        1 => (ParameterRole::Density, options.density),
+        2 => (ParameterRole::Alpha, options.alpha.unwrap_or(metadata.alpha)),
+        // A scene that was bound without β has no room for what the residual flexibility needs of it.
+        3 if metadata.beta != 0.0 => (ParameterRole::Beta, options.beta.unwrap_or(metadata.beta)),
+        _ => return None,
+    };
+    let is_live = metadata.active_parameters().iter().any(|parameter| parameter.role == role);
+    (!is_live).then_some(value)
+}
+
+/// Sets what [`whole`] gives.
+fn set_whole(
+    options: &mut SceneOptions,
+    metadata: &Metadata<'_>,
+    index: u32,
+    value: f64,
+) -> Result<(), Refusal> {
+    whole(options, metadata, index).ok_or(Refusal::NoVariable)?;
+    if !(value > 0.0 || index > 1 && value == 0.0) {
+        return Err(Refusal::TooSmall { value });
+    }
+    match index {
+        0 => options.stiffness = value,
+        1 => options.density = value,
+        2 => options.alpha = Some(value),
+        _ => options.beta = Some(value),
+    }
+    Ok(())
 }
 
 #[cfg(test)]

@@ -176,7 +176,7 @@ impl Instance {
             _points: points_block,
             _file: file_block,
         };
-        let (modes, step) = (instance.body.n_modes(), instance.body.time_step());
+        let (modes, step) = (instance.body.n_modes(), instance.body.internal_step());
         let modes = modes as u64;
         instance.tell_event(&[
             &"vademecum ",
@@ -359,7 +359,8 @@ impl Instance {
         Ok(())
     }
 
-    /// Steps from a communication point by a communication step.
+    /// Steps from a communication point by a communication step: a multiple of the internal step, or of a
+    /// file with exact steps any length.
     ///
     /// The instance keeps the master's clock: it takes the point from which the master steps, and after the
     /// step it is where the master's sum is. So roundings of a long run do not add up against it.
@@ -367,7 +368,8 @@ impl Instance {
     /// # Errors
     /// [`Refusal`]; the instance is then where it was.
     pub fn advance(&mut self, point: f64, size: f64) -> Result<(), Trouble> {
-        let step = self.body.time_step();
+        let step = self.body.internal_step();
+        let any = self.body.takes_any_step();
         let end = point + size;
         // The two last places of a sum of two times, which a master has to form.
         let rounding = 2.0 * f64::EPSILON * larger(magnitude(point), magnitude(end));
@@ -377,6 +379,9 @@ impl Instance {
             return Err(Refusal::OtherTime { point, time: self.time }.into());
         }
         let ratio = size / step;
+        if any && !(ratio.is_finite() && ratio > 1e-6) {
+            return Err(Refusal::NoTime { size }.into());
+        }
         if !(ratio.is_finite() && ratio > 0.0) {
             return Err(Refusal::NoMultiple { size, step }.into());
         }
@@ -385,13 +390,20 @@ impl Instance {
         }
         let steps = (ratio + 0.5) as u64;
         // `Δt` times a whole number, but for its own rounding and that of the master's times.
-        if steps == 0 || magnitude(size - steps as f64 * step) > 1e-9 * size + rounding {
-            return Err(Refusal::NoMultiple { size, step }.into());
-        }
+        let is_multiple = steps != 0 && magnitude(size - steps as f64 * step) <= 1e-9 * size + rounding;
+        let (steps, length) = match is_multiple {
+            true => (steps, step),
+            // Steps of one length, none of them longer than the internal step.
+            false if any => {
+                let steps = ratio as u64 + 1;
+                (steps, size / steps as f64)
+            }
+            false => return Err(Refusal::NoMultiple { size, step }.into()),
+        };
         if let Some(stop) = self.stop.filter(|&stop| end > stop + apart) {
             return Err(Refusal::BeyondStop { end, stop }.into());
         }
-        self.body.step(steps)?;
+        self.body.step(steps, length)?;
         self.time = end;
         Ok(())
     }

@@ -29,7 +29,7 @@ pub mod token;
 pub mod variables;
 pub mod words;
 
-pub use body::{options, parameter};
+pub use body::{options, parameter, whole};
 
 #[cfg(feature = "bare")]
 mod bare {

@@ -32,6 +32,11 @@ pub enum Refusal {
         /// The value.
         value: f64,
     },
+    /// A scale that is not above 0, or a damping below it.
+    TooSmall {
+        /// The value.
+        value: f64,
+    },
     /// A null pointer.
     Null,
     /// Not as many values as value references.
@@ -47,6 +52,11 @@ pub enum Refusal {
         size: f64,
         /// The internal step \[s\].
         step: f64,
+    },
+    /// A communication step that is no time, where any other is taken.
+    NoTime {
+        /// The communication step \[s\].
+        size: f64,
     },
     /// More internal steps than one call takes.
     TooManySteps {
@@ -102,6 +112,9 @@ impl Say for Refusal {
             }
             Self::NotSettable => words.add("it cannot be set; inputs and tunable parameters can"),
             Self::NotFinite { value } => sentence!(words, value, " is no finite number"),
+            Self::TooSmall { value } => {
+                sentence!(words, value, " is too small; scales are above 0, and damping is not below it");
+            }
             Self::Null => words.add("a null pointer was given"),
             Self::Values { found, expected } => {
                 let (found, expected) = (found as u64, expected as u64);
@@ -121,6 +134,15 @@ impl Say for Refusal {
                     " s, is no multiple of the internal step, "
                 );
                 sentence!(words, step, " s; ask for a multiple");
+            }
+            Self::NoTime { size } => {
+                sentence!(
+                    words,
+                    "the communication step, ",
+                    size,
+                    " s, is no time; ask for more than a millionth"
+                );
+                words.add(" of the internal step");
             }
             Self::TooManySteps { size, step, most } => {
                 sentence!(words, "the communication step, ", size, " s, is more than ", most);

@@ -2,7 +2,7 @@
 //!
 //! The references of a kind are consecutive, and kinds follow each other in the order of [`Variable`].
 
-use vademecum_eval::format::{File, SectionKind};
+use vademecum_eval::format::{File, Metadata, ParameterRole, SectionKind};
 use vademecum_eval::{Quantity, RigidBody};
 
 /// Counts of everything that a value reference can name.
@@ -22,6 +22,8 @@ pub struct Counts {
     pub supports: u32,
     /// 1 for a free body, 0 for one with supports.
     pub free: u32,
+    /// 1 for a file with exact steps, which may be of any length and whose whole body can be scaled; else 0.
+    pub exact: u32,
 }
 
 /// Meaning of a value reference. Points, patterns, probes and parameters are counted from 0.
@@ -65,6 +67,9 @@ pub enum Variable {
     BodySpin(u32),
     /// A further scalar of the whole body, of [`Variable::total`].
     Total(u32),
+    /// 0 to 3 of a file with exact steps: scale of the stiffness and of the density of the whole body,
+    /// Rayleigh `α` \[1/s\] and `β` \[s\].
+    Whole(u32),
 }
 
 impl Variable {
@@ -110,8 +115,28 @@ impl Variable {
             Self::BodyVelocity(c) => ("body_velocity", component(c)),
             Self::BodySpin(c) => ("body_angular_velocity", component(c)),
             Self::Total(index) => (Self::total(index).map_or("", Quantity::name), None),
+            Self::Whole(0) => ("body_stiffness", None),
+            Self::Whole(1) => ("body_density", None),
+            Self::Whole(2) => ("body_alpha", None),
+            Self::Whole(_) => ("body_beta", None),
         }
     }
+}
+
+/// True of a file that an FMU steps exactly in time.
+#[must_use]
+pub fn is_exact(file: &File<'_>) -> bool {
+    let metadata = file.metadata();
+    let strain = file.section(SectionKind::StrainSizes).is_some();
+    metadata.scheme.is_exact() && metadata.diagonal && !strain && !has_live_regions(metadata)
+}
+
+/// True of a file with a live parameter of a region.
+#[must_use]
+pub fn has_live_regions(metadata: &Metadata<'_>) -> bool {
+    let of_region =
+        |role| matches!(role, ParameterRole::RegionStiffness { .. } | ParameterRole::RegionDensity { .. });
+    metadata.active_parameters().iter().any(|parameter| of_region(parameter.role))
 }
 
 impl Counts {
@@ -131,12 +156,13 @@ impl Counts {
             stresses,
             supports: u32::try_from(supports).unwrap_or(0),
             free: u32::from(free.is_some()),
+            exact: u32::from(is_exact(file)),
         }
     }
 
     /// Number of references of each kind, in their order.
-    fn lengths(&self) -> [u32; 19] {
-        let Self { points, patterns, probes, parameters, stresses, supports, free } = *self;
+    fn lengths(&self) -> [u32; 20] {
+        let Self { points, patterns, probes, parameters, stresses, supports, free, exact } = *self;
         let (moved, held, flown) =
             (points.saturating_mul(3), supports.saturating_mul(3), free.saturating_mul(3));
         let turned = free.saturating_mul(4);
@@ -160,6 +186,7 @@ impl Counts {
             flown,
             flown,
             Variable::totals().fold(0, |count, _| count + 1),
+            exact.saturating_mul(4),
         ]
     }
 
@@ -190,7 +217,8 @@ impl Counts {
                     15 => V::BodyAttitude(at),
                     16 => V::BodyVelocity(at),
                     17 => V::BodySpin(at),
-                    _ => V::Total(at),
+                    18 => V::Total(at),
+                    _ => V::Whole(at),
                 });
             };
             at = beyond;
@@ -212,10 +240,11 @@ mod tests {
 
     #[test]
     fn references_follow_each_other() {
-        let (stresses, supports, free) = (1, 2, 1);
-        let counts = Counts { points: 2, patterns: 1, probes: 2, parameters: 1, stresses, supports, free };
+        let (stresses, supports, free, exact) = (1, 2, 1, 1);
+        let (points, patterns, probes, parameters) = (2, 1, 2, 1);
+        let counts = Counts { points, patterns, probes, parameters, stresses, supports, free, exact };
         let all: Vec<V> = counts.all().collect();
-        assert_eq!(all.len(), 3 + 3 * 6 + 1 + 2 * 2 + 1 + 1 + 2 * 6 + 4 * 3 + 4 + V::totals().count());
+        assert_eq!(all.len(), 3 + 3 * 6 + 1 + 2 * 2 + 1 + 1 + 2 * 6 + 4 * 3 + 4 + V::totals().count() + 4);
         assert_eq!(all[..5], [V::Time, V::Step, V::Energy, V::Force(0, 0), V::Force(0, 1)]);
         assert_eq!(all[8..10], [V::Force(1, 2), V::Displacement(0, 0)]);
         let tail = [V::Velocity(1, 2), V::Pattern(0), V::Probe(0), V::Probe(1), V::ProbeVelocity(0)];
@@ -225,6 +254,7 @@ mod tests {
         assert_eq!(all[49..51], [V::BodyAttitude(3), V::BodyVelocity(0)]);
         assert_eq!(all[55..58], [V::BodySpin(2), V::Total(0), V::Total(1)]);
         assert_eq!(Some(V::Total(1).kind().0), V::total(1).map(Quantity::name));
+        assert_eq!(all.last(), Some(&V::Whole(3)));
         assert_eq!(counts.variable(all.len() as u32), None);
         assert_eq!(Counts::default().all().count(), 3 + V::totals().count());
     }

@@ -9,7 +9,8 @@ use std::sync::Mutex;
 
 use vademecum_eval::format::{File, ParameterRole, SectionKind};
 use vademecum_eval::{
-    Contact, Field, FreeBody, Loads, Place, RigidMotion, Scene, SceneOptions, State, Surface, SurfacePoint,
+    Body, BodyOptions, Contact, Field, FreeBody, Loads, Place, RigidMotion, Scene, SceneOptions, State,
+    Surface, SurfacePoint,
 };
 use vademecum_fmu::fmi2::*;
 use vademecum_fmu::fmi3::*;
@@ -197,13 +198,16 @@ impl Two {
         values.into_iter().map(f64::to_bits).collect()
     }
 
-    /// Bits of all variables but the time step as a parameter, which is not offered.
+    /// Bits of all variables that are offered: the time step is no parameter.
     fn all(&self, unit: &Unit) -> Vec<u64> {
         let file = File::parse(&unit.bytes).expect("a file");
         let fixed = |role| role == ParameterRole::TimeStep;
         let parameters = file.metadata().active_parameters();
         let offered = |variable: &V| match variable {
             V::Parameter(index) => !fixed(parameters[*index as usize].role),
+            V::Whole(index) => {
+                vademecum_fmu::whole(&SceneOptions::default(), file.metadata(), *index).is_some()
+            }
             _ => true,
         };
         let references: Vec<u32> = (0..)
@@ -622,6 +626,90 @@ fn parameters_are_set_within_their_ranges_all_or_none() {
     assert_eq!(one.set(force, -20.0), 0);
     assert_eq!(one.all(&unit), before);
     assert_eq!(one.step(step, step), 0);
+}
+
+#[test]
+fn exact_steps_have_any_length() {
+    let unit = Unit::new("exact-f64.vdm");
+    let log = Log::new();
+    let (whole, cut) = (unit.two(&log), unit.two(&log));
+    let force = unit.reference(V::Force(0, 2));
+    for one in [&whole, &cut] {
+        one.start();
+        assert_eq!(one.set(force, -20.0), 0);
+    }
+    let step = whole.internal_step();
+    let near = |a: &Two, b: &Two| {
+        let shown = |one| shown(one, &unit, (0..3).map(|c| V::Displacement(0, c)).chain([V::Energy]));
+        shown(a).iter().zip(shown(b)).all(|(a, b)| (a - b).abs() <= 1e-9 * b.abs())
+    };
+    let mut time = 0.0;
+    for (turn, lengths) in [&[1.5, 1.5][..], &[0.3; 10], &[2.999, 0.001], &[1.0; 3]].into_iter().enumerate() {
+        assert_eq!(whole.step(time, 3.0 * step), 0);
+        let mut at = time;
+        for length in lengths {
+            assert_eq!(cut.step(at, length * step), 0, "turn {turn}");
+            at += length * step;
+        }
+        time += 3.0 * step;
+        assert!(near(&cut, &whole), "turn {turn}");
+    }
+    assert_eq!(cut.step(time, 0.4 * step), 0);
+    // The length of the last step is part of a state, and a refused step leaves none.
+    let (saved, before) = (cut.serialized(), cut.all(&unit));
+    let forces: Vec<u32> = (0..6).map(|k| unit.reference(V::Force(k / 3, k % 3))).collect();
+    for length in [1.7, 0.4] {
+        let held: Vec<f64> = cut.bits(&forces).into_iter().map(f64::from_bits).collect();
+        let put = |numbers: &[f64]| unsafe { fmi2SetReal(cut.0, forces.as_ptr(), 6, numbers.as_ptr()) };
+        assert_eq!((put(&[f64::MAX; 6]), cut.step(time + 0.4 * step, length * step)), (0, 3));
+        assert_eq!((put(&held), cut.all(&unit), cut.serialized()), (0, before.clone(), saved.clone()));
+    }
+    let other = unit.two(&log);
+    assert_eq!((other.take(&saved), other.all(&unit), other.serialized()), (0, before, saved.clone()));
+    for one in [&cut, &other] {
+        assert_eq!(one.step(time + 0.4 * step, 2.6 * step), 0);
+    }
+    assert_eq!((whole.step(time, 3.0 * step), cut.all(&unit)), (0, other.all(&unit)));
+    assert!(near(&cut, &whole));
+    for none in [0.0, -step, 1e-9 * step, f64::NAN, f64::INFINITY] {
+        log.refused(cut.step(time + 3.0 * step, none), &["the communication step", "no time"]);
+    }
+}
+
+#[test]
+fn the_whole_body_is_scaled_as_in_the_evaluator() {
+    let unit = Unit::new("exact-f64.vdm");
+    let file = File::parse(&unit.bytes).expect("a file");
+    let log = Log::new();
+    let one = unit.two(&log);
+    one.start();
+    let step = one.internal_step();
+    // The file has a live stiffness, which is no second variable.
+    log.refused(one.set(unit.reference(V::Whole(0)), 2.0), &["body_stiffness", "no such variable"]);
+    let settings = [(1, 0.5), (2, 3.0), (3, 1e-5)];
+    for (index, value) in settings {
+        assert_eq!(one.set(unit.reference(V::Whole(index)), value), 0);
+        assert_eq!(shown(&one, &unit, [V::Whole(index)]), [value]);
+        log.refused(one.set(unit.reference(V::Whole(index)), -1.0), &["body_", "too small"]);
+    }
+    assert_eq!(one.set(unit.reference(V::Force(1, 2)), -20.0), 0);
+    let [density, alpha, beta] = settings.map(|(_, value)| value);
+    let scene = SceneOptions { density, alpha: Some(alpha), beta: Some(beta), ..SceneOptions::default() };
+    let options = BodyOptions { scene, ..BodyOptions::default() };
+    let mut memory = vec![0.0; Body::<f64>::len_for(&file, &options).expect("a length")];
+    let mut body = Body::<f64>::bind(&file, &options, &mut memory).expect("a body");
+    body.push(&unit.points[1], [0.0, 0.0, -20.0]).expect("a push");
+    for turn in 0..20 {
+        assert_eq!(one.step(f64::from(turn) * step, step), 0);
+        body.step().expect("a step");
+    }
+    assert_eq!(shown(&one, &unit, [V::Energy]), [body.energy().expect("an energy")]);
+    let saved = one.serialized();
+    let other = unit.two(&log);
+    assert_eq!((other.take(&saved), other.all(&unit)), (0, one.all(&unit)));
+    let live = Unit::new("parameters.vdm");
+    assert_eq!(live.counts.exact, 0);
+    assert!(live.counts.all().all(|variable| !matches!(variable, V::Whole(_))));
 }
 
 #[test]

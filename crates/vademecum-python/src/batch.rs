@@ -13,8 +13,8 @@ use vademecum_eval::{
 use crate::arrays::filled;
 use crate::names::{Names, field};
 use crate::options::pairs;
-use crate::point::{Count, PyPoint, Target, Vector, located};
-use crate::refusal::{busy, of_bind, of_load, of_output, of_step};
+use crate::point::{Count, PyPoint, Target, Vector};
+use crate::refusal::{busy, of_bind, of_load, of_locate, of_output, of_step};
 use crate::simulation::{
     AnySimulation, Number, Out, change, either, quantities, quantity, surface, values, whole,
 };
@@ -279,10 +279,11 @@ impl PyBatch {
         either!(&mut *self.lock()?, AnyInstances, all => all.set_parameters(given))
     }
 
-    /// Finds the nearest point of the loadable surface at rest.
+    /// Finds the nearest point of the loadable surface at rest. A point further away than the body is large
+    /// is refused.
     fn locate(&self, point: Vector) -> PyResult<PyPoint> {
         let instances = self.lock()?;
-        located(point.0, |at| either!(&*instances, AnyInstances, all => all.one.locate(at))).map(PyPoint)
+        either!(&*instances, AnyInstances, all => all.one.locate(point.0)).map(PyPoint).map_err(of_locate)
     }
 
     /// Adds a force in N to one instance; it stays until `clear`.

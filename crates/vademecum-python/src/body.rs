@@ -15,8 +15,8 @@ use crate::arrays::{filled, owned};
 use crate::motion::PyMotion;
 use crate::names::{Names, field};
 use crate::options::pairs;
-use crate::point::{Count, PyPoint, Target, Vector, located};
-use crate::refusal::{busy, of_load, of_output, of_saved, of_step};
+use crate::point::{Count, PyPoint, Target, Vector};
+use crate::refusal::{busy, of_load, of_locate, of_output, of_saved, of_step};
 use crate::simulation::{
     AnySimulation, Number, Out, change, either, quantities, quantity, shown, surface, values, whole,
 };
@@ -198,10 +198,11 @@ impl PyBody {
         either!(&mut *self.lock()?, AnySimulation, one => change(one, given))
     }
 
-    /// Finds the nearest point of the loadable surface at rest.
+    /// Finds the nearest point of the loadable surface at rest. A point further away than the body is large
+    /// is refused.
     fn locate(&self, point: Vector) -> PyResult<PyPoint> {
         let moving = self.lock()?;
-        located(point.0, |at| either!(&*moving, AnySimulation, one => one.locate(at))).map(PyPoint)
+        either!(&*moving, AnySimulation, one => one.locate(point.0)).map(PyPoint).map_err(of_locate)
     }
 
     /// Finds the first point that a ray meets on the surface as it has moved, magnified by `scale`.

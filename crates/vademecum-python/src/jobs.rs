@@ -6,17 +6,22 @@ use std::sync::Arc;
 
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
+use vademecum_build::mesh::{inspect, parse};
 use vademecum_build::pipeline::BuildOptions;
 use vademecum_build::prepared::prepare;
 use vademecum_build::progress::Stopwatch;
 use vademecum_build::store::Store;
 use vademecum_cli::Failure;
+use vademecum_eval::SceneOptions;
+use vademecum_format::File;
 use vademecum_rewrite::default_limit;
 use vademecum_study::StudyError;
+use vademecum_study::frf::{Channel, Quantity, ResponseRequest, frequencies, frequency_response, with_poles};
 use vademecum_study::modes::natural_modes;
 use vademecum_study::player::PlayOptions;
 use vademecum_study::run::{Moment, Run};
 use vademecum_study::soundness::check_file;
+use vademecum_study::starter::{NamedMaterial, StarterOptions, starter};
 use vademecum_study::verify::verify as verified;
 
 use crate::arrays::owned;
@@ -194,6 +199,118 @@ pub fn modes(
     watched(py, Told { progress, warn: false }, |listener| {
         let problem = problem.problem()?;
         json(&natural_modes(&problem, count, None, listener)?.0)
+    })
+}
+
+/// Frequencies of a response, by their names in Python.
+#[derive(FromPyObject)]
+#[pyo3(from_item_all)]
+pub struct Spacing {
+    /// First and last frequency; none where all are given.
+    range: Option<[f64; 2]>,
+    frequencies: Vec<f64>,
+    points: usize,
+    log: bool,
+    poles: bool,
+}
+
+impl Spacing {
+    fn grid(&self, file: &File<'_>, options: &SceneOptions) -> Result<Vec<f64>, StudyError> {
+        let grid = self.range.map(|range| frequencies(range, self.points, self.log));
+        let grid = grid.unwrap_or_else(|| self.frequencies.clone());
+        if self.poles { with_poles(file, options, grid) } else { Ok(grid) }
+    }
+}
+
+/// The answer of outputs to a force that swings: frequencies, complex amplitudes as pairs of numbers, shape
+/// (outputs, frequencies, 2), and the rest as a text in JSON.
+#[pyfunction]
+pub fn frf<'py>(
+    py: Python<'py>,
+    file: &PyFile,
+    force: String,
+    outputs: Vec<String>,
+    spacing: Spacing,
+    quantity: &str,
+    options: Option<&Bound<'py, PyDict>>,
+) -> PyResult<(Bound<'py, PyAny>, Bound<'py, PyAny>, String)> {
+    let channel = |text: &String| text.parse::<Channel>().map_err(|error| Refusal::usage(error.to_string()));
+    let quantity = match quantity {
+        "displacement" => Quantity::Displacement,
+        "velocity" => Quantity::Velocity,
+        "acceleration" => Quantity::Acceleration,
+        _ => {
+            let words =
+                format!("quantity is `{quantity}`; expected `displacement`, `velocity` or `acceleration`");
+            return Err(Refusal::usage(words).into());
+        }
+    };
+    let scene = scene_options(file.content.file(&file.path)?.metadata(), options)?;
+    let (input, outputs) = (channel(&force)?, outputs.iter().map(channel).collect::<Result<Vec<_>, _>>()?);
+    let names: Vec<String> = outputs.iter().map(Channel::to_string).collect();
+    let (grid, found) = watched(py, Told { progress: None, warn: true }, |listener| {
+        let opened = file.content.file(&file.path)?;
+        let about = |error: StudyError| match error {
+            // Both are arguments.
+            StudyError::NoChannel { .. } | StudyError::FarPoint { .. } => Refusal::usage(error.to_string()),
+            error => Failure::from(error).about(&file.path).into(),
+        };
+        let frequencies = spacing.grid(&opened, &scene).map_err(about)?;
+        let request = ResponseRequest { input, outputs, frequencies, quantity };
+        let found = frequency_response(&opened, &scene, &request).map_err(about)?;
+        for &output in &found.by_modes_alone {
+            listener.note(&format!(
+                "`{}` is by the modes alone: name a probe there in the problem file, or build it with \
+                 `static_fields = true`",
+                names[output]
+            ));
+        }
+        Ok((request.frequencies, found))
+    })?;
+    let shape = [found.values.len(), grid.len(), 2];
+    let numbers: Vec<f64> = found.values.iter().flatten().flat_map(|x| [x.re, x.im]).collect();
+    let rest = (names, &found.peaks, found.highest_mode_hz);
+    Ok((owned(py, grid, &shape[1..2])?, owned(py, numbers, &shape)?, json(&rest)?))
+}
+
+/// Contents and flaws of a mesh file, as a text in JSON.
+#[pyfunction]
+pub fn mesh(py: Python<'_>, path: PathBuf) -> PyResult<String> {
+    watched(py, Told { progress: None, warn: false }, |_| json(&inspect(&parse(&path)?)))
+}
+
+/// A problem that is proposed for a mesh, as a text in JSON.
+#[pyfunction]
+pub fn init(
+    py: Python<'_>,
+    mesh: PathBuf,
+    material: &str,
+    scale: Option<f64>,
+    progress: Option<&Bound<'_, PyAny>>,
+) -> PyResult<String> {
+    let material = NamedMaterial::find(material).map_err(Refusal::usage)?;
+    if scale.is_some_and(|scale| !(scale > 0.0 && scale.is_finite())) {
+        return Err(
+            Refusal::usage("scale is not a positive number; expected metres in a unit of the mesh").into()
+        );
+    }
+    watched(py, Told { progress, warn: false }, |listener| {
+        let options = StarterOptions { material, scale, mesh_name: mesh.display().to_string() };
+        json(&starter(&mesh, &options, listener)?)
+    })
+}
+
+/// Writes the report of a file on the disk.
+#[pyfunction]
+pub fn report(
+    py: Python<'_>,
+    file: PathBuf,
+    output: PathBuf,
+    compared: Option<[PathBuf; 2]>,
+    progress: Option<&Bound<'_, PyAny>>,
+) -> PyResult<()> {
+    watched(py, Told { progress, warn: false }, |listener| {
+        Ok(vademecum_cli::report(&file, &output, compared, listener)?)
     })
 }
 

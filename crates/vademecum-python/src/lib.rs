@@ -17,6 +17,7 @@ mod point;
 mod problem;
 mod refusal;
 mod simulation;
+mod threads;
 mod watch;
 
 use pyo3::prelude::*;
@@ -31,7 +32,7 @@ mod _native {
     #[pymodule_export]
     use crate::file::PyFile;
     #[pymodule_export]
-    use crate::jobs::{build, check, modes, program, run, verify};
+    use crate::jobs::{build, check, frf, init, mesh, modes, program, report, run, verify};
     #[pymodule_export]
     use crate::motion::PyMotion;
     #[pymodule_export]
@@ -40,7 +41,8 @@ mod _native {
     use pyo3::prelude::*;
 
     #[pymodule_init]
-    fn init(module: &Bound<'_, PyModule>) -> PyResult<()> {
+    fn start(module: &Bound<'_, PyModule>) -> PyResult<()> {
+        crate::threads::note_process();
         module.add("__version__", env!("CARGO_PKG_VERSION"))
     }
 }

@@ -9,6 +9,7 @@ use vademecum_eval::{Precision, SceneOptions, StructureChoice};
 use vademecum_format::Metadata;
 use vademecum_study::parameters::{self, ParameterValue};
 
+use crate::point::wrong;
 use crate::refusal::{Refusal, of_study};
 
 /// The precision of a NumPy type, or of anything that NumPy makes one of.
@@ -68,27 +69,39 @@ pub fn scene_options(metadata: &Metadata<'_>, given: Option<&Bound<'_, PyDict>>)
         let name: String = name.extract()?;
         let parameters = metadata.active_parameters();
         let parameter = parameters.iter().find(|parameter| keyword(parameter.name) == name);
+        // The value of the option, of the type that it has.
+        macro_rules! value {
+            ($expected:literal) => {
+                value.extract().map_err(|error| {
+                    wrong(&value.as_borrowed(), &format!("{} for `{name}`", $expected), &PyErr::from(error))
+                })?
+            };
+        }
         match name.as_str() {
-            "structure" => options.structure = structure(&value.extract::<String>()?)?,
-            "tolerance" => options.tolerance = value.extract()?,
-            "time_step" => options.time_step = value.extract()?,
-            "rest_below" => options.rest_below = value.extract()?,
-            "terms" => options.terms = value.extract()?,
-            "residual" => options.residual = value.extract()?,
-            "contacts" => options.contacts = value.extract()?,
-            "filtered_nodes" => options.filtered_nodes = value.extract()?,
-            "substeps" => options.substeps = value.extract()?,
-            "viscosity" => options.viscosity = value.extract()?,
+            "structure" => {
+                let text: String = value!("the name of a structure");
+                options.structure = structure(&text)?;
+            }
+            "tolerance" => options.tolerance = value!("a number"),
+            "time_step" => options.time_step = value!("a number"),
+            "rest_below" => options.rest_below = value!("a number"),
+            "terms" => options.terms = value!("a whole number from 1"),
+            "residual" => options.residual = value!("True or False"),
+            "contacts" => options.contacts = value!("a whole number from 0"),
+            "filtered_nodes" => options.filtered_nodes = value!("a whole number from 0"),
+            "substeps" => options.substeps = value!("a whole number from 1"),
+            "viscosity" => options.viscosity = value!("a number"),
             // Of the whole body, unless the file has a live parameter of that name.
-            "stiffness" if parameter.is_none() => options.stiffness = value.extract()?,
-            "density" if parameter.is_none() => options.density = value.extract()?,
-            "alpha" if parameter.is_none() => options.alpha = value.extract()?,
-            "beta" if parameter.is_none() => options.beta = value.extract()?,
+            "stiffness" if parameter.is_none() => options.stiffness = value!("a number"),
+            "density" if parameter.is_none() => options.density = value!("a number"),
+            "alpha" if parameter.is_none() => options.alpha = value!("a number"),
+            "beta" if parameter.is_none() => options.beta = value!("a number"),
             _ => {
-                let known =
-                    parameters.iter().any(|parameter| resolve(metadata, name.clone()) == parameter.name);
-                let Ok(number) = value.extract() else { return Err(no_number(&name, &value, known)) };
-                live.push((name, number));
+                let meant = resolve(metadata, name.clone());
+                if !parameters.iter().any(|parameter| parameter.name == meant) {
+                    refuse_slip(&name, value.extract::<f64>().is_ok())?;
+                }
+                live.push((name.clone(), value!("a number")));
                 continue;
             }
         }
@@ -106,13 +119,14 @@ pub fn scene_options(metadata: &Metadata<'_>, given: Option<&Bound<'_, PyDict>>)
     Ok(options)
 }
 
-/// A refusal of a keyword that has no number: of a live parameter, or of an option that is written otherwise.
-fn no_number(name: &str, value: &Bound<'_, PyAny>, known: bool) -> PyErr {
-    if known {
-        return PyTypeError::new_err(format!("the live parameter `{name}` is {value}; expected a number"));
-    }
+/// Refuses a keyword that is no live parameter if it is nearly an option, or has no number; any other is left
+/// to the parameters, whose names its refusal lists.
+fn refuse_slip(name: &str, is_number: bool) -> PyResult<()> {
     let nearest = did_you_mean(name, OPTIONS.iter().copied());
-    PyTypeError::new_err(format!("there is neither an option nor a live parameter `{name}`{nearest}"))
+    if is_number && nearest.is_empty() {
+        return Ok(());
+    }
+    Err(PyTypeError::new_err(format!("there is neither an option nor a live parameter `{name}`{nearest}")))
 }
 
 /// Sets live parameters in options; nothing has changed where one is refused.

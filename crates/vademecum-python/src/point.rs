@@ -3,9 +3,9 @@
 use pyo3::exceptions::{PyTypeError, PyValueError};
 use pyo3::prelude::*;
 use pyo3::types::PyTuple;
-use vademecum_eval::{Place, SurfacePoint};
+use vademecum_eval::{LocateError, Place, SurfacePoint};
 
-use crate::refusal::of_place;
+use crate::refusal::{of_locate, of_place};
 
 /// A place on a body: up to 16 nodes, in the order of the file, their weights, which sum to 1, and a radius
 /// in m. Without weights the nodes have equal ones. Radius 0 is a point; this version takes points only.
@@ -121,27 +121,19 @@ impl FromPyObject<'_, '_> for Target {
 
 impl Target {
     /// The place that is meant.
-    pub fn on(&self, locate: impl FnOnce([f64; 3]) -> Option<SurfacePoint>) -> PyResult<SurfacePoint> {
+    pub fn on(
+        &self,
+        locate: impl FnOnce([f64; 3]) -> Result<SurfacePoint, LocateError>,
+    ) -> PyResult<SurfacePoint> {
         match self {
             Self::Found(point) => Ok(point.get().0),
-            Self::Space(point) => located(*point, locate),
+            Self::Space(point) => locate(*point).map_err(of_locate),
         }
     }
 }
 
-/// The nearest point of the loadable surface.
-pub fn located(
-    point: [f64; 3],
-    locate: impl FnOnce([f64; 3]) -> Option<SurfacePoint>,
-) -> PyResult<SurfacePoint> {
-    if !point.iter().all(|x| x.is_finite()) {
-        return Err(PyValueError::new_err("the point has a number that is not finite"));
-    }
-    locate(point).ok_or_else(|| PyValueError::new_err("the file has no loadable surface to find a point on"))
-}
-
 /// A refusal of an argument, as a `TypeError` where it has the wrong type.
-fn wrong(given: &Borrowed<'_, '_, PyAny>, expected: &str, error: &PyErr) -> PyErr {
+pub fn wrong(given: &Borrowed<'_, '_, PyAny>, expected: &str, error: &PyErr) -> PyErr {
     let found: String =
         given.repr().map_or_else(|_| "?".into(), |text| text.to_string().chars().take(60).collect());
     let words = format!("expected {expected}, found {found}");

@@ -15,35 +15,25 @@ pub struct Given(String, String, PathBuf);
 impl Given {
     /// The problem that is meant.
     pub fn problem(&self) -> Result<Problem, Refusal> {
-        match self.toml("problem")? {
-            None => Ok(Problem::read(Path::new(&self.1))?),
-            Some(text) => Ok(Problem::parse(&text, "the problem", self.2.clone())?),
-        }
+        let Self(kind, given, folder) = self;
+        Ok(match kind.as_str() {
+            "path" => Problem::read(Path::new(given))?,
+            "toml" => Problem::parse(given, "the problem", folder.clone())?,
+            _ => Problem::of_table(self.table()?, "the dict of the problem", folder.clone())?,
+        })
     }
 
     /// The scenario that is meant.
     pub fn scenario(&self) -> Result<Scenario, Refusal> {
-        match self.toml("scenario")? {
-            None => Ok(Scenario::read(Path::new(&self.1))?),
-            Some(text) => {
-                // Files of tables are looked for beside the path that messages name.
-                let name = self.2.join("the scenario");
-                Ok(Scenario::parse(&text, &name.display().to_string())?)
-            }
-        }
+        let Self(kind, given, folder) = self;
+        Ok(match kind.as_str() {
+            "path" => Scenario::read(Path::new(given))?,
+            _ => Scenario::of_table(self.table()?, "the dict of the scenario", folder)?,
+        })
     }
 
-    /// The text, unless it is a path.
-    fn toml(&self, what: &str) -> Result<Option<String>, Refusal> {
-        match self.0.as_str() {
-            "path" => Ok(None),
-            "toml" => Ok(Some(self.1.clone())),
-            _ => {
-                let table: toml::Table = serde_json::from_str(&self.1)
-                    .map_err(|error| Refusal::usage(format!("the {what}: {error}")))?;
-                let text = toml::to_string(&table);
-                Ok(Some(text.map_err(|error| Refusal::usage(format!("the {what}: {error}")))?))
-            }
-        }
+    /// The keys of a mapping.
+    fn table(&self) -> Result<toml::Table, Refusal> {
+        serde_json::from_str(&self.1).map_err(|error| Refusal::usage(format!("the dict: {error}")))
     }
 }

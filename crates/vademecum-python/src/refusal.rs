@@ -7,7 +7,8 @@ use pyo3::exceptions::{PyKeyboardInterrupt, PyRuntimeError, PyValueError};
 use pyo3::prelude::*;
 use vademecum_cli::{Cause, Failure};
 use vademecum_eval::{
-    BindError, LoadError, OutputError, PlaceError, Quantity, SavedError, SimulationError, StepError,
+    BindError, LoadError, LocateError, OutputError, PlaceError, Quantity, SavedError, SimulationError,
+    StepError,
 };
 use vademecum_study::{FileError, StudyError};
 
@@ -30,6 +31,11 @@ impl Refusal {
     /// Wrong arguments.
     pub fn usage(words: impl Into<String>) -> Self {
         Self { cause: Cause::Usage, words: words.into() }
+    }
+
+    /// A resource that the machine does not give.
+    pub fn machine(words: String) -> Self {
+        Self { cause: Cause::Machine, words }
     }
 }
 
@@ -86,6 +92,11 @@ pub fn of_load(error: LoadError) -> PyErr {
 
 /// A step that was refused.
 pub fn of_step(error: StepError) -> PyErr {
+    PyValueError::new_err(error.to_string())
+}
+
+/// A point without a place.
+pub fn of_locate(error: LocateError) -> PyErr {
     PyValueError::new_err(error.to_string())
 }
 

@@ -10,11 +10,10 @@ use pyo3::prelude::*;
 use vademecum_build::progress::Listener;
 
 use crate::refusal::Refusal;
+use crate::threads::{STACK, with_threads};
 
 /// Longest wait of progress messages and Python's signals.
 const PATIENCE: Duration = Duration::from_millis(50);
-/// Stack of the working thread \[bytes\]: as much as the program has on most systems.
-const STACK: usize = 8 << 20;
 
 /// Messages of the work since the last call.
 #[derive(Default)]
@@ -108,7 +107,7 @@ pub fn watched<R: Send>(
         let (say, mut done) = channel();
         let heard = &ear;
         let task = move || {
-            let result = work(heard);
+            let result = with_threads(|| work(heard));
             // Whoever waits for it waits until it is here.
             let _ = say.send(());
             result

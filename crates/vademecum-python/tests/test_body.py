@@ -197,7 +197,15 @@ def test_wrong_arguments_are_named(beam):
         (lambda: body.step(-1), ValueError, "a whole number from 0, found -1"),
         (lambda: body.step("x"), TypeError, "a whole number from 0, found 'x'"),
         (lambda: beam.body(structur="exact"), TypeError, "`structur`.*did you mean `structure`"),
-        (lambda: beam.body(stifness=2.0), vademecum.InputError, "stifness"),
+        (lambda: beam.body(stifness=2.0), TypeError, "`stifness`.*did you mean `stiffness`"),
+        (lambda: beam.body(nothing=2.0), vademecum.InputError, "nothing"),
+        (lambda: beam.body(structure=3), TypeError, "the name of a structure for `structure`, found 3"),
+        (lambda: beam.body(tolerance="x"), TypeError, "a number for `tolerance`, found 'x'"),
+        (lambda: beam.body(contacts=-1), ValueError, "a whole number from 0 for `contacts`, found -1"),
+        (lambda: beam.body(residual=0.5), TypeError, "True or False for `residual`"),
+        (lambda: beam.body().push([100.0, 0.0, 0.0], FORCE), ValueError, "9.900e1 away from the loadable surface.*unit of the file"),
+        (lambda: beam.body().locate([0.0, 0.0, -100.0]), ValueError, "away from the loadable surface"),
+        (lambda: beam.batch(2).push(0, [100.0, 0.0, 0.0], FORCE), ValueError, "away from the loadable surface"),
     ]
     for call, error, words in wrong:
         with pytest.raises(error, match=words):

@@ -32,5 +32,17 @@ def test_a_class_has_the_texts_of_its_stub(stub):
             assert "..." not in str(inspect.signature(found)) and "Ellipsis" not in str(inspect.signature(found))
 
 
+def test_every_public_method_has_a_text():
+    kinds = [kind for kind in map(vademecum.__dict__.get, vademecum.__all__) if inspect.isclass(kind)]
+    assert len(kinds) > 30
+    for kind in kinds:
+        assert words(kind.__doc__), kind
+        for name, member in vars(kind).items():
+            if not name.startswith("_") and (callable(member) or isinstance(member, property) or inspect.isgetsetdescriptor(member)):
+                assert words(getattr(kind, name).__doc__), f"{kind.__name__}.{name}"
+    for name in vademecum.__all__:
+        assert words(getattr(vademecum, name).__doc__), name
+
+
 def test_completion_shows_the_package_alone():
     assert dir(vademecum) == sorted([*vademecum.__all__, "__version__"])

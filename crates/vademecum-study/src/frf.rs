@@ -5,6 +5,9 @@
 //! in the mode acceleration method, behind its force by the damping `βK` of the truncated modes. Velocity
 //! and acceleration are `iω` and `−ω²` times that.
 
+use std::fmt;
+use std::str::FromStr;
+
 use faer::linalg::solvers::Solve;
 use faer::linalg::triangular_solve::solve_lower_triangular_in_place;
 use faer::{Mat, Par, c64};
@@ -32,6 +35,50 @@ pub enum Channel {
     /// A probe (as an output) or a load pattern (as an input), by its name.
     Named(String),
 }
+
+impl FromStr for Channel {
+    type Err = ChannelError;
+
+    /// `X,Y,Z,DIRECTION` or a name. A direction is `x`, `-x`, `y`, `-y`, `z`, `-z`, or three numbers.
+    fn from_str(text: &str) -> Result<Self, ChannelError> {
+        let parts: Vec<&str> = text.split(',').map(str::trim).collect();
+        let number = |part: &&str| part.parse::<f64>().ok().filter(|x| x.is_finite());
+        let numbers: Vec<Option<f64>> = parts.iter().map(number).collect();
+        let three =
+            |at: usize| -> Option<[f64; 3]> { Some([numbers[at]?, numbers[at + 1]?, numbers[at + 2]?]) };
+        let direction = match parts.len() {
+            1 if !text.is_empty() => return Ok(Self::Named(text.into())),
+            4 => {
+                let (sign, axis) = match parts[3].strip_prefix('-') {
+                    Some(axis) => (-1.0, axis),
+                    None => (1.0, parts[3].trim_start_matches('+')),
+                };
+                let axis = ["x", "y", "z"].iter().position(|known| *known == axis);
+                axis.map(|axis| std::array::from_fn(|c| if c == axis { sign } else { 0.0 }))
+            }
+            6 => three(3).filter(|direction| direction.iter().any(|c| *c != 0.0)),
+            _ => None,
+        };
+        let point = if parts.len() > 3 { three(0) } else { None };
+        let found = point.zip(direction).map(|(point, direction)| Self::Point(point, direction));
+        found.ok_or_else(|| ChannelError(text.into()))
+    }
+}
+
+impl fmt::Display for Channel {
+    /// As a column is named: without commas.
+    fn fmt(&self, out: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Named(name) => out.write_str(name),
+            Self::Point([x, y, z], [u, v, w]) => write!(out, "({x} {y} {z}) along ({u} {v} {w})"),
+        }
+    }
+}
+
+/// A text that is no channel.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[error("`{0}` is no channel; write X,Y,Z,DIRECTION such as 1,0.04,0.1,-z or 1,0.04,0.1,0,0,-1, or a name")]
+pub struct ChannelError(String);
 
 /// Request for a frequency response.
 #[derive(Clone, Debug)]

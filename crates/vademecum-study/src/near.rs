@@ -1,16 +1,15 @@
 //! Points that somebody names, held to the body: one that is further from the surface than the body is large
 //! is most likely in another unit, and the nearest point of the surface would not be what was meant.
 
-use vademecum_eval::SurfacePoint;
+use vademecum_eval::{Surface, SurfacePoint};
 use vademecum_format::{File, SectionKind};
 
 use crate::contents::numbers;
 use crate::error::{FileError, StudyError};
 
-/// Largest accepted distance of a point from the surface: the diagonal of the box around all nodes \[m\].
+/// Largest accepted distance of a point from the surface \[m\], that of the evaluator's bodies.
 pub(crate) fn reach(file: &File<'_>) -> Result<f64, FileError> {
-    let [low, high] = bounds(file, false)?;
-    Ok((0..3).map(|c| (high[c] - low[c]).powi(2)).sum::<f64>().sqrt())
+    Ok(Surface::new(file)?.reach())
 }
 
 /// The point of the loadable surface that was found for `what`, unless it is further away than `reach`.
@@ -21,18 +20,17 @@ pub(crate) fn within(
     what: impl FnOnce() -> String,
 ) -> Result<SurfacePoint, StudyError> {
     if found.distance > reach {
-        let [low, high] = bounds(file, true)?;
+        let [low, high] = loadable_box(file)?;
         return Err(StudyError::FarPoint { what: what(), distance: found.distance, low, high });
     }
     Ok(found)
 }
 
-/// The box around all nodes of a file, or around its loadable ones: lower and upper corner.
-fn bounds(file: &File<'_>, loadable: bool) -> Result<[[f64; 3]; 2], FileError> {
+/// The box around the loadable nodes of a file, which are its first: lower and upper corner.
+fn loadable_box(file: &File<'_>) -> Result<[[f64; 3]; 2], FileError> {
     let coordinates = numbers(file, SectionKind::NodeCoordinates)?;
     let nodes = coordinates.as_chunks::<3>().0;
-    // The loadable nodes are the first of the file.
-    let count = if loadable { file.metadata().n_load_nodes as usize } else { nodes.len() };
+    let count = file.metadata().n_load_nodes as usize;
     let fold = |start: f64, pick: fn(f64, f64) -> f64| {
         std::array::from_fn(|c| nodes.iter().take(count).fold(start, |x, node| pick(x, node[c])))
     };

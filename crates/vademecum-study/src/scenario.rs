@@ -60,7 +60,16 @@ impl Scenario {
     pub fn parse(text: &str, path: &str) -> Result<Self, ScenarioError> {
         let mut scenario: Scenario = toml_file::parse(text, path)?;
         scenario.check(path, text)?;
-        scenario.read_tables(path, text)?;
+        scenario.read_tables(Path::new(path).parent().unwrap_or(Path::new("")), path, text)?;
+        Ok(scenario)
+    }
+
+    /// Checks a scenario that another program has as a table; messages name `path` and the keys, and files of
+    /// tables are looked for in `folder`.
+    pub fn of_table(table: toml::Table, path: &str, folder: &Path) -> Result<Self, ScenarioError> {
+        let mut scenario: Scenario = toml_file::of_table(table, path)?;
+        scenario.check(path, "")?;
+        scenario.read_tables(folder, path, "")?;
         Ok(scenario)
     }
 
@@ -106,8 +115,8 @@ impl Scenario {
     }
 
     /// Reads the tables that loads name, and checks what they are used for.
-    fn read_tables(&mut self, path: &str, text: &str) -> Result<(), ScenarioError> {
-        let mut tables = Tables::beside(Path::new(path));
+    fn read_tables(&mut self, folder: &Path, path: &str, text: &str) -> Result<(), ScenarioError> {
+        let mut tables = Tables::of(folder);
         let place = |key: &str| toml_file::place(path, text, key);
         let too_large = |key: String, size: f64| {
             let expected = "rows and a force whose product is at most 1e75 in size";

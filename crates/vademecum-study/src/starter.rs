@@ -9,6 +9,7 @@ use vademecum_build::input::Problem;
 use vademecum_build::mesh::{self, Mesh, MeshError, surface::Surface};
 use vademecum_build::prepared::{STEPS_PER_PERIOD, prepare, proposed_time_step};
 use vademecum_build::progress::{Listener, Stopwatch};
+use vademecum_build::suggest::did_you_mean;
 
 use crate::error::StudyError;
 
@@ -77,6 +78,19 @@ pub const MATERIALS: [NamedMaterial; 16] = [
     material("bone", [17e9, 0.30, 1900.0, 0.03], TISSUE),
     material("liver", [5e3, 0.45, 1050.0, 0.10], TISSUE),
 ];
+
+impl NamedMaterial {
+    /// A material by its name.
+    ///
+    /// # Errors
+    /// The words of a refusal, with the names that there are.
+    pub fn find(name: &str) -> Result<Self, String> {
+        let known = || MATERIALS.map(|material| material.name).join(", ");
+        let nearest = || did_you_mean(name, MATERIALS.iter().map(|material| material.name));
+        let found = MATERIALS.into_iter().find(|material| material.name == name);
+        found.ok_or_else(|| format!("unknown material `{name}`; known: {}{}", known(), nearest()))
+    }
+}
 
 /// Options; everything else is proposed.
 #[derive(Clone, Debug)]

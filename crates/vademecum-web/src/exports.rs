@@ -539,16 +539,20 @@ pub unsafe extern "C" fn read(number: u32, index: usize, velocity: u32, at: *mut
 }
 
 /// Leaves the loadable point nearest to (x, y, z) in the exchange buffer: nodes, weights, position, distance.
-/// 0 if none.
 #[unsafe(no_mangle)]
 pub extern "C" fn locate(x: f64, y: f64, z: f64) -> u32 {
     let module = module();
-    let found = module.bound.as_ref().and_then(|bound| bound.body.locate([x, y, z]));
-    let Some(p) = found else { return 0 };
-    let (nodes, weights) = p.place.corners().unwrap_or_default();
-    let nodes = nodes.map(f64::from);
-    module.give(nodes.into_iter().chain(weights).chain(p.position).chain([p.distance]));
-    1
+    let mut found = None;
+    let done = module.ask(|bound| {
+        found = Some(bound.body.locate([x, y, z])?);
+        Ok(1)
+    });
+    if let Some(p) = found {
+        let (nodes, weights) = p.place.corners().unwrap_or_default();
+        let nodes = nodes.map(f64::from);
+        module.give(nodes.into_iter().chain(weights).chain(p.position).chain([p.distance]));
+    }
+    done
 }
 
 /// Bytes that [`save`] writes at most.

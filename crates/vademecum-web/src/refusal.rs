@@ -1,7 +1,7 @@
 //! Refusals of the module, in one type.
 
 use thiserror::Error;
-use vademecum_eval::{BindError, LoadError, OutputError, SavedError, StepError};
+use vademecum_eval::{BindError, LoadError, LocateError, OutputError, SavedError, StepError};
 
 /// Reason of a refused call.
 #[derive(Clone, Copy, Debug, Error)]
@@ -13,6 +13,9 @@ pub enum Refusal {
     /// A load cannot be applied.
     #[error(transparent)]
     Load(#[from] LoadError),
+    /// There is no place nearest to a point, or it is too far away.
+    #[error(transparent)]
+    Locate(#[from] LocateError),
     /// A step or a state cannot be taken.
     #[error(transparent)]
     Step(#[from] StepError),

@@ -5,12 +5,14 @@ import { readFileSync } from "node:fs";
 import { createRequire } from "node:module";
 import { extname, join, normalize } from "node:path";
 import { after, before, test } from "node:test";
+import { pathToFileURL } from "node:url";
 import { march } from "./march.js";
 
 const { INSTALLED, WORK } = process.env;
 const here = import.meta.dirname ?? new URL(".", import.meta.url).pathname;
-const { Body, Refused } = await import(join(INSTALLED, "node_modules/vademecum-eval/index.js"));
-const { chromium } = createRequire(`${INSTALLED}/`)("playwright-core");
+const installed = createRequire(`${INSTALLED}/`);
+const { Body, Refused } = await import(installed.resolve("vademecum-eval"));
+const { chromium } = installed("playwright-core");
 const [beam, exact, live] = ["beam", "exact", "live"].map((name) => readFileSync(`${WORK}/${name}.vdm`));
 const refused = (call, words) => assert.throws(call, (error) => error instanceof Refused && words.test(error.message), String(words));
 
@@ -96,6 +98,47 @@ test("parameters by name, within their ranges, under the loads that are held", a
   await assert.rejects(Body.open(live, { parameters: { stiffness: 9 } }), Refused);
 });
 
+test("stiffness, density and damping of the whole body are options", async () => {
+  const unscaled = await Body.open(exact);
+  const pushed = async (options, steps) => {
+    const body = await Body.open(exact, { precision: "double", ...options });
+    const place = body.locate([1, 0.08, 0.1]);
+    body.push(place, [0, 0, -20]);
+    body.step(steps);
+    return [body.point(place)[2], body.point(place, "velocity")[2]];
+  };
+  const [soft] = await pushed({ alpha: 50 }, 30000);
+  const [stiff] = await pushed({ alpha: 50, stiffness: 2 }, 30000);
+  assert.ok(Math.abs(soft / stiff - 2) < 1e-6, `${soft} ${stiff}`);
+  const [, light] = await pushed({}, 1);
+  const [, heavy] = await pushed({ density: 4 }, 1);
+  assert.ok(light / heavy > 1.5, "a heavier body is slower");
+  const [, damped] = await pushed({ beta: 1e-2 }, 1);
+  assert.ok(Math.abs(damped) < Math.abs(light), "a damped body, too");
+  // Of a live parameter of that name the range holds.
+  assert.equal((await Body.open(live, { stiffness: 1.5 })).parameters[0].value, 1.5);
+  for (const [source, options, words] of [[live, { stiffness: 9 }, /range, 0.5 to 2/], [exact, { stiffness: -1 }, /stiffness|scale/], [exact, { beta: "x" }, /beta is "x"/],
+    [exact, { stifness: 2 }, /no option "stifness"; there are wasm/]]) {
+    await assert.rejects(Body.open(source, options), (error) => error instanceof Refused && words.test(error.message), String(words));
+  }
+  refused(() => unscaled.setParameters({ stiffness: 2 }), /no live parameter "stiffness"; that of the whole body is an option of Body.open/);
+});
+
+test("a file is opened from a URL and from an answer of fetch", async () => {
+  const energy = async (source) => {
+    const body = await Body.open(source);
+    body.push(body.locate([1, 0.08, 0.1]), [0, 0, -20]);
+    body.step(10);
+    return body.energy;
+  };
+  const wanted = await energy(exact);
+  for (const source of [pathToFileURL(`${WORK}/exact.vdm`), new URL(`${address}/exact.vdm`), fetch(`${address}/exact.vdm`)]) {
+    assert.equal(await energy(source), wanted);
+  }
+  await assert.rejects(Body.open(fetch(`${address}/nowhere.vdm`)), /nowhere.vdm: the server answers 404/);
+  await assert.rejects(Body.open(pathToFileURL(`${WORK}/nowhere.vdm`)), /nowhere.vdm/);
+});
+
 test("views, states, spheres and refusals", async () => {
   const body = await Body.open(exact);
   assert.equal(body.positions.length, 3 * body.counts.surfaceNodes);
@@ -126,6 +169,7 @@ test("views, states, spheres and refusals", async () => {
   refused(() => body.probe("top"), /no probe "top"; it has tip/);
   refused(() => body.pushPattern("gravitation"), /no load pattern "gravitation"; it has/);
   refused(() => body.setParameters("stiffness", 2), /parameters are "stiffness"; expected an object/);
+  refused(() => body.locate([100, 0, 0]), /9.900e1 away from the loadable surface/);
   refused(() => body.locate("x"), /point is "x"; expected three numbers/);
   refused(() => body.locate([1, 2]), /point is \[1,2\]; expected three numbers/);
   refused(() => body.push([1, 2, 3], [0, 0, 1]), /place is \[1,2,3\]; expected nodes and as many weights/);

@@ -2,9 +2,9 @@
 import { Body, Place, Refused } from "vademecum-eval";
 
 export async function use(bytes: ArrayBuffer): Promise<number> {
-  const body = await Body.open(bytes, { precision: "double", parameters: { stiffness: 1 } });
-  const place: Place | null = body.locate([0, 0, 0]);
-  if (!place) throw new Refused("nothing to press");
+  const body = await Body.open(bytes, { precision: "double", parameters: { stiffness: 1 }, density: 2 });
+  const place: Place = body.locate([0, 0, 0]);
+  if (body.counts.loadNodes === 0) throw new Refused("nothing to press");
   body.push(place, [0, 0, -1]);
   body.setParameters({ stiffness: 2 });
   const status: "moving" | "at-rest" = body.step(10);

@@ -37,7 +37,7 @@ fn run<T: Scalar>(bytes: &[u8], memory: &mut [T], work: &mut [f64], block: bool)
     let (mut order, mut boxes) = ([0; 64], [0.0; 256]);
     let mut tree = SurfaceTree::new(&surface, &mut order, &mut boxes).ok()?;
     tree.refit(memory, 2.0).ok()?;
-    let point = body.locate([0.0; 3])?;
+    let point = body.locate([0.0; 3]).ok()?;
     let point = tree.pick(point.position, [0.0, 0.0, -1.0]).or(tree.locate(point.position))?;
     body.push(&Place::new(&[0, 1, 2, 3], &[0.25; 4]).ok()?, [0.0, 0.0, -1.0]).ok()?;
     body.push_ramp(&point, [0.0; 3], [0.0, 0.0, -1.0]).ok()?;

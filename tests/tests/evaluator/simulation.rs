@@ -3,7 +3,8 @@
 use std::error::Error;
 
 use vademecum_eval::{
-    Contact, Field, LoadError, Place, Scalar, SceneOptions, Simulation, SimulationError, Status,
+    Contact, Field, LoadError, LocateError, Place, Scalar, SceneOptions, Simulation, SimulationError, Status,
+    Surface,
 };
 use vademecum_rewrite::pack;
 use vademecum_tests::exact_beam::exact_beam;
@@ -16,7 +17,7 @@ const FORCE: [f64; 3] = [3.0, -20.0, -40.0];
 fn both<T: Scalar + PartialEq + Send + 'static>(bytes: &[u8]) -> Result<(), Box<dyn Error>> {
     let options = SceneOptions::default();
     let mut body = Simulation::<T>::new(bytes.to_vec(), &options)?;
-    let place = body.locate([0.8, 0.04, 0.1]).ok_or("no surface")?;
+    let place = body.locate([0.8, 0.04, 0.1])?;
     body.push(&place, FORCE)?;
     assert_eq!(body.step(100)?, Status::Moving);
     // Moved to another place and to another thread: what it borrows stays where it is.
@@ -96,7 +97,7 @@ fn a_saved_state_comes_back_and_a_ray_meets_what_has_moved() -> Result<(), Box<d
     let mut body = Simulation::<f32>::new(exact_beam(), &SceneOptions::default())?;
     let above = ([0.9, 0.04, 1.0], [0.0, 0.0, -1.0]);
     let at_rest = body.pick(above.0, above.1, 1.0).ok_or("nothing there")?;
-    let place = body.locate(at_rest.position).ok_or("no surface")?;
+    let place = body.locate(at_rest.position)?;
     body.push(&place, [0.0, 0.0, -4e3])?;
     body.step(20)?;
     let saved = body.save();
@@ -140,7 +141,7 @@ fn files_are_opened_packed_or_not_and_survive_what_happens_on_the_disk() -> Resu
         let mut body = Simulation::<f32>::open(&path, &SceneOptions::default())?;
         // Another program cuts the file short.
         std::fs::OpenOptions::new().write(true).truncate(true).open(&path)?;
-        let place = body.locate([0.8, 0.04, 0.1]).ok_or("no surface")?;
+        let place = body.locate([0.8, 0.04, 0.1])?;
         body.push(&place, FORCE)?;
         body.step(50)?;
         steps.push(body.save());
@@ -151,5 +152,30 @@ fn files_are_opened_packed_or_not_and_survive_what_happens_on_the_disk() -> Resu
     assert!(missing.err().ok_or("no error")?.source().is_some());
     let cut = Simulation::<f32>::new(bytes[..bytes.len() / 2].to_vec(), &SceneOptions::default());
     assert!(matches!(cut.err(), Some(SimulationError::Format(_))));
+    Ok(())
+}
+
+#[test]
+fn a_finger_far_from_the_body_is_refused_with_its_distance() -> Result<(), Box<dyn Error>> {
+    let body = Simulation::<f64>::new(exact_beam(), &SceneOptions::default())?;
+    let surface = Surface::new(body.file())?;
+    let (tip, reach) = (body.locate([1.0, 0.04, 0.1])?, surface.reach());
+    assert!(tip.distance < 1e-12 && (1.0..1.1).contains(&reach), "{reach}");
+    // A finger above the body may hover as high as the body is large.
+    let above = |height: f64| body.locate([1.0, 0.04, 0.1 + height]);
+    assert_eq!(above(0.999 * reach)?.place, tip.place);
+    let Err(LocateError::Far { distance, reach: told }) = above(1.001 * reach) else { panic!("not refused") };
+    assert!((distance - 1.001 * reach).abs() < 1e-12 && told == reach);
+    assert_eq!(
+        surface.locate([1.0, 0.04, 100.0]).ok_or("none")?.place,
+        tip.place,
+        "the surface only measures"
+    );
+    assert_eq!(body.locate([f64::NAN, 0.0, 0.0]), Err(LocateError::NotFinite));
+    let words = body.locate([1000.0, 40.0, 100.0]).unwrap_err().to_string();
+    assert!(
+        words.contains("away from the loadable surface") && words.contains("unit of the file"),
+        "{words}"
+    );
     Ok(())
 }

@@ -128,6 +128,9 @@ pub struct Problem {
     /// The name used in messages.
     #[serde(skip)]
     pub path: String,
+    /// True of a problem that was no text, whose keys stand in no line.
+    #[serde(skip)]
+    is_table: bool,
 }
 
 fn si_units() -> String {
@@ -166,6 +169,17 @@ impl Problem {
         Ok(problem)
     }
 
+    /// Checks a problem that another program has as a table; relative paths start from `folder`, messages
+    /// name `path` and the keys.
+    pub fn of_table(table: toml::Table, path: &str, folder: PathBuf) -> Result<Self, ProblemError> {
+        let text = table.to_string();
+        toml_file::check_length(text.len(), MAX_TEXT, path)?;
+        let problem: Problem = toml_file::of_table(table, path)?;
+        let problem = Problem { text, folder, path: path.into(), is_table: true, ..problem };
+        problem.check()?;
+        Ok(problem)
+    }
+
     /// A path of the problem file, from where the program stands.
     pub fn resolve(&self, path: &Path) -> PathBuf {
         self.folder.join(path)
@@ -187,7 +201,7 @@ impl Problem {
 
     /// `file:line` of a key, for messages.
     pub fn place(&self, key: &str) -> String {
-        toml_file::place(&self.path, &self.text, key)
+        if self.is_table { self.path.clone() } else { toml_file::place(&self.path, &self.text, key) }
     }
 }
 

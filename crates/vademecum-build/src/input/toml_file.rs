@@ -97,6 +97,15 @@ fn excerpt(message: &str) -> String {
     message.lines().map(cut).collect::<Vec<_>>().join("\n")
 }
 
+/// A value of a table that another program has made, whose keys stand in no line; messages name `path`.
+pub fn of_table<T: DeserializeOwned>(table: toml::Table, path: &str) -> Result<T, TomlError> {
+    table.try_into().map_err(|error: toml::de::Error| {
+        let words: Vec<String> = error.to_string().lines().map(|line| line.trim().to_string()).collect();
+        let message = words.join(" ") + &hint(error.message(), "", 0);
+        TomlError::Malformed { path: path.into(), message }
+    })
+}
+
 /// Suggestion for a refused text; may be empty.
 fn hint(said: &str, text: &str, at: usize) -> String {
     let mut quoted = said.split('`').skip(1).step_by(2);

@@ -4,11 +4,12 @@ use vademecum_eval::format::scheme::MAX_STAGES;
 use vademecum_eval::{BaseMotion, LoadError, Place};
 
 use crate::handle::on;
-use crate::refusal::{Refusal, needed};
+use crate::refusal::needed;
 use crate::slices::{given, room};
 use crate::types::{VdmBody, VdmPlace, VdmStatus};
 
 /// The place of the loadable surface at rest that is nearest to a point. A search over all triangles: `O(n)`.
+/// A point further away than the body is large (`VDM_LOAD`) is most likely in another unit.
 ///
 /// # Safety
 /// `body` is null or a handle of [`vdm_bind`](crate::vdm_bind), `point` points to three numbers, `place` to a
@@ -23,8 +24,7 @@ pub unsafe extern "C" fn vdm_locate(
     unsafe {
         on(body, |body| {
             let (point, place) = (needed(given(point), "point")?, needed(place.as_mut(), "place")?);
-            let said = "the file has no loadable surface";
-            let found = body.locate(point).ok_or(Refusal::Words(VdmStatus::VDM_OUTPUT, said))?;
+            let found = body.locate(point)?;
             *place = VdmPlace::new(&found.place, found.position, found.distance);
             Ok(VdmStatus::VDM_OK)
         })

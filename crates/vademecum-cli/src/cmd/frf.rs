@@ -33,10 +33,10 @@ pub(crate) struct Frf {
     /// The vademecum file.
     file: PathBuf,
     /// Point and direction of the force, or a load pattern.
-    #[arg(long = "in", value_name = "CHANNEL", value_parser = channel, allow_hyphen_values = true)]
+    #[arg(long = "in", value_name = "CHANNEL", value_parser = str::parse::<Channel>, allow_hyphen_values = true)]
     input: Channel,
     /// Point and direction of an output, or a probe; may be given several times.
-    #[arg(long = "out", value_name = "CHANNEL", value_parser = channel, required = true,
+    #[arg(long = "out", value_name = "CHANNEL", value_parser = str::parse::<Channel>, required = true,
           allow_hyphen_values = true)]
     outputs: Vec<Channel>,
     /// First and last frequency in Hz.
@@ -150,7 +150,7 @@ impl Frf {
             quantity,
         };
         let found = frequency_response(&file, &options, &question).map_err(about)?;
-        let names: Vec<String> = self.outputs.iter().map(name).collect();
+        let names: Vec<String> = self.outputs.iter().map(Channel::to_string).collect();
         for &output in &found.by_modes_alone {
             console.note(&format!(
                 "`{}` is by the modes alone: the file does not have their static remainder between two points of \
@@ -170,7 +170,7 @@ impl Frf {
                 amplitudes.push(Series { name, points: line(amplitude) });
                 phases.push(Series { name, points: line(phase) });
             }
-            let title = format!("Answer to a force of amplitude 1 at {}", name(&self.input));
+            let title = format!("Answer to a force of amplitude 1 at {}", self.input);
             let svg = response_chart(&title, &format!("amplitude [{unit}]"), self.log, amplitudes, phases);
             let svg = svg.map_err(|error| Failure::new(Cause::Numerics, error.to_string()))?;
             outputs.write(path, Kind::Svg, |out| out.write_all(svg.as_bytes()))?;
@@ -241,39 +241,6 @@ fn table(frequencies: &[f64], names: &[String], found: &FrequencyResponse, unit:
         out.push('\n');
     }
     out
-}
-
-/// A channel as a column is named: without commas.
-fn name(channel: &Channel) -> String {
-    match channel {
-        Channel::Named(name) => name.clone(),
-        Channel::Point([x, y, z], [u, v, w]) => format!("({x} {y} {z}) along ({u} {v} {w})"),
-    }
-}
-
-/// `X,Y,Z,DIRECTION` or a name.
-fn channel(text: &str) -> Result<Channel, String> {
-    let parts: Vec<&str> = text.split(',').map(str::trim).collect();
-    let number = |part: &&str| part.parse::<f64>().ok().filter(|x| x.is_finite());
-    let numbers: Vec<Option<f64>> = parts.iter().map(number).collect();
-    let three = |at: usize| -> Option<[f64; 3]> { Some([numbers[at]?, numbers[at + 1]?, numbers[at + 2]?]) };
-    let direction = match parts.len() {
-        1 if !text.is_empty() => return Ok(Channel::Named(text.into())),
-        4 => {
-            let (sign, axis) = match parts[3].strip_prefix('-') {
-                Some(axis) => (-1.0, axis),
-                None => (1.0, parts[3].trim_start_matches('+')),
-            };
-            let axis = ["x", "y", "z"].iter().position(|known| *known == axis);
-            axis.map(|axis| std::array::from_fn(|c| if c == axis { sign } else { 0.0 }))
-        }
-        6 => three(3).filter(|direction| direction.iter().any(|c| *c != 0.0)),
-        _ => None,
-    };
-    let point = if parts.len() > 3 { three(0) } else { None };
-    point.zip(direction).map(|(point, direction)| Channel::Point(point, direction)).ok_or_else(|| {
-        format!("`{text}` is no channel; write X,Y,Z,DIRECTION such as 1,0.04,0.1,-z or 1,0.04,0.1,0,0,-1, or a name")
-    })
 }
 
 /// Two frequencies, ascending, above 0.

@@ -3,8 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use vademecum_build::store::Kind;
-use vademecum_build::suggest::did_you_mean;
-use vademecum_study::starter::{MATERIALS, NamedMaterial, StarterError, StarterOptions, starter};
+use vademecum_study::starter::{NamedMaterial, StarterError, StarterOptions, starter};
 
 use crate::arguments::{OutputArguments, positive};
 use crate::console::Console;
@@ -27,7 +26,7 @@ pub(crate) struct Init {
     #[arg(short, long)]
     output: Option<PathBuf>,
     /// Material of the body.
-    #[arg(long, default_value = "steel", value_parser = named)]
+    #[arg(long, default_value = "steel", value_parser = NamedMaterial::find)]
     material: NamedMaterial,
     /// Metres in a unit of the mesh [default: 0.001 for a body of more than 20 units, else 1].
     #[arg(long, value_parser = positive, allow_negative_numbers = true)]
@@ -40,14 +39,6 @@ pub(crate) struct Init {
     json: bool,
     #[command(flatten)]
     outputs: OutputArguments,
-}
-
-/// A material by its name.
-fn named(name: &str) -> Result<NamedMaterial, String> {
-    let known = || MATERIALS.map(|material| material.name).join(", ");
-    let found = MATERIALS.into_iter().find(|material| material.name == name);
-    let nearest = || did_you_mean(name, MATERIALS.iter().map(|material| material.name));
-    found.ok_or_else(|| format!("unknown material `{name}`; known: {}{}", known(), nearest()))
 }
 
 impl Init {

@@ -8,7 +8,7 @@ mod page;
 mod separation_figures;
 mod words;
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use vademecum_build::input::Problem;
 use vademecum_build::prepared::prepare;
@@ -84,8 +84,46 @@ struct ReportOutput {
 const FIGURES: [(&str, Kind); 4] =
     [("mesh.svg", Kind::Svg), ("modes.svg", Kind::Svg), ("free-run.svg", Kind::Svg), ("file.svg", Kind::Svg)];
 
+/// Writes the page of a file, as `vademecum report` does, with the figures beside it; `compared` is the
+/// problem and the scenario of a comparison with the full order.
+///
+/// # Errors
+/// [`Failure`].
+pub fn report(
+    file: &Path,
+    output: &Path,
+    compared: Option<[PathBuf; 2]>,
+    listener: &dyn Listener,
+) -> Result<(), Failure> {
+    let [problem, scenario] = compared.map_or([None, None], |both| both.map(Some));
+    let report = Report {
+        file: file.into(),
+        output: output.into(),
+        problem,
+        scenario,
+        build: None,
+        json: false,
+        outputs: OutputArguments { force: false },
+        limit: Limit::default(),
+    };
+    report.write(listener).map(drop)
+}
+
 impl Report {
     pub(crate) fn run(&self, console: &Console) -> Result<(), Failure> {
+        let written = self.write(console)?;
+        console.clear();
+        if self.json {
+            print_json(&written);
+        } else {
+            let at = written.figures_folder.as_ref().map_or("inside".into(), |folder| format!("in {folder}"));
+            println!("{}: {} bytes; {} figures {at}", written.page, written.bytes, written.figures);
+        }
+        Ok(())
+    }
+
+    /// Writes the page and its figures.
+    fn write(&self, console: &dyn Listener) -> Result<ReportOutput, Failure> {
         let compared = self.compared()?;
         let inputs = [Some(&self.file), self.problem.as_ref(), self.scenario.as_ref(), self.build.as_ref()];
         let inputs = inputs.map(|path| path.map(PathBuf::as_path));
@@ -149,20 +187,12 @@ impl Report {
             figures.write(&outputs, &folder)?;
         }
         write_bytes(&outputs, &self.output, Kind::Html, page.as_bytes())?;
-        console.clear();
-        let written = ReportOutput {
+        Ok(ReportOutput {
             page: self.output.display().to_string(),
             bytes: page.len(),
             figures: figures.len(),
             figures_folder: beside.then(|| folder.display().to_string()),
-        };
-        if self.json {
-            print_json(&written);
-        } else {
-            let at = written.figures_folder.as_ref().map_or("inside".into(), |folder| format!("in {folder}"));
-            println!("{}: {} bytes; {} figures {at}", written.page, written.bytes, written.figures);
-        }
-        Ok(())
+        })
     }
 
     /// The problem and the scenario to compare on, if they are given.
@@ -176,7 +206,7 @@ impl Report {
         &self,
         compared: Option<(Problem, Scenario)>,
         file: &File<'_>,
-        console: &Console,
+        console: &dyn Listener,
     ) -> Result<Option<AnyVerification>, Failure> {
         let Some((problem, scenario)) = compared else { return Ok(None) };
         let prepared = prepare(&problem, &mut Stopwatch::new(console), console)?;

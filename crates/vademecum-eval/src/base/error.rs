@@ -188,6 +188,29 @@ pub enum ParameterError {
     },
 }
 
+/// Why a body has no place nearest to a point.
+#[derive(Clone, Copy, Debug, PartialEq, Error)]
+#[non_exhaustive]
+pub enum LocateError {
+    /// The file has no loadable surface, or it is compressed.
+    #[error("the file has no loadable surface, or it is compressed")]
+    NoSurface,
+    /// The point has a coordinate that is not finite.
+    #[error("the point has a coordinate that is not finite")]
+    NotFinite,
+    /// The point is further away from the loadable surface than the body is large.
+    #[error(
+        "the point is {distance:.3e} away from the loadable surface, and the body is {reach:.3e} large: \
+         is it in the unit of the file?"
+    )]
+    Far {
+        /// Distance to the nearest point of the loadable surface.
+        distance: f64,
+        /// [`Surface::reach`](crate::Surface::reach), which it may have at most.
+        reach: f64,
+    },
+}
+
 /// Why a load was not added; the accumulated loads are unchanged.
 #[derive(Clone, Copy, Debug, PartialEq, Error)]
 #[non_exhaustive]

@@ -1,6 +1,6 @@
 //! A body whose precision is known at run time only: numbers of `f64` at its face, and one branch a call.
 
-use crate::base::error::{BindError, LoadError, OutputError, StepError};
+use crate::base::error::{BindError, LoadError, LocateError, OutputError, StepError};
 use crate::base::options::{SceneOptions, Status, Structure};
 use crate::body::body::{Body, BodyOptions, LoadsAfter};
 use crate::body::quantity::{At, Quantity};
@@ -243,8 +243,10 @@ impl<'m> AnyBody<'m> {
         #[must_use]
         fn instants(shared;) -> [f64; 1 + MAX_STAGES];
         /// [`Body::locate`].
-        #[must_use]
-        fn locate(shared; point: [f64; 3]) -> Option<SurfacePoint>;
+        ///
+        /// # Errors
+        /// [`LocateError`].
+        fn locate(shared; point: [f64; 3]) -> Result<SurfacePoint, LocateError>;
         /// [`Body::flight`].
         #[must_use]
         fn flight(shared;) -> Option<&FreeBody>;

@@ -4,7 +4,7 @@
 //! kept of them, and numbers of `f64` for work and for the static answer of the whole body. Work is shared:
 //! binding, parameters and the compliance at places never run at once.
 
-use crate::base::error::{BindError, LoadError, OutputError, StepError};
+use crate::base::error::{BindError, LoadError, LocateError, OutputError, StepError};
 use crate::base::lend::Lender;
 use crate::base::options::{MAX_CONTACTS, SceneOptions, Status, Structure};
 use crate::base::scalar::Scalar;
@@ -76,7 +76,7 @@ pub enum LoadsAfter {
 /// let mut memory = vec![0.0; Body::<f32>::len_for(&file, &options)?];
 /// let mut body = Body::<f32>::bind(&file, &options, &mut memory)?;
 ///
-/// let finger = body.locate([0.1, 0.05, 0.0]).ok_or("no loadable surface")?;
+/// let finger = body.locate([0.1, 0.05, 0.0])?;
 /// body.push(&finger, [0.0, 0.0, -20.0])?;
 /// for _ in 0..1000 {
 ///     body.step()?;
@@ -253,11 +253,19 @@ impl<'m, T: Scalar> Body<'m, T> {
         self.scene.parameters.time_step
     }
 
-    /// The nearest point of the loadable surface at rest, as [`Surface::locate`]; `None` also where the file
-    /// has no loadable surface.
-    #[must_use]
-    pub fn locate(&self, point: [f64; 3]) -> Option<SurfacePoint> {
-        self.surface.as_ref()?.locate(point)
+    /// The nearest point of the loadable surface at rest, as [`Surface::locate`]. A point further away than
+    /// the body is large is most likely in another unit, and is refused.
+    ///
+    /// # Errors
+    /// [`LocateError`].
+    pub fn locate(&self, point: [f64; 3]) -> Result<SurfacePoint, LocateError> {
+        if !point.iter().all(|x| x.is_finite()) {
+            return Err(LocateError::NotFinite);
+        }
+        let surface = self.surface.as_ref().ok_or(LocateError::NoSurface)?;
+        let found = surface.locate(point).ok_or(LocateError::NoSurface)?;
+        let (distance, reach) = (found.distance, surface.reach_from(found.distance));
+        if distance > reach { Err(LocateError::Far { distance, reach }) } else { Ok(found) }
     }
 
     /// Position of a place at rest \[m\].

@@ -13,7 +13,7 @@ use alloc::vec::Vec;
 use core::fmt;
 use core::ptr::NonNull;
 
-use crate::base::error::{BindError, LoadError, OutputError, StepError};
+use crate::base::error::{BindError, LoadError, LocateError, OutputError, StepError};
 use crate::base::options::{SceneOptions, Status};
 use crate::base::scalar::Scalar;
 use crate::body::body::{Body, BodyOptions, BodyParts, LoadsAfter};
@@ -41,7 +41,7 @@ type Bytes = Arc<dyn AsRef<[u8]> + Send + Sync>;
 /// # let folder = concat!(env!("CARGO_MANIFEST_DIR"), "/../../fixtures/golden");
 /// # let path = std::path::Path::new(folder).join("fixed-f64.vdm");
 /// let mut body = Simulation::<f32>::open(path, &SceneOptions::default())?;
-/// let finger = body.locate([0.1, 0.05, 0.0]).ok_or("no loadable surface")?;
+/// let finger = body.locate([0.1, 0.05, 0.0])?;
 /// body.push(&finger, [0.0, 0.0, -20.0])?;
 /// body.step(1000)?;
 /// let [_, _, down] = body.point(&finger, Field::Displacement)?;
@@ -277,10 +277,11 @@ impl<T: Scalar + 'static> Simulation<T> {
         SceneOptions::find(self.body.scene.metadata(), name)
     }
 
-    /// The nearest point of the loadable surface at rest, as [`Surface::locate`]; `None` also where the file
-    /// has no loadable surface.
-    #[must_use]
-    pub fn locate(&self, point: [f64; 3]) -> Option<SurfacePoint> {
+    /// The nearest point of the loadable surface at rest, as [`Body::locate`].
+    ///
+    /// # Errors
+    /// [`LocateError`].
+    pub fn locate(&self, point: [f64; 3]) -> Result<SurfacePoint, LocateError> {
         self.body.locate(point)
     }
 

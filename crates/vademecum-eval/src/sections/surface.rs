@@ -92,8 +92,9 @@ impl<'m> Surface<'m> {
         self.coordinates.get(at)
     }
 
-    /// The nearest point of the loadable surface at rest to `point` \[m\]; `None` if nothing is loadable or
-    /// `point` is not finite.
+    /// The nearest point of the loadable surface at rest to `point` \[m\], however far away it is; `None` if
+    /// nothing is loadable or `point` is not finite. [`Body::locate`](crate::Body::locate) refuses points
+    /// beyond [`Surface::reach`].
     ///
     /// ```
     /// # include!(concat!(env!("CARGO_MANIFEST_DIR"), "/doc/bound.rs"));
@@ -125,6 +126,30 @@ impl<'m> Surface<'m> {
             }
         }
         nearest
+    }
+
+    /// Diagonal \[m\] of the box around all nodes of the file. A point that is further away from the surface
+    /// is most likely in another unit.
+    #[must_use]
+    pub fn reach(&self) -> f64 {
+        self.reach_from(f64::INFINITY)
+    }
+
+    /// The diagonal of the box around the first nodes, once it is at least `enough`; else [`Surface::reach`].
+    /// So a point near the surface costs a few nodes.
+    pub(crate) fn reach_from(&self, enough: f64) -> f64 {
+        let (mut low, mut high) = ([f64::INFINITY; 3], [f64::NEG_INFINITY; 3]);
+        let mut diagonal = 0.0;
+        for node in (0..).map_while(|node| self.node(node)) {
+            let corners = low.iter_mut().zip(&mut high).zip(node);
+            corners.for_each(|((low, high), x)| (*low, *high) = (low.min(x), high.max(x)));
+            let sides = minus(high, low);
+            diagonal = libm::sqrt(dot(sides, sides));
+            if diagonal >= enough {
+                break;
+            }
+        }
+        diagonal
     }
 
     fn node(&self, node: u32) -> Option<[f64; 3]> {

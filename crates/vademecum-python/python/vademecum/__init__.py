@@ -17,8 +17,9 @@ import functools
 import html
 import json
 import os
+import tempfile
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Optional, Union
@@ -32,15 +33,21 @@ from ._data import (
     Bound,
     Certificate,
     FreeBody,
+    Group,
     Info,
+    MeshReport,
     NaturalModes,
     Parameter,
     ParameterValue,
+    Peak,
+    Quality,
     Quantity,
+    Region,
     Section,
-    Support,
     Soundness,
+    Starter,
     Structure,
+    Support,
     Verification,
     read,
 )
@@ -60,10 +67,11 @@ from ._native import Batch, Body, Motion, SurfacePoint
 __version__ = _native.__version__
 
 __all__ = [
-    "Axis", "Batch", "Body", "Bound", "Certificate", "Error", "File", "FileError", "FreeBody", "Info", "InputError",
-    "MachineError", "MeshError", "MissingFile", "Motion", "NaturalModes", "Note", "NumericsError", "Page",
-    "Parameter", "ParameterValue", "Played", "Quantity", "Section", "Soundness", "Structure", "Support",
-    "SurfacePoint", "ToleranceMissed", "Verification", "build", "from_bytes", "modes", "open", "run", "verify",
+    "Axis", "Batch", "Body", "Bound", "Certificate", "Error", "File", "FileError", "FreeBody", "FrequencyResponse",
+    "Group", "Info", "InputError", "MachineError", "MeshError", "MeshReport", "MissingFile", "Motion", "NaturalModes",
+    "Note", "NumericsError", "Page", "Parameter", "ParameterValue", "Peak", "Played", "Quality", "Quantity", "Region",
+    "Section", "Soundness", "Starter", "Structure", "Support", "SurfacePoint", "ToleranceMissed", "Verification",
+    "build", "frf", "from_bytes", "init", "mesh", "modes", "open", "report", "run", "verify",
 ]
 
 
@@ -72,8 +80,10 @@ def __dir__() -> list[str]:
 
 
 PathLike = Union[str, "os.PathLike[str]"]
-#: A path, or the keys of the file as a mapping: what `tomllib.load` would give.
-Input = Union[PathLike, Mapping[str, Any]]
+#: A path, or the keys of the file as a mapping: what `tomllib.load` would give; a problem also as `init` proposes it.
+Input = Union[PathLike, Mapping[str, Any], Starter]
+#: The name of a load pattern or a probe, a point and a direction ("-z", or three numbers), or their text "1,0.04,0.1,-z".
+Channel = Union[str, tuple[Sequence[float], Union[str, Sequence[float]]]]
 #: Called with the name of the stage, how many of its pieces are done, and how many there are (0 if unknown).
 Progress = Callable[[str, int, int], object]
 
@@ -165,6 +175,74 @@ class File:
         found = _native.verify(self._native, given, _given(scenario), options, long, progress)
         return read(Verification, json.loads(found))
 
+    def frf(
+        self,
+        force: Channel,
+        outputs: Union[Channel, list[Channel]],
+        range: Optional[tuple[float, float]] = None,
+        *,
+        frequencies: Optional[Sequence[float]] = None,
+        points: int = 1000,
+        log: bool = False,
+        poles: Optional[bool] = None,
+        quantity: str = "displacement",
+        **options: Any,
+    ) -> FrequencyResponse:
+        """Gives the answer of outputs to a force that swings, in closed form, as `vademecum frf` does.
+
+        `range` is the first and the last frequency in Hz of `points`, in equal steps or with `log` in equal ratios;
+        `frequencies` are others of your own. With `poles` the natural frequencies and half-power points within are
+        added, as they are to a range unless it is false. `quantity` is "displacement", "velocity" or "acceleration",
+        for a force of 1 N or a load pattern of amplitude 1. Options are those of `body`.
+        """
+        several = outputs if isinstance(outputs, list) else [outputs]
+        names = [_channel(output) for output in several]
+        if (range is None) == (frequencies is None):
+            raise TypeError("expected either `range` or `frequencies`")
+        own = np.asarray([] if frequencies is None else frequencies, np.float64)
+        wanted = own if range is None else np.asarray(range, np.float64)
+        if wanted.ndim != 1 or not (np.isfinite(wanted).all() and (wanted > 0).all()) or (np.diff(wanted) <= 0).any():
+            raise ValueError("frequencies are numbers above 0 in ascending order")
+        if range is not None and (len(wanted) != 2 or points < 2):
+            raise ValueError("a range is two frequencies, with 2 points at least")
+        spacing = {
+            "range": range if range is None else tuple(wanted),
+            "frequencies": own.tolist(),
+            "points": points,
+            "log": log,
+            "poles": range is not None if poles is None else poles,
+        }
+        grid, pairs, rest = _native.frf(self._native, _channel(force), names, spacing, quantity, options)
+        keys, peaks, highest = json.loads(rest)
+        values = pairs.view(np.complex128)[..., 0]
+        return FrequencyResponse(
+            frequencies=grid,
+            values=dict(zip(keys, values)),
+            peaks={key: read(Peak, peak) for key, peak in zip(keys, peaks)},
+            highest_mode_hz=highest,
+        )
+
+    def save_report(
+        self,
+        output: PathLike = "report.html",
+        *,
+        problem: Optional[PathLike] = None,
+        scenario: Optional[PathLike] = None,
+        progress: Optional[Progress] = None,
+    ) -> Path:
+        """Writes a page about the file, with its figures beside it, as `vademecum report` does.
+
+        With `problem` and `scenario`, both paths, the full-order motion is computed and compared.
+        """
+        if (problem is None) != (scenario is None):
+            raise TypeError("a comparison takes `problem` and `scenario`")
+        compared = None if problem is None or scenario is None else [os.fspath(problem), os.fspath(scenario)]
+        with tempfile.TemporaryDirectory() as folder:
+            # What is in memory counts, whatever became of the file on the disk.
+            path = self.save(Path(folder) / (Path(self._native.path).name or "body.vdm"))
+            _native.report(os.fspath(path), os.fspath(output), compared, progress)
+        return Path(output)
+
     def check(self) -> Soundness:
         """Checks the file alone: checksums, numbers, names, geometry, a stable step. `FileError` says what is wrong."""
         return read(Soundness, json.loads(_native.check(self._native)))
@@ -231,6 +309,23 @@ class Played:
 
     def __repr__(self) -> str:
         return f"<Played: {len(self.time)} instants of {', '.join(self.probes) or 'no probes'}>"
+
+
+@dataclass(frozen=True, repr=False)
+class FrequencyResponse:
+    """The answer of outputs to a force that swings."""
+
+    #: Frequencies [Hz].
+    frequencies: NDArray[np.float64]
+    #: Complex amplitudes at them, by the name of the output.
+    values: dict[str, NDArray[np.complex128]]
+    #: Largest amplitudes, refined between the frequencies.
+    peaks: dict[str, Peak]
+    #: Highest natural frequency of the file [Hz]; the answer is good up to about half of it.
+    highest_mode_hz: float
+
+    def __repr__(self) -> str:
+        return f"<FrequencyResponse of {', '.join(self.values)} at {len(self.frequencies)} frequencies>"
 
 
 @dataclass(frozen=True, repr=False)
@@ -311,6 +406,32 @@ def verify(
     return (file if isinstance(file, File) else open(file)).verify(scenario, problem, **options)
 
 
+def frf(file: Union[File, PathLike], *arguments: Any, **options: Any) -> FrequencyResponse:
+    """The answer of a file to a force that swings: `File.frf`."""
+    return (file if isinstance(file, File) else open(file)).frf(*arguments, **options)
+
+
+def report(file: Union[File, PathLike], output: PathLike = "report.html", **options: Any) -> Path:
+    """Writes a page about a file: `File.save_report`."""
+    return (file if isinstance(file, File) else open(file)).save_report(output, **options)
+
+
+def mesh(path: PathLike) -> MeshReport:
+    """Reads a mesh file: counts, groups, bounding box, quality and every problem found. `MeshError`: no mesh at all."""
+    return read(MeshReport, json.loads(_native.mesh(os.fspath(path))))
+
+
+def init(
+    mesh: PathLike, *, material: str = "steel", scale: Optional[float] = None, progress: Optional[Progress] = None
+) -> Starter:
+    """Proposes a problem for a mesh, as `vademecum init` does: unit, support, material, time step and modes.
+
+    `scale` is how many metres a unit of the mesh has; without it, it is guessed from the size of the body.
+    """
+    path = os.path.abspath(os.fspath(mesh))
+    return read(Starter, json.loads(_native.init(path, material, scale, progress)))
+
+
 def modes(
     problem: Input, count: int = 12, *, folder: Optional[PathLike] = None, progress: Optional[Progress] = None
 ) -> NaturalModes:
@@ -321,9 +442,23 @@ def modes(
 def _given(source: Input, folder: Optional[PathLike] = None) -> tuple[str, str, str]:
     """How a problem or a scenario is handed over: kind, text, folder."""
     place = os.getcwd() if folder is None else os.path.abspath(os.fspath(folder))
+    if isinstance(source, Starter):
+        return ("toml", source.text, place)
     if isinstance(source, Mapping):
         return ("json", json.dumps(_plain(source), allow_nan=False), place)
     return ("path", os.fspath(source), place)
+
+
+def _channel(given: Channel) -> str:
+    """The text of a channel."""
+    if isinstance(given, str):
+        return given
+    try:
+        point, direction = given
+        numbers = [repr(float(x)) for x in point]
+        return ",".join([*numbers, direction] if isinstance(direction, str) else [*numbers, *(repr(float(x)) for x in direction)])
+    except (TypeError, ValueError):
+        raise TypeError(f"expected a name, or a point and a direction, found {given!r}") from None
 
 
 def _plain(value: Any) -> Any:

@@ -6,9 +6,12 @@ A number that is not finite, or that the file does not have, is `None`, as in th
 from __future__ import annotations
 
 import dataclasses
+import html
+import os
 import types
 import typing
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Any, Optional, TypeVar, Union
 
 T = TypeVar("T")
@@ -32,7 +35,8 @@ def _value(kind: Any, value: Any) -> Any:
         return tuple(_value(k, v) for k, v in zip(kinds, value))
     if dataclasses.is_dataclass(kind):
         return read(typing.cast(type, kind), value)
-    return value
+    # JSON has steps as numbers of any kind; what is counted is whole.
+    return int(value) if kind is int else value
 
 
 @dataclass(frozen=True)
@@ -80,7 +84,7 @@ class Structure:
     reciprocity: Optional[float] = None
     map_error_rms: Optional[float] = None
     map_error_max: Optional[float] = None
-    steps: Optional[float] = None
+    steps: Optional[int] = None
 
 
 @dataclass(frozen=True)
@@ -104,7 +108,7 @@ class Certificate:
     trajectory_error_max: Optional[float]
     trajectory_floor_max: Optional[float]
     energy_ratio_max: Optional[float]
-    good_for_steps: Optional[float]
+    good_for_steps: Optional[int]
     repairs: tuple[str, ...]
     diagonal: Optional[Structure]
     block: Optional[Structure]
@@ -205,6 +209,34 @@ class Info:
         known = ", ".join(f"`{p.name}`" for p in self.parameters) or "none"
         raise KeyError(f"the file has no live parameter `{name}`; it has {known}")
 
+    def _rows(self) -> list[tuple[str, str]]:
+        """A summary: everything else is in the fields."""
+        bound, made = self.certificate.bound, self.free_body
+        ranges = [f"{p.name}: {p.lower:g} to {p.upper:g} {p.unit}".rstrip() for p in self.parameters]
+        rows = [
+            ("file", f"{self.file_bytes} bytes, {self.format}, made by {self.program}"),
+            ("nodes", f"{self.nodes}, {self.surface_nodes} on the surface, {self.loadable_nodes} loadable"),
+            ("modes", str(self.modes)),
+            ("step", f"{self.time_step:g} s, {self.scheme}; structures: {', '.join(self.structures)}"),
+            ("damping", f"alpha {self.alpha:g} 1/s, beta {self.beta:g} s, {len(self.damping_ratios)} ratios"),
+            ("error bound", f"any point load: median {bound.median:.2g}, 95 % below {bound.p95:.2g}" if bound else ""),
+            ("parameters", "; ".join(ranges)),
+            ("load patterns", ", ".join(self.load_patterns)),
+            ("probes", ", ".join(self.probes)),
+            ("supports", ", ".join(support.name for support in self.supports)),
+            ("free body", f"{made.mass:g} kg" if made else ""),
+            ("units", self.units),
+        ]
+        return [(name, text) for name, text in rows if text]
+
+    def __str__(self) -> str:
+        return "\n".join(f"{name:<15}{text}" for name, text in self._rows())
+
+    def _repr_html_(self) -> str:
+        cell = "<tr><th style='text-align:left'>{}</th><td style='text-align:left'>{}</td></tr>"
+        rows = (cell.format(html.escape(name), html.escape(text)) for name, text in self._rows())
+        return f"<table>{''.join(rows)}</table>"
+
 
 @dataclass(frozen=True)
 class NaturalModes:
@@ -224,6 +256,87 @@ class NaturalModes:
     participation: tuple[tuple[float, float, float], ...]
     #: Effective modal masses along x, y and z, as shares of the free mass.
     effective_mass: tuple[tuple[float, float, float], ...]
+
+
+@dataclass(frozen=True)
+class Peak:
+    """The largest amplitude of an output, and its frequency in Hz."""
+
+    amplitude: float
+    frequency_hz: float
+
+
+@dataclass(frozen=True)
+class Region:
+    """A region of a mesh."""
+
+    tag: int
+    name: str
+    elements: int
+    volume: float
+
+
+@dataclass(frozen=True)
+class Group:
+    """A group of a mesh; one of nodes alone has no facets."""
+
+    name: str
+    nodes: int
+    facets: int
+
+
+@dataclass(frozen=True)
+class Quality:
+    """Shape quality of elements, 1 of a regular one, and the corners of the worst as the mesh file numbers them."""
+
+    min: float
+    mean: float
+    histogram: tuple[int, ...]
+    worst: Optional[tuple[int, int, int, int]]
+
+
+@dataclass(frozen=True)
+class MeshReport:
+    """What a mesh file holds: what `vademecum mesh --json` prints. Lengths are in the unit of the mesh."""
+
+    file: str
+    format: str
+    nodes: int
+    elements: int
+    nodes_per_element: int
+    unused_nodes: int
+    reoriented_elements: int
+    bounding_box: tuple[tuple[float, float, float], tuple[float, float, float]]
+    volume: float
+    regions: tuple[Region, ...]
+    groups: tuple[Group, ...]
+    quality: Quality
+    #: What keeps it from being built, in sentences; empty of a sound mesh.
+    problems: tuple[str, ...]
+    notes: tuple[str, ...]
+
+
+@dataclass(frozen=True)
+class Starter:
+    """A problem that `init` proposes for a mesh: `build` takes it, `save` writes it to be changed."""
+
+    #: The text of a problem file, with comments.
+    text: str
+    #: Metres in a unit of the mesh.
+    scale: float
+    longest_side: float
+    support: str
+    #: First natural frequency in Hz.
+    frequency: float
+    time_step: float
+    modes: int
+    dofs: int
+
+    def save(self, path: Union[str, os.PathLike[str]]) -> Path:
+        """Writes the problem file; one that is there is replaced."""
+        path = Path(path)
+        path.write_text(self.text, encoding="utf-8")
+        return path
 
 
 @dataclass(frozen=True)

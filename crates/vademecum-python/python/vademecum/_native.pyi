@@ -10,13 +10,13 @@ from numpy.typing import DTypeLike, NDArray
 from ._data import FreeBody, Quantity
 
 __all__ = [
-    "__version__", "Batch", "Body", "File", "Motion", "SurfacePoint", "build", "check", "modes", "program", "run",
-    "verify",
+    "__version__", "Batch", "Body", "File", "Motion", "SurfacePoint", "build", "check", "frf", "init", "mesh", "modes",
+    "program", "report", "run", "verify",
 ]
 
 __version__: str
 
-_Vector = Union[Sequence[float], NDArray[np.floating[Any]]]
+_Vector = Union[Sequence[float], NDArray[np.floating[Any]], NDArray[np.integer[Any]]]
 _Place = Union["SurfacePoint", _Vector]
 _Values = Optional[dict[str, float]]
 _Given = tuple[str, str, str]
@@ -95,7 +95,8 @@ class Body:
         or none if one is refused. A parameter whose name is no keyword is given with `_` for every other sign,
         or in a mapping."""
     def locate(self, point: _Vector) -> SurfacePoint:
-        """Finds the nearest point of the loadable surface at rest."""
+        """Finds the nearest point of the loadable surface at rest. A point further away than the body is large is
+        refused."""
     def pick(self, origin: _Vector, direction: _Vector, scale: float = 1.0) -> Optional[SurfacePoint]:
         """Finds the first point that a ray meets on the surface as it has moved, magnified by `scale`."""
     def push(self, place: _Place, force: _Vector) -> SurfacePoint:
@@ -242,7 +243,8 @@ class Batch:
     def set_parameters(self, values: _Values = None, /, **parameters: float) -> None:
         """Sets live parameters of all instances while they move."""
     def locate(self, point: _Vector) -> SurfacePoint:
-        """Finds the nearest point of the loadable surface at rest."""
+        """Finds the nearest point of the loadable surface at rest. A point further away than the body is large is
+        refused."""
     def push(self, instance: int, place: _Place, force: _Vector) -> SurfacePoint:
         """Adds a force in N to one instance; it stays until `clear`."""
     def push_pattern(self, instance: int, name: str, amplitude: float = 1.0) -> None:
@@ -306,5 +308,11 @@ def verify(
     progress: _Progress,
 ) -> str: ...
 def check(file: File) -> str: ...
+def frf(
+    file: File, force: str, outputs: Sequence[str], spacing: Mapping[str, Any], quantity: str, options: Optional[dict[str, Any]]
+) -> tuple[NDArray[np.float64], NDArray[np.float64], str]: ...
+def mesh(path: str) -> str: ...
+def init(mesh: str, material: str, scale: Optional[float], progress: _Progress) -> str: ...
+def report(file: str, output: str, compared: Optional[Sequence[str]], progress: _Progress) -> None: ...
 def modes(problem: _Given, count: int, progress: _Progress) -> str: ...
 def program(arguments: Sequence[str]) -> int: ...

@@ -9,6 +9,9 @@ use vademecum_format::{Metadata, Parameter};
 
 use super::version::FmiVersion;
 
+/// Internal steps of the default experiment.
+const STEPS: f64 = 1000.0;
+
 /// Units of a file whose numbers mean what FMI says they do.
 const SI: &str = "SI: m, kg, s, N, Pa";
 
@@ -20,6 +23,10 @@ pub(super) struct Description<'a> {
     pub(crate) token: &'a str,
     pub(crate) metadata: &'a Metadata<'a>,
     pub(crate) internal_step: f64,
+    /// True of a file with exact steps, which takes communication steps of any length.
+    pub(crate) any_step: bool,
+    /// Title of the problem; may be empty.
+    pub(crate) title: String,
     pub(crate) variables: &'a [VariableDescription],
 }
 
@@ -33,8 +40,8 @@ pub(super) struct VariableDescription {
     unit: String,
     /// Value at the start; none for what is computed.
     start: Option<f64>,
-    /// Smallest and largest value.
-    range: Option<[f64; 2]>,
+    /// Smallest and largest value, where there are such.
+    range: [Option<f64>; 2],
 }
 
 /// Name of an SI unit in a file of these units; empty in other units.
@@ -54,6 +61,8 @@ pub(super) struct VariableNames<'a> {
     pub(crate) metadata: &'a Metadata<'a>,
     /// The body of a file without supports.
     pub(crate) body: Option<RigidBody>,
+    /// True of a file with exact steps.
+    pub(crate) any_step: bool,
 }
 
 /// Name, text, unit, start and range of a variable; `None` for a parameter that an FMU does not offer.
@@ -67,9 +76,13 @@ pub(super) fn describe(
         Variable::Parameter(index) => {
             let start = vademecum_fmu::parameter(options, named.metadata, index)?;
             let parameter = named.metadata.active_parameters().get(index as usize)?;
-            (Some(start), Some([parameter.lower, parameter.upper]))
+            (Some(start), [Some(parameter.lower), Some(parameter.upper)])
         }
-        _ => (named.start(variable, options), None),
+        Variable::Whole(index) => {
+            let start = vademecum_fmu::whole(options, named.metadata, index)?;
+            (Some(start), [Some(0.0), None])
+        }
+        _ => (named.start(variable, options), [None; 2]),
     };
     let owner = named.owner(variable);
     let (text, unit) = (named.text(variable, &owner), named.unit(variable));
@@ -97,7 +110,7 @@ impl VariableNames<'_> {
             V::Parameter(index) => self.parameter(index).map_or_else(String::new, |found| found.name.into()),
             V::VonMises(index) => at(&self.stresses, index),
             V::ReactionForce(index, _) | V::ReactionMoment(index, _) => at(&self.supports, index),
-            V::Time | V::Step | V::Energy | V::Total(_) => String::new(),
+            V::Time | V::Step | V::Energy | V::Total(_) | V::Whole(_) => String::new(),
             V::BodyForce(_) | V::BodyPosition(_) | V::BodyAttitude(_) => String::new(),
             V::BodyVelocity(_) | V::BodySpin(_) => String::new(),
         }
@@ -115,13 +128,15 @@ impl VariableNames<'_> {
     fn text(&self, variable: Variable, name: &str) -> String {
         use Variable as V;
         let in_space = if self.body.is_some() { " in space" } else { "" };
+        let axis = variable.kind().1.unwrap_or_default();
         match variable {
             V::Time => "Time".into(),
+            V::Step if self.any_step => "Internal step; communication steps may have any length".into(),
             V::Step => "Internal step; communication steps are multiples of it".into(),
             V::Energy => "Kinetic plus elastic energy".into(),
-            V::Force(..) => format!("Force on the point {name}{in_space}, held over a step"),
-            V::Displacement(..) => format!("Displacement of the point {name}{in_space}"),
-            V::Velocity(..) => format!("Velocity of the point {name}{in_space}"),
+            V::Force(..) => format!("Force on the point {name} along {axis}{in_space}, held over a step"),
+            V::Displacement(..) => format!("Displacement of the point {name} along {axis}{in_space}"),
+            V::Velocity(..) => format!("Velocity of the point {name} along {axis}{in_space}"),
             V::Pattern(_) => format!("Factor on the load pattern {name}, held over a step"),
             V::Probe(probe) if self.is_gauge(probe) => format!("Strain that the gauge {name} measures"),
             V::ProbeVelocity(probe) if self.is_gauge(probe) => {
@@ -131,15 +146,25 @@ impl VariableNames<'_> {
             V::ProbeVelocity(_) => format!("Velocity along the direction of the probe {name}"),
             V::Parameter(_) => format!("Live parameter {name} of the file"),
             V::VonMises(_) => format!("Von Mises equivalent stress of the place {name}"),
-            V::ReactionForce(..) => format!("Force that the support {name} exerts on the body"),
+            V::ReactionForce(..) => format!("Force that the support {name} exerts on the body along {axis}"),
             V::ReactionMoment(..) => {
-                format!("Moment that the support {name} exerts on the body, about its own point")
+                format!(
+                    "Moment that the support {name} exerts on the body about {axis}, through its own point"
+                )
             }
-            V::BodyForce(_) => "Force on the centre of the body in space, held over a step".into(),
-            V::BodyPosition(_) => "Where the centre of the body is in space".into(),
-            V::BodyAttitude(_) => "Quaternion that turns directions of the body into those of space".into(),
-            V::BodyVelocity(_) => "Velocity of the centre of the body".into(),
-            V::BodySpin(_) => "Angular velocity of the body in space".into(),
+            V::BodyForce(_) => {
+                format!("Force on the centre of the body along {axis} in space, held over a step")
+            }
+            V::BodyPosition(_) => format!("Position of the centre of the body in space, {axis}"),
+            V::BodyAttitude(_) => {
+                format!("Quaternion that turns directions of the body into those of space, {axis}")
+            }
+            V::BodyVelocity(_) => format!("Velocity of the centre of the body along {axis} in space"),
+            V::BodySpin(_) => format!("Angular velocity of the body about {axis} in space"),
+            V::Whole(0) => "Scale of the stiffness of the whole body".into(),
+            V::Whole(1) => "Scale of the density of the whole body".into(),
+            V::Whole(2) => "Rayleigh damping of the mass".into(),
+            V::Whole(_) => "Rayleigh damping of the stiffness".into(),
             V::Total(index) => V::total(index).map_or("", Quantity::text).into(),
         }
     }
@@ -153,7 +178,10 @@ impl VariableNames<'_> {
             V::Pattern(_) | V::BodyAttitude(_) => return String::new(),
             V::Probe(probe) if self.is_gauge(probe) => return String::new(),
             V::ProbeVelocity(probe) if self.is_gauge(probe) => "1/s",
-            V::Time | V::Step => "s",
+            V::Whole(0 | 1) => return String::new(),
+            // Of time alone, in any units.
+            V::Whole(2) => return "1/s".into(),
+            V::Time | V::Step | V::Whole(_) => "s",
             V::Energy => "J",
             V::Force(..) | V::ReactionForce(..) | V::BodyForce(_) => "N",
             V::ReactionMoment(..) => "N.m",
@@ -213,7 +241,7 @@ const fn roles(variable: Variable) -> (&'static str, &'static str, Option<&'stat
         V::Time => ("independent", "continuous", None),
         V::Step => ("local", "constant", Some("exact")),
         V::Force(..) | V::Pattern(_) | V::BodyForce(_) => ("input", "continuous", None),
-        V::Parameter(_) => ("parameter", "tunable", Some("exact")),
+        V::Parameter(_) | V::Whole(_) => ("parameter", "tunable", Some("exact")),
         V::Energy | V::Displacement(..) | V::Velocity(..) | V::Probe(_) | V::ProbeVelocity(_) => {
             ("output", "continuous", Some("calculated"))
         }
@@ -283,14 +311,14 @@ impl Description<'_> {
     pub(crate) fn xml(&self) -> String {
         let two = self.version == FmiVersion::Two;
         let (number, token) = if two { ("2.0", "guid") } else { ("3.0", "instantiationToken") };
-        let title = "An elastic body under forces at named points, by proper generalized decomposition";
+        let plain_title = "An elastic body under forces at named points, by proper generalized decomposition";
         let plain =
             self.variables.iter().all(|described| described.name.is_ascii() && quotes_match(&described.name));
         let root = Element::new("fmiModelDescription")
             .with("fmiVersion", number)
             .with("modelName", self.name)
             .with(token, self.token)
-            .with("description", title)
+            .with("description", if self.title.is_empty() { plain_title } else { &self.title })
             .with("generationTool", self.metadata.program)
             .with("variableNamingConvention", if plain { "structured" } else { "flat" });
         let variables: Vec<String> =
@@ -312,7 +340,7 @@ impl Description<'_> {
     fn co_simulation(&self) -> String {
         let element = Element::new("CoSimulation")
             .with("modelIdentifier", self.identifier)
-            .with("canHandleVariableCommunicationStepSize", "true")
+            .with("canHandleVariableCommunicationStepSize", if self.any_step { "true" } else { "false" })
             .with("canBeInstantiatedOnlyOncePerProcess", "false");
         match self.version {
             FmiVersion::Two => element
@@ -329,7 +357,7 @@ impl Description<'_> {
                 .with("maxOutputDerivativeOrder", "0")
                 .with("providesIntermediateUpdate", "false")
                 .with("hasEventMode", "false")
-                .number("fixedInternalStepSize", Some(self.internal_step)),
+                .number("fixedInternalStepSize", (!self.any_step).then_some(self.internal_step)),
         }
         .closed()
     }
@@ -363,6 +391,7 @@ impl Description<'_> {
 
     fn experiment(&self) -> String {
         let element = Element::new("DefaultExperiment").number("startTime", Some(0.0));
+        let element = element.number("stopTime", Some(STEPS * self.internal_step));
         element.number("stepSize", Some(self.internal_step)).closed()
     }
 
@@ -436,9 +465,9 @@ impl VariableDescription {
     }
 
     fn numbers(&self, element: Element) -> Element {
-        let range = self.range.map_or([None; 2], |range| range.map(Some));
+        let [least, most] = self.range;
         let element = element.with("unit", &self.unit);
-        element.number("min", range[0]).number("max", range[1]).number("start", self.start)
+        element.number("min", least).number("max", most).number("start", self.start)
     }
 
     fn scalar_variable(&self) -> String {

@@ -23,7 +23,7 @@ pub enum FmuError {
         name: String,
         /// Distance to the loadable surface.
         distance: f64,
-        /// Diagonal of the box around the loadable surface.
+        /// Diagonal of the box around the body.
         size: f64,
     },
     /// A stress of a file that knows none.
@@ -46,7 +46,7 @@ pub enum FmuError {
         name: String,
         /// Distance to the nearest node with a stress.
         distance: f64,
-        /// Diagonal of the box around the loadable surface.
+        /// Diagonal of the box around the body.
         size: f64,
     },
     /// A name that a point cannot have.

@@ -10,10 +10,13 @@ mod error;
 mod points;
 mod version;
 
+use std::path::PathBuf;
+
+use vademecum_build::input::Problem;
 use vademecum_eval::{Body, BodyOptions, RigidBody, SceneOptions};
 use vademecum_fmu::points::{Point, StressPlace, table};
 use vademecum_fmu::token::token;
-use vademecum_fmu::variables::{Counts, Variable};
+use vademecum_fmu::variables::{Counts, Variable, is_exact};
 use vademecum_format::{File, SectionKind};
 
 use crate::contents::lines;
@@ -86,6 +89,8 @@ pub fn export(bytes: &[u8], request: &Request<'_>) -> Result<Fmu, FmuError> {
         token: std::str::from_utf8(&token).unwrap_or_default(),
         metadata: file.metadata(),
         internal_step,
+        any_step: is_exact(&file),
+        title: title(&file),
         variables: &variables,
     };
     let archive = archive::write(&description, request.libraries, bytes, &table)?;
@@ -98,11 +103,17 @@ pub fn export(bytes: &[u8], request: &Request<'_>) -> Result<Fmu, FmuError> {
         archive,
         inputs: names(|variable| matches!(variable, V::Force(..) | V::Pattern(_) | V::BodyForce(_))),
         outputs: names(description::is_output),
-        parameters: names(|variable| matches!(variable, V::Parameter(_))),
+        parameters: names(|variable| matches!(variable, V::Parameter(_) | V::Whole(_))),
         points,
         stresses,
         internal_step,
     })
+}
+
+/// Title of the problem that the file keeps; empty if it has none, or this program no longer reads it.
+fn title(file: &File<'_>) -> String {
+    let problem = Problem::parse(file.metadata().problem, "the problem in the file", PathBuf::new());
+    problem.map(|problem| problem.title).unwrap_or_default()
 }
 
 /// All variables, named and described, in the order of their references.
@@ -113,6 +124,7 @@ fn variables(
     options: &SceneOptions,
 ) -> Result<Vec<VariableDescription>, FmuError> {
     let counts = Counts::of(file, points.len() as u32, stresses.len() as u32);
+    let any_step = counts.exact != 0;
     let named = VariableNames {
         points: points.iter().map(|point| point.name.clone()).collect(),
         stresses: stresses.iter().map(|place| place.name.clone()).collect(),
@@ -122,6 +134,7 @@ fn variables(
         probe_units: lines(file, SectionKind::ProbeUnits)?,
         metadata: file.metadata(),
         body: RigidBody::of(file),
+        any_step,
     };
     let named = |(reference, variable)| description::describe(reference, variable, &named, options);
     let all: Vec<VariableDescription> = (0..).zip(counts.all()).filter_map(named).collect();

@@ -10,6 +10,7 @@ use vademecum_format::{File, SectionKind};
 use super::error::FmuError;
 use crate::contents::numbers;
 use crate::error::FileError;
+use crate::near::reach;
 use crate::stress::stress_places;
 
 /// A probe within this part of the body's size from the loadable surface is taken to be meant on it.
@@ -96,7 +97,7 @@ pub(super) fn place_stresses(file: &File<'_>, asked: &[NamedPoint]) -> Result<Ve
     vademecum_rewrite::check_coordinates(file)?;
     let all = numbers(file, kind)?;
     let nodes = all.as_chunks::<3>().0;
-    let size = size(file)?;
+    let size = reach(file)?;
     let apart = |at: [f64; 3], node: usize| -> f64 {
         let position = nodes.get(node).copied().unwrap_or([f64::INFINITY; 3]);
         (0..3).map(|c| (position[c] - at[c]).powi(2)).sum::<f64>().sqrt()
@@ -131,7 +132,7 @@ pub(super) fn place(file: &File<'_>, asked: &[NamedPoint]) -> Result<Vec<PlacedP
         None => {}
     }
     vademecum_rewrite::check_coordinates(file)?;
-    let size = size(file)?;
+    let size = reach(file)?;
     let surface = Surface::new(file).map_err(FileError::from)?;
     let locate = |NamedPoint { name, at }: &NamedPoint| {
         let found = surface.locate(*at).ok_or(FileError::NoSurface)?;
@@ -168,17 +169,4 @@ fn of_probes(file: &File<'_>) -> Vec<NamedPoint> {
         }
     }
     places
-}
-
-/// Diagonal of the box around the loadable surface.
-fn size(file: &File<'_>) -> Result<f64, FmuError> {
-    let all = numbers(file, SectionKind::NodeCoordinates)?;
-    let nodes = all.as_chunks::<3>().0.iter().take(file.metadata().n_load_nodes as usize);
-    let (mut low, mut high) = ([f64::INFINITY; 3], [f64::NEG_INFINITY; 3]);
-    for node in nodes {
-        for c in 0..3 {
-            (low[c], high[c]) = (low[c].min(node[c]), high[c].max(node[c]));
-        }
-    }
-    Ok((0..3).map(|c| (high[c] - low[c]).powi(2)).sum::<f64>().sqrt())
 }

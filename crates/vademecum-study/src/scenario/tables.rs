@@ -92,8 +92,8 @@ pub(super) struct Tables<'a> {
 }
 
 impl<'a> Tables<'a> {
-    pub(crate) fn beside(scenario: &'a Path) -> Self {
-        Self { folder: scenario.parent().unwrap_or(Path::new("")), read: HashMap::new(), rows: 0 }
+    pub(crate) fn of(folder: &'a Path) -> Self {
+        Self { folder, read: HashMap::new(), rows: 0 }
     }
 
     /// The rows as a table; what is wrong with rows in the scenario itself is found at `key`, which stands at
