@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use super::Mesh;
-use super::detect::sound;
+use super::detect::repaired;
 use super::error::MeshError;
 use super::load::load;
 use super::raw::{CellKind, RawMesh};
@@ -19,7 +19,19 @@ use super::text::{ParsedNumber, Text};
 /// # Errors
 /// As [`super::read`]; places in the connectivity are reported with its own file name.
 pub fn read_tables(coordinates: &Path, connectivity: &Path) -> Result<Mesh, MeshError> {
-    sound(&parse_tables(coordinates, connectivity)?)
+    read_tables_without(coordinates, connectivity, 0.0)
+}
+
+/// The same without the parts that share no facet with the rest and have less than `smallest` of the elements.
+///
+/// # Errors
+/// As [`read_tables`].
+pub fn read_tables_without(
+    coordinates: &Path,
+    connectivity: &Path,
+    smallest: f64,
+) -> Result<Mesh, MeshError> {
+    repaired(parse_tables(coordinates, connectivity)?, smallest)
 }
 
 /// The same without judging the mesh.
