@@ -24,6 +24,8 @@ mod files;
 mod html;
 mod looks;
 mod outline;
+#[cfg(test)]
+mod page_commands;
 mod pictures;
 mod print;
 mod reference;

@@ -3,12 +3,56 @@
 use std::path::Path;
 
 use vademecum_build::input::Problem;
+use vademecum_build::mesh::{self, Order};
 use vademecum_tests::program::{command, repository, vademecum};
 use vademecum_tests::shared::shared;
 
 fn init(mesh: &Path, problem: &Path, more: &[&str]) -> vademecum_tests::program::Ran {
     let [mesh, problem] = [mesh, problem].map(|path| path.display().to_string());
     vademecum(&[&["init", &mesh, "-o", &problem], more].concat())
+}
+
+/// A linear mesh of tetrahedra in Gmsh's format 2.2; `groups` are names with their facets.
+fn gmsh(nodes: &[[f64; 3]], elements: &[[u32; 4]], groups: &[(&str, Vec<[u32; 3]>)]) -> String {
+    use std::fmt::Write as _;
+    let mut text = format!("$MeshFormat\n2.2 0 8\n$EndMeshFormat\n$PhysicalNames\n{}\n", groups.len() + 1);
+    for (tag, (name, _)) in (2..).zip(groups) {
+        let _ = writeln!(text, "2 {tag} \"{name}\"");
+    }
+    let _ = writeln!(text, "3 1 \"solid\"\n$EndPhysicalNames\n$Nodes\n{}", nodes.len());
+    for (number, [x, y, z]) in (1..).zip(nodes) {
+        let _ = writeln!(text, "{number} {x} {y} {z}");
+    }
+    let facets: usize = groups.iter().map(|(_, facets)| facets.len()).sum();
+    let _ = writeln!(text, "$EndNodes\n$Elements\n{}", elements.len() + facets);
+    let mut number = 0;
+    for (tag, (_, facets)) in (2..).zip(groups) {
+        for [a, b, c] in facets.iter().map(|facet| facet.map(|node| node + 1)) {
+            number += 1;
+            let _ = writeln!(text, "{number} 2 2 {tag} {tag} {a} {b} {c}");
+        }
+    }
+    for [a, b, c, d] in elements.iter().map(|element| element.map(|node| node + 1)) {
+        number += 1;
+        let _ = writeln!(text, "{number} 4 2 1 1 {a} {b} {c} {d}");
+    }
+    text + "$EndElements\n"
+}
+
+/// A block, its corners moved by `place`, with named sides.
+fn moved_block(
+    lengths: [f64; 3],
+    divisions: [usize; 3],
+    place: impl Fn([f64; 3]) -> [f64; 3],
+    groups: &[(&str, &str)],
+) -> (Vec<[f64; 3]>, Vec<[u32; 4]>, String) {
+    let block = mesh::block(lengths, divisions, Order::Linear);
+    let nodes: Vec<[f64; 3]> = block.nodes.iter().map(|&node| place(node)).collect();
+    let elements = block.elements.as_chunks::<4>().0.to_vec();
+    let groups: Vec<_> =
+        groups.iter().map(|(name, side)| (*name, block.facet_groups[*side].clone())).collect();
+    let text = gmsh(&nodes, &elements, &groups);
+    (nodes, elements, text)
 }
 
 #[test]
@@ -25,15 +69,20 @@ fn what_is_proposed_for_a_bar_builds_and_says_why() {
     }
     let parsed = Problem::read(&problem).expect("a problem");
     let number = |key: &str| proposed[key].as_f64().expect("a number");
-    // A step is 1, 2 or 5 times a power of ten, and at least 40 make the first period.
-    let steps = 1.0 / (number("frequency") * parsed.time.step.expect("a step"));
-    assert!((40.0..=101.0).contains(&steps), "{steps} steps");
+    // A step is 1, 2 or 5 times a power of ten, at least 40 make the first period, and none is longer than 1 ms.
+    let step = parsed.time.step.expect("a step");
+    let steps = 1.0 / (number("frequency") * step);
+    assert!(step <= 1e-3 && steps >= 40.0 && (steps <= 101.0 || step == 1e-3), "{steps} steps of {step}");
     let file = folder.path().join("bar.vdm").display().to_string();
     let built = vademecum(&["build", &problem.display().to_string(), "-o", &file]);
     assert_eq!(built.code, Some(0), "{}", built.stderr);
 
-    // What stands there stays, unless it may go.
-    init(&bar, &problem, &[]).fails(2, &["bar.toml", "--force"]);
+    // A file that exists may have been edited, and stays; what the mesh lacks is said first.
+    init(&bar, &problem, &[]).fails(2, &["bar.toml: exists; kept, since you may have edited it", "--force"]);
+    init(&folder.path().join("none.msh"), &problem, &[]).fails(4, &["none.msh"]);
+    let surface = folder.path().join("a.stl");
+    std::fs::write(&surface, "solid a\nfacet normal 0 0 1\n").expect("written");
+    init(&surface, &problem, &[]).fails(4, &["an STL file"]);
     assert_eq!(std::fs::read_to_string(&problem).expect("a problem"), text);
     assert_eq!(init(&bar, &problem, &["--force"]).code, Some(0));
     init(&bar, &bar, &["--force"]).fails(2, &["gmsh41.msh"]);
@@ -53,6 +102,123 @@ fn the_unit_is_guessed_from_the_size_and_can_be_said() {
     let said = init(&bar, &folder.path().join("b.toml"), &["--material", "cheese"]);
     said.fails(2, &["cheese", "steel", "liver"]);
     init(&folder.path().join("none.msh"), &folder.path().join("c.toml"), &[]).fails(4, &["none.msh"]);
+}
+
+/// A mesh in a folder of its own, and what `init` proposes for it.
+fn proposed(text: &str, more: &[&str]) -> (String, serde_json::Value) {
+    let folder = tempfile::tempdir().expect("a folder");
+    let (mesh, problem) = (folder.path().join("body.msh"), folder.path().join("body.toml"));
+    std::fs::write(&mesh, text).expect("written");
+    let ran = init(&mesh, &problem, &[&["--json"], more].concat());
+    let found = ran.json();
+    (std::fs::read_to_string(&problem).expect("a problem"), found)
+}
+
+#[test]
+fn named_groups_are_held_before_the_geometry_is_asked() {
+    let own = |groups: &[(&str, &str)]| moved_block([0.1, 0.03, 0.2], [2, 1, 4], |x| x, groups).2;
+    // One that is named as a support, beside others.
+    let (text, found) = proposed(&own(&[("stem end", "z_max"), ("tip", "z_min"), ("front", "y_min")]), &[]);
+    assert_eq!(found["support"], "the group `stem end`");
+    assert!(text.contains("[[support]]\non = { group = \"stem end\" }\n"), "{text}");
+    for other in ["tip", "front"] {
+        assert!(text.contains(&format!("\n# on = {{ group = \"{other}\" }}\n")), "{text}");
+    }
+    // Several.
+    let (_, found) = proposed(&own(&[("bolt 1", "z_max"), ("bolt 2", "z_min"), ("load", "x_min")]), &[]);
+    assert_eq!(found["support"], "the groups `bolt 1`, `bolt 2`");
+    // A name that says nothing, of a small part of the surface; a load is none.
+    let (_, found) = proposed(&own(&[("a", "z_max"), ("pressure", "z_min")]), &[]);
+    assert_eq!(found["support"], "the group `a`");
+    // All sides of a box together are no support.
+    let (_, found) = proposed(&own(&[("a", "x_min"), ("b", "x_max"), ("c", "z_min"), ("d", "y_min")]), &[]);
+    assert!(found["support"].as_str().expect("words").contains("flat face"), "{found}");
+    // What is asked for.
+    let hold = |place: &str| proposed(&own(&[("a", "z_max")]), &["--hold", place]).1["support"].to_string();
+    assert!(hold("a").contains("the group `a`"));
+    assert!(hold("x_max").contains("the flat end along x"));
+    assert!(hold("none").contains("a free body"));
+    let folder = tempfile::tempdir().expect("a folder");
+    let mesh = folder.path().join("body.msh");
+    std::fs::write(&mesh, own(&[("left side", "x_min")])).expect("written");
+    let refused = init(&mesh, &folder.path().join("p.toml"), &["--hold", "left sid"]);
+    refused.fails(2, &["--hold left sid", "`left side`", "x_min"]);
+}
+
+/// A creature without a flat face but its one foot: a body that narrows to the bottom.
+#[test]
+fn a_body_without_a_flat_face_is_held_at_its_foot_and_is_of_rubber() {
+    // Sides bulge, so that no face is flat; the y axis points up, and the foot is round but level.
+    let bulge = |[x, y, z]: [f64; 3]| {
+        let (u, v, w) = (x - 0.5, y / 2.0 - 0.5, z - 0.5);
+        let width = 0.6 + 0.8 * (v + 0.5);
+        let side = |a: f64, b: f64, c: f64| a * (1.0 - 0.5 * (b * b + c * c)) * width;
+        [side(u, v, w) + 0.02 * (9.0 * v).sin(), v * (1.0 - 0.1 * (u * u + w * w)), side(w, v, u)]
+    };
+    let text = moved_block([1.0, 2.0, 1.0], [5, 10, 5], bulge, &[]).2;
+    let (problem, found) = proposed(&text, &[]);
+    assert_eq!((&found["up"], &found["material"]), (&"y".into(), &"rubber".into()), "{found}");
+    assert!(found["support"].as_str().expect("words").contains("lowest tenth with y up"), "{found}");
+    assert!(problem.contains("{ axis = \"y\", side = \"min\", fraction = 0.1 }"), "{problem}");
+    // What is touched may be touched a thousand times a second.
+    assert!(found["time_step"].as_f64().expect("a number") <= 1e-3, "{found}");
+    let (_, found) = proposed(&text, &["--up", "z", "--hold", "bottom", "--material", "steel"]);
+    assert_eq!((&found["up"], &found["material"]), (&"z".into(), &"steel".into()));
+    assert!(found["support"].as_str().expect("words").contains("first tenth along z"), "{found}");
+}
+
+/// Linear tetrahedra get mid-side nodes; a deck that names its elements stays as it is.
+#[test]
+fn linear_meshes_are_raised() {
+    let text = moved_block([0.4, 0.1, 0.1], [4, 1, 1], |x| x, &[]).2;
+    let (problem, found) = proposed(&text, &["--hold", "x_min"]);
+    assert!(problem.contains("order = \"quadratic\""), "{problem}");
+    // 81 edges more than corners: 9 × 3 × 3 nodes of a quadratic block, 9 of them held.
+    assert_eq!((&found["raised"], &found["dofs"]), (&true.into(), &(3 * (81 - 9)).into()));
+    let folder = tempfile::tempdir().expect("a folder");
+    let deck = repository().join("fixtures/meshes/bar/deck.inp");
+    let ran = init(&deck, &folder.path().join("p.toml"), &["--json"]);
+    assert_eq!(ran.json()["raised"], false);
+}
+
+/// A mesh with a crumb that shares no facet with the rest, and with one that is too large for a crumb.
+#[test]
+fn loose_crumbs_are_left_out_and_larger_parts_refused_by_name() {
+    let (mut nodes, mut elements, _) = moved_block([1.0, 0.2, 0.2], [10, 2, 2], |x| x, &[]);
+    let body = elements.len();
+    // Joined to an edge of the body, so that it hinges there.
+    let first = nodes.len() as u32;
+    nodes.extend([[0.0, -0.1, -0.1], [0.1, -0.1, -0.1]]);
+    elements.push([0, 1, first + 1, first]);
+    let folder = tempfile::tempdir().expect("a folder");
+    let (mesh, problem) = (folder.path().join("body.msh"), folder.path().join("body.toml"));
+    std::fs::write(&mesh, gmsh(&nodes, &elements, &[])).expect("written");
+    let report = vademecum(&["mesh", &mesh.display().to_string()]);
+    assert_eq!(report.code, Some(0), "{}", report.stderr);
+    let parts = format!("2 parts that are joined by edges or nodes only (elements {body}, 1;");
+    assert!(report.stdout.contains(&parts), "{}", report.stdout);
+    let ran = init(&mesh, &problem, &["--hold", "x_max"]);
+    assert_eq!(ran.code, Some(0), "{}", ran.stderr);
+    let left_out = format!("1 loose parts with 1 of {} elements were left out", body + 1);
+    assert!(ran.stderr.contains(&left_out), "{}", ran.stderr);
+    assert!(std::fs::read_to_string(&problem).expect("a problem").contains("smallest_part = 0.01"));
+    let refused = init(&mesh, &problem, &["--smallest-part", "0.001", "--force"]);
+    refused.fails(4, &[&format!("2 parts that share no facet, with {body}, 1 of"), "--smallest-part"]);
+}
+
+/// A body of eight units may be an ear's bones in millimetres or a boat in metres.
+#[test]
+fn a_doubtful_size_is_asked_about_at_the_end() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let mesh = folder.path().join("body.msh");
+    std::fs::write(&mesh, moved_block([8.5, 2.0, 2.0], [4, 1, 1], |x| x, &[]).2).expect("written");
+    let said = |name: &str, more: &[&str]| {
+        let ran = init(&mesh, &folder.path().join(name), more);
+        assert_eq!(ran.code, Some(0), "{}", ran.stderr);
+        ran.stdout.lines().last().expect("a line").to_string()
+    };
+    assert_eq!(said("a.toml", &[]), "8.5 m long? If the mesh is in millimetres, add --scale 0.001");
+    assert!(said("b.toml", &["--scale", "1"]).starts_with("next: "));
 }
 
 /// Real meshes: every one becomes a problem whose support holds it, in millimetres (the square beam) as well

@@ -12,6 +12,7 @@ mod inputs;
 mod json_page;
 #[cfg(unix)]
 mod outputs;
+mod page_commands;
 mod pages;
 mod program_files;
 mod scenarios;

@@ -64,7 +64,7 @@ impl Mesh {
             let of_facets: HashSet<u32> = of_facets.iter().copied().collect();
             let inside = |&(ends, _): &&(Edge, u32)| {
                 let both = ends.iter().all(|node| nodes.binary_search(node).is_ok());
-                both && (on_facets.contains(&ends) || !ends.iter().all(|node| of_facets.contains(node)))
+                both && (on_facets.contains(ends) || !ends.iter().all(|node| of_facets.contains(node)))
             };
             let added: Vec<u32> = edges.iter().filter(inside).map(|&(_, node)| node).collect();
             nodes.extend(added);
