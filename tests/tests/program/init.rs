@@ -188,7 +188,7 @@ fn loose_crumbs_are_left_out_and_larger_parts_refused_by_name() {
     let body = elements.len();
     // Joined to an edge of the body, so that it hinges there.
     let first = nodes.len() as u32;
-    nodes.extend([[0.0, -0.1, -0.1], [0.1, -0.1, -0.1]]);
+    nodes.extend([[0.0, -0.1, -0.1], [0.1, -0.1, 0.0]]);
     elements.push([0, 1, first + 1, first]);
     let folder = tempfile::tempdir().expect("a folder");
     let (mesh, problem) = (folder.path().join("body.msh"), folder.path().join("body.toml"));

@@ -122,8 +122,8 @@ impl Init {
             eprintln!("note: {text}; `--force` proposes it anew");
             return Ok(self.following(&problem).0);
         }
-        let remedy = "`vademecum build` with this file, or `--force` to propose it anew";
-        Err(Failure::new(Cause::Usage, text).remedy(remedy))
+        let build = format!("{text}: `vademecum build {}`, or `--force` to propose it anew", problem.display());
+        Err(Failure::new(Cause::Usage, build))
     }
 
     /// The command lines that build and show the body, and the file between them.
