@@ -1,5 +1,5 @@
-//! Commands on the pages of the repository: their arguments are those that the program takes, and what they name
-//! is there.
+//! Commands on the pages of the repository: their arguments are those that the program takes, and what they
+//! name is there.
 
 use std::path::{Path, PathBuf};
 
@@ -91,7 +91,8 @@ fn fault(command: &[String]) -> Option<String> {
             })
         };
         let absent = of_kind("--example", if folder == "examples" { "" } else { "examples/" });
-        let absent = absent.or_else(|| of_kind("--test", "tests/")).or_else(|| of_kind("--bench", "benches/"));
+        let absent =
+            absent.or_else(|| of_kind("--test", "tests/")).or_else(|| of_kind("--bench", "benches/"));
         if let Some(name) = absent {
             return Some(format!("{package} has no {name}"));
         }

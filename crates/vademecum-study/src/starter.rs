@@ -206,7 +206,9 @@ pub enum StarterError {
         elements: usize,
     },
     /// The mesh has no such group or end.
-    #[error("`--hold {hold}`: the mesh has no such group (it has {known}); expected one, or bottom, x_min, x_max, y_min, y_max, z_min, z_max, none")]
+    #[error(
+        "`--hold {hold}`: the mesh has no such group (it has {known}); expected one, or bottom, x_min, x_max, y_min, y_max, z_min, z_max, none"
+    )]
     Hold {
         /// What was asked for.
         hold: String,

@@ -62,8 +62,9 @@ range = [0.5e-3, 2e-3]
 scale = "log"
 "#;
 
-/// The separation judges itself at points of its own; fresh ones may find an error above the tolerance. Then terms
-/// are added until they do not, or run out. At this tolerance the first attempt, of 23 terms, is at 9.51e-5.
+/// The separation judges itself at points of its own; fresh ones may find an error above the tolerance. Then
+/// terms are added until they do not, or run out. At this tolerance the first attempt, of 23 terms, is at
+/// 9.51e-5.
 #[test]
 fn terms_are_added_until_the_certified_error_keeps_the_tolerance() {
     let folder = tempfile::tempdir().expect("a folder");

@@ -69,7 +69,8 @@ fn what_is_proposed_for_a_bar_builds_and_says_why() {
     }
     let parsed = Problem::read(&problem).expect("a problem");
     let number = |key: &str| proposed[key].as_f64().expect("a number");
-    // A step is 1, 2 or 5 times a power of ten, at least 40 make the first period, and none is longer than 1 ms.
+    // A step is 1, 2 or 5 times a power of ten, at least 40 make the first period, and none is longer than 1
+    // ms.
     let step = parsed.time.step.expect("a step");
     let steps = 1.0 / (number("frequency") * step);
     assert!(step <= 1e-3 && steps >= 40.0 && (steps <= 101.0 || step == 1e-3), "{steps} steps of {step}");

@@ -1,14 +1,14 @@
 //! Commands of README and of the how-to pages, run as a reader runs them: in a folder of their own, one after
-//! the other, with the files that the page shows. Commands of the tutorial run in `tutorial`; those of all other
-//! pages are parsed in the crate of the program.
+//! the other, with the files that the page shows. Commands of the tutorial run in `tutorial`; those of all
+//! other pages are parsed in the crate of the program.
 
 use std::path::Path;
 use std::process::Command;
 
 use vademecum_tests::program::{program, repository};
 
-/// A page, the commands of it that are left out by their first words, each with its reason, and what must be in
-/// the folder beside the files that the page shows: name and source in the repository.
+/// A page, the commands of it that are left out by their first words, each with its reason, and what must be
+/// in the folder beside the files that the page shows: name and source in the repository.
 struct Page {
     path: &'static str,
     left_out: &'static [(&'static str, &'static str)],
@@ -41,14 +41,13 @@ const PAGES: [Page; 7] = [
         left_out: &[("cargo", "an example of the workspace")],
         given: &[],
     },
-    Page {
-        path: "docs/how-to/reactions.md",
-        left_out: &[("cargo", "a test of the workspace")],
-        given: &[],
-    },
+    Page { path: "docs/how-to/reactions.md", left_out: &[("cargo", "a test of the workspace")], given: &[] },
     Page {
         path: "docs/how-to/stress.md",
-        left_out: &[("cargo", "a test of the workspace"), ("vademecum verify BODY.vdm", "of bodies of one's own")],
+        left_out: &[
+            ("cargo", "a test of the workspace"),
+            ("vademecum verify BODY.vdm", "of bodies of one's own"),
+        ],
         given: &[],
     },
     // The body of this page is any, that of the page before among them.

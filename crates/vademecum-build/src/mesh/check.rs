@@ -294,7 +294,8 @@ fn hinges(mesh: &mut Mesh) {
     let parts = parts_of(&mesh.elements, mesh.order.nodes_per_element());
     if parts.len() > 1 {
         let counts: Vec<usize> = parts.iter().map(|part| part.1).collect();
-        let nodes: Vec<u64> = parts.iter().map(|part| ids::<1>(mesh, mesh.element(part.0 as usize))[0]).collect();
+        let nodes: Vec<u64> =
+            parts.iter().map(|part| ids::<1>(mesh, mesh.element(part.0 as usize))[0]).collect();
         mesh.notes.push(format!(
             "{} parts that are joined by edges or nodes only (elements {}; one node of each: {}): they hinge there; \
              `mesh.smallest_part` leaves out small ones",

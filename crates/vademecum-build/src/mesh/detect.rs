@@ -20,7 +20,8 @@ pub fn read(path: &Path) -> Result<Mesh, MeshError> {
     read_without(path, 0.0)
 }
 
-/// The same without the parts that share no facet with the rest and have less than `smallest` of the elements.
+/// The same without the parts that share no facet with the rest and have less than `smallest` of the
+/// elements.
 ///
 /// # Errors
 /// As [`read`].

@@ -66,8 +66,11 @@ impl RawMesh {
         let labels = labels(&tetrahedra.connectivity, per);
         let all = labels.len();
         // The largest stays, however many there are.
-        let small: BTreeMap<u32, usize> =
-            sizes(&labels).into_iter().skip(1).filter(|&(_, size)| (size as f64) < smallest * all as f64).collect();
+        let small: BTreeMap<u32, usize> = sizes(&labels)
+            .into_iter()
+            .skip(1)
+            .filter(|&(_, size)| (size as f64) < smallest * all as f64)
+            .collect();
         if small.is_empty() {
             return;
         }

@@ -32,8 +32,8 @@ pub(super) fn with_mid_nodes(nodes: &mut Vec<[f64; 3]>, linear: &[u32]) -> (Vec<
 }
 
 impl Mesh {
-    /// The same solid of quadratic tetrahedra: straight mid-side nodes are added to a linear mesh; a quadratic
-    /// one is left as it is, with a note.
+    /// The same solid of quadratic tetrahedra: straight mid-side nodes are added to a linear mesh; a
+    /// quadratic one is left as it is, with a note.
     ///
     /// New nodes are numbered on from the largest number of the file. A group gets the mid-side nodes of the
     /// facets or of the region that it names, and those of every other edge with both ends in it: a straight

@@ -22,7 +22,8 @@ pub fn read_tables(coordinates: &Path, connectivity: &Path) -> Result<Mesh, Mesh
     read_tables_without(coordinates, connectivity, 0.0)
 }
 
-/// The same without the parts that share no facet with the rest and have less than `smallest` of the elements.
+/// The same without the parts that share no facet with the rest and have less than `smallest` of the
+/// elements.
 ///
 /// # Errors
 /// As [`read_tables`].

@@ -121,8 +121,8 @@ pub fn separate_responses(
             max_terms,
             max_sweeps: 8,
             update_sweeps: update_sweeps(map.axes.len()),
-            // The error falls in stairs, each as wide as the terms that share a mode: ten terms without a gain
-            // may be one stair, and to stop on it would refuse a build that a few more terms complete.
+            // The error falls in stairs, each as wide as the terms that share a mode: ten terms without a
+            // gain may be one stair, and to stop on it would refuse a build that a few more terms complete.
             patience: 25,
             ..Default::default()
         };
@@ -152,15 +152,15 @@ pub fn separate_responses(
     }
 }
 
-/// The share of the tolerance that the terms keep at the points they are judged by while they are added: other
-/// points, and the full space, are a little worse.
+/// The share of the tolerance that the terms keep at the points they are judged by while they are added:
+/// other points, and the full space, are a little worse.
 const SHARE: f64 = 0.8;
 
 /// Where the draw of the points starts that the finished terms are judged by; each attempt has its own.
 const CERTIFY_SEED: u64 = 8;
 
-/// The least share of the tolerance that the terms are asked to keep; where that does not bring the error of the
-/// full space below the tolerance, no number of terms does.
+/// The least share of the tolerance that the terms are asked to keep; where that does not bring the error of
+/// the full space below the tolerance, no number of terms does.
 const LEAST_SHARE: f64 = 1e-2;
 
 /// The error that the terms must reach at their own points, if they reached `own` there and missed the

@@ -334,7 +334,8 @@ impl Body {
     }
 }
 
-/// Reads or makes the mesh a problem names, raises its order, scales it and cuts out the regions the problem adds.
+/// Reads or makes the mesh a problem names, raises its order, scales it and cuts out the regions the problem
+/// adds.
 ///
 /// # Errors
 /// [`BodyError`] if it cannot be read, is no usable solid, or a region is empty, or if the problem names

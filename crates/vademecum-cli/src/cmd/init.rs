@@ -4,9 +4,7 @@ use std::path::{Path, PathBuf};
 
 use vademecum_build::store::Kind;
 use vademecum_build::suggest::did_you_mean;
-use vademecum_study::starter::{
-    MATERIALS, NamedMaterial, Starter, StarterError, StarterOptions, starter,
-};
+use vademecum_study::starter::{MATERIALS, NamedMaterial, Starter, StarterError, StarterOptions, starter};
 
 use crate::arguments::{OutputArguments, positive};
 use crate::console::Console;
@@ -107,7 +105,10 @@ impl Init {
                 println!("next: vademecum build {} -o {}", problem.display(), lines.1.display());
             }
             if proposed.doubtful_scale {
-                println!("{:.1} m long? If the mesh is in millimetres, add --scale 0.001", proposed.longest_side);
+                println!(
+                    "{:.1} m long? If the mesh is in millimetres, add --scale 0.001",
+                    proposed.longest_side
+                );
             }
         }
         Ok(if self.view { lines.0 } else { vec![] })
@@ -122,7 +123,8 @@ impl Init {
             eprintln!("note: {text}; `--force` proposes it anew");
             return Ok(self.following(&problem).0);
         }
-        let build = format!("{text}: `vademecum build {}`, or `--force` to propose it anew", problem.display());
+        let build =
+            format!("{text}: `vademecum build {}`, or `--force` to propose it anew", problem.display());
         Err(Failure::new(Cause::Usage, build))
     }
 

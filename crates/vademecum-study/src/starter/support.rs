@@ -64,8 +64,7 @@ impl<'a> Shape<'a> {
         let of_corners = |corners: [[f64; 3]; 3]| {
             let [a, b, c] = corners;
             let [u, v]: [[f64; 3]; 2] = [b, c].map(|p| std::array::from_fn(|i| p[i] - a[i]));
-            let normal =
-                [u[1] * v[2] - u[2] * v[1], u[2] * v[0] - u[0] * v[2], u[0] * v[1] - u[1] * v[0]];
+            let normal = [u[1] * v[2] - u[2] * v[1], u[2] * v[0] - u[0] * v[2], u[0] * v[1] - u[1] * v[0]];
             let twice = normal.iter().map(|x| x * x).sum::<f64>().sqrt();
             Triangle { area: 0.5 * twice, normal: normal.map(|x| x / twice), corners }
         };
@@ -175,8 +174,8 @@ fn is_a_number(name: &str) -> bool {
         .any(|kind| name.strip_prefix(kind).is_some_and(|tag| tag.parse::<i64>().is_ok()))
 }
 
-/// Proposes supports: what was asked for, or groups that are called supports, or the named groups of facets, or
-/// a flat face (the end of a long body, the largest of another), or the foot of the body.
+/// Proposes supports: what was asked for, or groups that are called supports, or the named groups of facets,
+/// or a flat face (the end of a long body, the largest of another), or the foot of the body.
 pub(super) fn propose(
     shape: &Shape<'_>,
     scale: f64,

@@ -73,10 +73,14 @@ impl Draft<'_> {
             quoted(&title)
         );
         if self.raised {
-            text += "order = \"quadratic\" # the mesh has linear tetrahedra, which are too stiff in bending\n";
+            text +=
+                "order = \"quadratic\" # the mesh has linear tetrahedra, which are too stiff in bending\n";
         }
         if let Some(smallest) = self.smallest_part {
-            let _ = writeln!(text, "smallest_part = {smallest:?} # of the elements; smaller loose parts are left out");
+            let _ = writeln!(
+                text,
+                "smallest_part = {smallest:?} # of the elements; smaller loose parts are left out"
+            );
         }
         let m = &self.material;
         let _ = write!(
