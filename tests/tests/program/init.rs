@@ -183,6 +183,80 @@ fn linear_meshes_are_raised() {
     assert_eq!(ran.json()["raised"], false);
 }
 
+/// The key `mesh.order` on a linear file is the mesh written quadratic: the same frequencies, with groups of
+/// facets and nodes, a region cut out of it, and a pressure on six-node facets.
+#[test]
+fn a_raised_mesh_is_the_mesh_written_quadratic() {
+    let (lengths, divisions) = ([0.4, 0.1, 0.1], [5, 1, 2]);
+    let folder = tempfile::tempdir().expect("a folder");
+    let linear = moved_block(lengths, divisions, |x| x, &[("root", "x_min"), ("top", "z_max")]).2;
+    std::fs::write(folder.path().join("linear.msh"), linear).expect("written");
+    let block = mesh::block(lengths, divisions, Order::Quadratic);
+    let rows = |name: &str, rows: Vec<String>| {
+        std::fs::write(folder.path().join(name), rows.join("\n")).expect("written");
+    };
+    rows("nodes.txt", block.nodes.iter().map(|[x, y, z]| format!("{x} {y} {z}")).collect());
+    let element = |e: &[u32]| e.iter().map(|node| (node + 1).to_string()).collect::<Vec<_>>().join(" ");
+    rows("elements.txt", block.elements.chunks_exact(10).map(element).collect());
+
+    let common = "scale = 2.0\n[[mesh.region]]\nname = \"far\"\n\
+        on = { fraction = { axis = \"x\", side = \"max\", fraction = 0.4 } }\n\
+        [[material]]\nyoung = 2e9\npoisson = 0.3\ndensity = 1000.0\n\
+        [[material]]\nregion = \"far\"\nyoung = 1e9\npoisson = 0.3\ndensity = 1500.0\n";
+    let tail = |root: &str, top: &str| {
+        format!(
+            "{common}[[support]]\non = {root}\n[load]\nsurface = {top}\n\
+             [[load.pattern]]\nname = \"p\"\npressure = 10.0\non = {top}\n[time]\nstep = 1e-4\n[basis]\nmodes = 8\n\
+             [[output.probe]]\nname = \"end\"\npoint = [0.8, 0.1, 0.2]\ndirection = [0.0, 0.0, 1.0]\n"
+        )
+    };
+    let plane = |axis: &str, at: f64| format!("{{ plane = {{ axis = \"{axis}\", at = {at:?} }} }}");
+    let cases = [
+        (
+            "raised",
+            "file = \"linear.msh\"\norder = \"quadratic\"",
+            "{ group = \"root\" }",
+            "{ group = \"top\" }",
+        ),
+        (
+            "written",
+            "tables = { coordinates = \"nodes.txt\", connectivity = \"elements.txt\" }",
+            &plane("x", 0.0),
+            &plane("z", 0.2),
+        ),
+    ];
+    std::fs::write(folder.path().join("push.toml"), "duration = 0.02\n[[pattern]]\nname = \"p\"\n")
+        .expect("written");
+    let [raised, written] = cases.map(|(name, mesh, root, top)| {
+        let at = |extension: &str| folder.path().join(format!("{name}{extension}")).display().to_string();
+        std::fs::write(at(".toml"), format!("[mesh]\n{mesh}\n{}", tail(root, top))).expect("written");
+        let modes = vademecum(&["modes", &at(".toml"), "--count", "8", "--json"]).json();
+        let built = vademecum(&["build", &at(".toml"), "-o", &at(".vdm")]);
+        assert_eq!(built.code, Some(0), "{}", built.stderr);
+        let push = folder.path().join("push.toml").display().to_string();
+        let ran = vademecum(&["run", &at(".vdm"), "--scenario", &push, "-o", &at("")]);
+        assert_eq!(ran.code, Some(0), "{}", ran.stderr);
+        let probes = std::fs::read_to_string(Path::new(&at("")).join("probes.csv")).expect("a table");
+        let last = probes.lines().last().expect("a row").rsplit(',').next().expect("a value").to_string();
+        (modes, last.parse::<f64>().expect("a number"))
+    });
+    assert_eq!(raised.0["dofs"], written.0["dofs"]);
+    let frequencies = |found: &serde_json::Value| -> Vec<f64> {
+        found["frequencies_hz"]
+            .as_array()
+            .expect("a list")
+            .iter()
+            .map(|f| f.as_f64().expect("a number"))
+            .collect()
+    };
+    for (a, b) in frequencies(&raised.0).iter().zip(frequencies(&written.0)) {
+        // To the eight digits that the search for modes keeps.
+        assert!((a / b - 1.0).abs() < 1e-8, "{a} Hz, {b} Hz");
+    }
+    // The pressure acts on all of the six nodes of each facet of `top`.
+    assert!(raised.1 != 0.0 && (raised.1 / written.1 - 1.0).abs() < 1e-5, "{} m, {} m", raised.1, written.1);
+}
+
 /// A mesh with a crumb that shares no facet with the rest, and with one that is too large for a crumb.
 #[test]
 fn loose_crumbs_are_left_out_and_larger_parts_refused_by_name() {
