@@ -87,16 +87,22 @@ impl<'a> Shape<'a> {
 
     /// True if a face is flat and large enough to be held.
     pub(super) fn has_flat_face(&self) -> bool {
-        self.flat_end().or_else(|| self.largest_flat(None, 0.02)).is_some()
+        self.flat_end().or_else(|| self.flat_face()).is_some()
     }
 
     /// The flat face that ends a long body.
     fn flat_end(&self) -> Option<Face> {
-        self.long_axis().and_then(|axis| self.largest_flat(Some(axis), 1e-3))
+        let axis = self.long_axis()?;
+        self.largest_flat(|(area, normal, _)| normal[axis].abs() > 0.99 && *area >= 1e-3 * self.area)
     }
 
-    /// The largest flat face with at least this share of the surface; across an axis, if one is given.
-    fn largest_flat(&self, across: Option<usize>, share: f64) -> Option<Face> {
+    /// The largest flat face, if it is a fiftieth of the surface or more.
+    fn flat_face(&self) -> Option<Face> {
+        self.largest_flat(|(area, ..)| *area >= 0.02 * self.area)
+    }
+
+    /// The largest flat face of those that fit.
+    fn largest_flat(&self, fits: impl Fn(&Face) -> bool) -> Option<Face> {
         let diagonal = self.diagonal();
         let mut faces: BTreeMap<[i64; 4], Face> = BTreeMap::new();
         for Triangle { area, normal, corners: [a, ..] } in &self.triangles {
@@ -105,11 +111,9 @@ impl<'a> Shape<'a> {
             let key = [x, y, z, (1e4 * offset / diagonal).round() as i64];
             faces.entry(key).or_insert((0.0, *normal, *a)).0 += area;
         }
-        let ends = |normal: &[f64; 3]| across.is_none_or(|axis| normal[axis].abs() > 0.99);
-        let fits = faces.into_values().filter(|(area, normal, _)| ends(normal) && *area >= share * self.area);
         // Of faces of one size the one that looks down, or to the low end, is held.
         let down = |normal: &[f64; 3]| normal.iter().zip([1.0, 1.1, 1.2]).map(|(n, w)| n * w).sum::<f64>();
-        fits.max_by(|a, b| {
+        faces.into_values().filter(fits).max_by(|a, b| {
             let apart = a.0 - b.0;
             if apart.abs() > 1e-3 * a.0.max(b.0) {
                 apart.total_cmp(&0.0)
@@ -211,7 +215,7 @@ pub(super) fn propose(
         false => of_groups(&groups),
         true => match shape.flat_end() {
             Some(face) => of_face(shape, face, scale, true),
-            None => match shape.largest_flat(None, 0.02) {
+            None => match shape.flat_face() {
                 Some(face) => of_face(shape, face, scale, false),
                 None => of_foot(up),
             },
@@ -246,12 +250,13 @@ fn asked(shape: &Shape<'_>, scale: f64, hold: &str, up: usize) -> Result<Support
         return Err(StarterError::Hold { hold: hold.into(), known: known + &nearest });
     };
     // A flat face there is held as it is.
-    let looks_out = |(_, normal, point): &Face| {
+    let looks_out = |(area, normal, point): &Face| {
         let side = if low { -1.0 } else { 1.0 };
         let end = shape.low[axis] + if low { 0.0 } else { shape.sides[axis] };
-        side * normal[axis] > 0.99 && (point[axis] - end).abs() < 1e-3 * shape.sides[axis]
+        let at_end = (point[axis] - end).abs() < 1e-3 * shape.sides[axis];
+        side * normal[axis] > 0.99 && at_end && *area >= 1e-3 * shape.area
     };
-    if let Some(face) = shape.largest_flat(Some(axis), 1e-3).filter(looks_out) {
+    if let Some(face) = shape.largest_flat(looks_out) {
         return Ok(of_face(shape, face, scale, true));
     }
     Ok(of_end(axis, low, &format!("the {} tenth along {}", if low { "first" } else { "last" }, AXES[axis])))
