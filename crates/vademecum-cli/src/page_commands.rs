@@ -70,7 +70,7 @@ fn of_program(command: &[String]) -> Option<Vec<String>> {
     with_cargo.then(|| std::iter::once("vademecum".into()).chain(command[at + 1..].iter().cloned()).collect())
 }
 
-/// Why a command of a page cannot be given.
+/// Reason for which a command of a page cannot be given; none for a sound one.
 fn fault(command: &[String]) -> Option<String> {
     let there = |path: &str| repository().join(path).exists();
     let after = |flag: &str| command.windows(2).find(|pair| pair[0] == flag).map(|pair| pair[1].as_str());

@@ -210,7 +210,7 @@ pub enum StarterError {
         "`--hold {hold}`: the mesh has no such group (it has {known}); expected one, or bottom, x_min, x_max, y_min, y_max, z_min, z_max, none"
     )]
     Hold {
-        /// What was asked for.
+        /// Place as the user gave it.
         hold: String,
         /// The groups of the mesh.
         known: String,

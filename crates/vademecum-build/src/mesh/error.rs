@@ -30,9 +30,9 @@ impl fmt::Display for Fault {
     }
 }
 
-/// How tetrahedra are made of CAD geometry; without the last option curved faces fold quadratic elements.
+/// Remedy for CAD geometry; without the last option curved faces fold quadratic elements.
 const CAD: &str = "for example with Gmsh: gmsh -3 -order 2 -optimize_ho";
-/// How tetrahedra are made of a surface, which Gmsh does not fill by itself.
+/// Remedy for a surface, which Gmsh does not fill by itself.
 const SURFACE: &str = "for example with Python's pytetwild: docs/how-to/from-a-surface.md has the six lines";
 
 /// Why a mesh could not be read. The file is at fault in all of them but `Io`.

@@ -156,7 +156,7 @@ pub fn separate_responses(
 /// other points, and the full space, are a little worse.
 const SHARE: f64 = 0.8;
 
-/// Where the draw of the points starts that the finished terms are judged by; each attempt has its own.
+/// Seed of the points that the finished terms are judged by; each attempt adds one to it.
 const CERTIFY_SEED: u64 = 8;
 
 /// The least share of the tolerance that the terms are asked to keep; where that does not bring the error of

@@ -116,7 +116,7 @@ impl Init {
 
     /// A problem file that exists may have been edited: it is never replaced unasked, and `--view` builds it.
     fn kept(&self, problem: PathBuf) -> Result<Vec<Vec<PathBuf>>, Failure> {
-        // What the mesh lacks is said first.
+        // Faults of the mesh come first.
         vademecum_build::mesh::read_without(&self.mesh, self.smallest_part)?;
         let text = format!("{}: exists; kept, since you may have edited it", problem.display());
         if self.view {
@@ -136,7 +136,7 @@ impl Init {
     }
 }
 
-/// What was proposed, a line each.
+/// Proposal in a sentence.
 fn summary(problem: &Path, proposed: &Starter) -> String {
     let Starter { dofs, longest_side, support, frequency, time_step, modes, .. } = proposed;
     let order = if proposed.raised { ", mid-side nodes added" } else { "" };

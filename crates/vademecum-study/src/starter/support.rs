@@ -161,7 +161,7 @@ impl<'a> Shape<'a> {
     }
 }
 
-/// How much flatter than that along y the foot along another axis is, to be taken for one.
+/// Flatness that a foot along another axis must have in addition to that along y.
 const CLEARLY_FLATTER: f64 = 0.25;
 
 /// True of the name of a support.
@@ -226,7 +226,7 @@ pub(super) fn propose(
     Ok(supports)
 }
 
-/// What `--hold` asks for.
+/// Supports that `--hold` asks for.
 fn asked(shape: &Shape<'_>, scale: f64, hold: &str, up: usize) -> Result<Supports, StarterError> {
     if let Some((name, _)) = shape.mesh.node_groups.get_key_value(hold) {
         return Ok(of_groups(&[name]));
