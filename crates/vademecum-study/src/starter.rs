@@ -4,6 +4,7 @@
 mod materials;
 mod support;
 mod text;
+mod toml;
 
 use std::path::{Path, PathBuf};
 
@@ -14,6 +15,7 @@ use vademecum_build::prepared::{prepare, proposed_time_step};
 use vademecum_build::progress::{Listener, Stopwatch};
 
 pub use materials::{MATERIALS, NamedMaterial};
+pub use support::HoldError;
 
 use self::support::{AXES, Shape, propose};
 use self::text::Draft;
@@ -106,7 +108,7 @@ pub fn starter(
     let material = options.material.or_else(|| MATERIALS.into_iter().find(|m| m.name == usual));
     let material = material.expect("the usual materials have names");
     let draft = Draft {
-        options,
+        mesh_name: &options.mesh_name,
         mesh: &mesh,
         shape: &shape,
         material,
@@ -206,15 +208,8 @@ pub enum StarterError {
         elements: usize,
     },
     /// The mesh has no such group or end.
-    #[error(
-        "`--hold {hold}`: the mesh has no such group (it has {known}); expected one, or bottom, x_min, x_max, y_min, y_max, z_min, z_max, none"
-    )]
-    Hold {
-        /// Place as the user gave it.
-        hold: String,
-        /// The groups of the mesh.
-        known: String,
-    },
+    #[error(transparent)]
+    Hold(#[from] HoldError),
     /// The proposal is no problem.
     #[error(transparent)]
     Draft(vademecum_build::input::ProblemError),

@@ -167,7 +167,7 @@ impl From<StarterError> for Failure {
             StarterError::Mesh(error) => error.into(),
             StarterError::Draft(error) => error.into(),
             StarterError::Study(error) => error.into(),
-            error @ StarterError::Hold { .. } => Self::new(Cause::Usage, error),
+            StarterError::Hold(error) => Self::new(Cause::Usage, error),
             error @ StarterError::Parts { .. } => Self::new(Cause::Mesh, error).remedy(
                 "merge the parts or keep one of them in the mesher; `--smallest-part SHARE` leaves out larger parts",
             ),

@@ -5,8 +5,7 @@ use std::collections::BTreeMap;
 use vademecum_build::mesh::{Mesh, surface::Surface};
 use vademecum_build::suggest::did_you_mean;
 
-use super::StarterError;
-use super::text::{one_line, quoted};
+use super::toml::{one_line, quoted};
 
 /// A body is long if its longest side is so many times the next.
 const LONG: f64 = 2.5;
@@ -27,6 +26,19 @@ const LOADS: [&str; 10] =
 
 /// A coordinate axis by its letter.
 pub(super) const AXES: [&str; 3] = ["x", "y", "z"];
+
+/// The mesh has no such group or end.
+#[derive(Debug, thiserror::Error)]
+#[error(
+    "`--hold {hold}`: the mesh has no such group (it has {known}); expected one, or bottom, x_min, x_max, y_min, y_max, \
+     z_min, z_max, none"
+)]
+pub struct HoldError {
+    /// Place as the user gave it.
+    hold: String,
+    /// The groups of the mesh.
+    known: String,
+}
 
 /// Supports of a proposal.
 pub(super) struct Supports {
@@ -185,7 +197,7 @@ pub(super) fn propose(
     scale: f64,
     hold: Option<&str>,
     up: usize,
-) -> Result<Supports, StarterError> {
+) -> Result<Supports, HoldError> {
     if let Some(hold) = hold {
         return asked(shape, scale, hold, up);
     }
@@ -227,7 +239,7 @@ pub(super) fn propose(
 }
 
 /// Supports that `--hold` asks for.
-fn asked(shape: &Shape<'_>, scale: f64, hold: &str, up: usize) -> Result<Supports, StarterError> {
+fn asked(shape: &Shape<'_>, scale: f64, hold: &str, up: usize) -> Result<Supports, HoldError> {
     if let Some((name, _)) = shape.mesh.node_groups.get_key_value(hold) {
         return Ok(of_groups(&[name]));
     }
@@ -247,7 +259,7 @@ fn asked(shape: &Shape<'_>, scale: f64, hold: &str, up: usize) -> Result<Support
         let nearest = did_you_mean(hold, groups.clone().map(String::as_str));
         let known = groups.map(|name| format!("`{name}`")).collect::<Vec<_>>().join(", ");
         let known = if known.is_empty() { "none".into() } else { known };
-        return Err(StarterError::Hold { hold: hold.into(), known: known + &nearest });
+        return Err(HoldError { hold: hold.into(), known: known + &nearest });
     };
     // A flat face there is held as it is.
     let looks_out = |(area, normal, point): &Face| {

@@ -5,8 +5,9 @@ use std::path::Path;
 
 use vademecum_build::mesh::Mesh;
 
+use super::materials::NamedMaterial;
 use super::support::{Shape, Supports};
-use super::{NamedMaterial, StarterOptions};
+use super::toml::{one_line, quoted};
 
 /// Error that is accepted of a compact body: a sudden push at one node of its surface rings in more modes
 /// than a file should hold, and beside the support it moves little else.
@@ -14,7 +15,8 @@ const COMPACT_ERROR: f64 = 0.5;
 
 /// Everything that the text is made of.
 pub(super) struct Draft<'a> {
-    pub(super) options: &'a StarterOptions,
+    /// The mesh file as the problem file names it.
+    pub(super) mesh_name: &'a str,
     pub(super) mesh: &'a Mesh,
     pub(super) shape: &'a Shape<'a>,
     pub(super) material: NamedMaterial,
@@ -57,9 +59,9 @@ impl Draft<'_> {
     }
 
     fn mesh_and_material(&self) -> String {
-        let Self { options, scale, .. } = self;
-        let name = quoted(&options.mesh_name);
-        let title = Path::new(&options.mesh_name).file_stem().map_or("body".into(), |s| s.to_string_lossy());
+        let Self { mesh_name, scale, .. } = self;
+        let name = quoted(mesh_name);
+        let title = Path::new(mesh_name).file_stem().map_or("body".into(), |s| s.to_string_lossy());
         let longest = self.shape.longest_side();
         let unit = match *scale {
             1.0 => "the longest side is taken to be in metres".to_string(),
@@ -110,26 +112,4 @@ impl Draft<'_> {
         }
         text.push('\n');
     }
-}
-
-/// A text without line ends, for a comment.
-pub(super) fn one_line(text: &str) -> String {
-    text.replace(['\n', '\r'], " ")
-}
-
-/// A basic string of TOML.
-pub(super) fn quoted(text: &str) -> String {
-    let mut out = String::from("\"");
-    for c in text.chars() {
-        match c {
-            '"' => out.push_str("\\\""),
-            '\\' => out.push_str("\\\\"),
-            c if c.is_control() => {
-                let _ = write!(out, "\\u{:04X}", u32::from(c));
-            }
-            c => out.push(c),
-        }
-    }
-    out.push('"');
-    out
 }
