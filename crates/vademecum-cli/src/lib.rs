@@ -25,6 +25,8 @@ mod html;
 mod looks;
 mod mesh_error;
 mod outline;
+#[cfg(test)]
+mod page_commands;
 mod percent;
 mod pictures;
 mod print;

@@ -1,83 +1,45 @@
 //! A problem file for a mesh that somebody has just found: everything that can be seen of the mesh is
 //! proposed, said in a comment, and left to be changed.
 
-use std::fmt::Write as _;
+mod materials;
+mod support;
+mod text;
+mod toml;
+
 use std::path::{Path, PathBuf};
 
 use vademecum_build::dynamics::lowest_modes;
 use vademecum_build::input::Problem;
-use vademecum_build::mesh::{self, Mesh, MeshError, surface::Surface};
-use vademecum_build::prepared::{STEPS_PER_PERIOD, prepare, proposed_time_step};
+use vademecum_build::mesh::{self, Mesh, MeshError, Order};
+use vademecum_build::prepared::{prepare, proposed_time_step};
 use vademecum_build::progress::{Listener, Stopwatch};
 use vademecum_build::suggest::did_you_mean;
 
+pub use materials::{MATERIALS, NamedMaterial};
+pub use support::HoldError;
+
+use self::support::{AXES, Shape, propose};
+use self::text::Draft;
 use crate::error::StudyError;
 
 /// Modes proposed for a long body, and for a compact one, which rings in more of them; a small body has
 /// fewer.
 const MODES: [usize; 2] = [32, 64];
 
-/// A body is long if its longest side is so many times the next.
-const LONG: f64 = 2.5;
+/// Longest step that is proposed \[s\]: fingers and frames of a game are faster than slow bodies.
+const LONGEST_STEP: f64 = 1e-3;
 
 /// A body with a longest side above this is not in metres.
 const LARGEST_IN_METRES: f64 = 20.0;
 
-/// Error that is accepted of a compact body: a sudden push at one node of its surface rings in more modes
-/// than a file should hold, and beside the support it moves little else.
-const COMPACT_ERROR: f64 = 0.5;
+/// A body with a longest side above this may be meant in metres or in millimetres: the user is asked.
+const DOUBTFUL_IN_METRES: f64 = 3.0;
 
-/// Words that name a support in the groups of a mesh.
-const SUPPORTS: [&str; 10] =
-    ["fix", "clamp", "support", "encastre", "held", "base", "ground", "dirichlet", "anchor", "root"];
+/// Linear meshes are raised to quadratic ones with fewer dofs than this.
+const MOST_RAISED_DOFS: usize = 100_000;
 
-/// An isotropic material by its name.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct NamedMaterial {
-    /// Name.
-    pub name: &'static str,
-    /// Young's modulus \[Pa\].
-    pub young: f64,
-    /// Poisson's ratio.
-    pub poisson: f64,
-    /// Density \[kg/m³\].
-    pub density: f64,
-    /// Damping ratio that is usual for parts made of it.
-    pub damping: f64,
-    /// Source of the numbers.
-    pub source: &'static str,
-}
-
-const fn material(
-    name: &'static str,
-    [young, poisson, density, damping]: [f64; 4],
-    source: &'static str,
-) -> NamedMaterial {
-    NamedMaterial { name, young, poisson, density, damping, source }
-}
-
-const ASHBY: &str = "middle of the range in Ashby, Materials Selection in Mechanical Design";
-const TISSUE: &str = "order of magnitude of Fung, Biomechanics; measure yours";
-
-/// The materials that go by a name.
-pub const MATERIALS: [NamedMaterial; 16] = [
-    material("steel", [210e9, 0.30, 7850.0, 0.01], "EN 1993-1-1, 3.2.6"),
-    material("stainless", [200e9, 0.30, 7900.0, 0.01], "EN 1993-1-4, 2.1.3"),
-    material("aluminium", [70e9, 0.30, 2700.0, 0.01], "EN 1999-1-1, 3.2.5"),
-    material("titanium", [115e9, 0.34, 4430.0, 0.01], ASHBY),
-    material("brass", [100e9, 0.34, 8500.0, 0.005], ASHBY),
-    material("concrete", [31e9, 0.20, 2500.0, 0.02], "EN 1992-1-1, class C25/30"),
-    material("glass", [70e9, 0.23, 2500.0, 0.002], "EN 572-1"),
-    material("wood", [11e9, 0.35, 420.0, 0.02], "EN 338, class C24 along the grain, taken as isotropic"),
-    material("pla", [3.5e9, 0.36, 1240.0, 0.03], ASHBY),
-    material("abs", [2.2e9, 0.37, 1050.0, 0.03], ASHBY),
-    material("nylon", [2.7e9, 0.39, 1140.0, 0.03], ASHBY),
-    material("rubber", [5e6, 0.48, 1100.0, 0.05], ASHBY),
-    material("silicone", [1e6, 0.48, 1100.0, 0.05], ASHBY),
-    material("foam", [1e5, 0.30, 50.0, 0.10], ASHBY),
-    material("bone", [17e9, 0.30, 1900.0, 0.03], TISSUE),
-    material("liver", [5e3, 0.45, 1050.0, 0.10], TISSUE),
-];
+/// Format whose element types name their formulation, which stays as its author chose it.
+const FORMULATED: &str = "Abaqus";
 
 impl NamedMaterial {
     /// A material by its name.
@@ -95,10 +57,16 @@ impl NamedMaterial {
 /// Options; everything else is proposed.
 #[derive(Clone, Debug)]
 pub struct StarterOptions {
-    /// Material of the body.
-    pub material: NamedMaterial,
+    /// Material of the body; steel if `None`, and rubber where no face is flat.
+    pub material: Option<NamedMaterial>,
     /// Metres in a unit of the mesh; guessed from the size of the body if `None`.
     pub scale: Option<f64>,
+    /// Support: `bottom`, `x_min` … `z_max`, `none`, or the name of a group; proposed if `None`.
+    pub hold: Option<String>,
+    /// Axis that points up, 0 to 2; guessed from the shape if `None`.
+    pub up: Option<usize>,
+    /// Parts that share no facet with the rest and have less than this share of the elements are left out.
+    pub smallest_part: f64,
     /// The mesh file as the problem file shall name it.
     pub mesh_name: String,
 }
@@ -110,10 +78,18 @@ pub struct Starter {
     pub text: String,
     /// Metres in a unit of the mesh.
     pub scale: f64,
+    /// True if the size leaves open whether the mesh is in metres or in millimetres.
+    pub doubtful_scale: bool,
     /// Longest side \[m\].
     pub longest_side: f64,
+    /// Axis that points up.
+    pub up: &'static str,
+    /// Name of the material.
+    pub material: &'static str,
     /// Description of the support.
     pub support: String,
+    /// True if linear tetrahedra get mid-side nodes.
+    pub raised: bool,
     /// First natural frequency \[Hz\].
     pub frequency: f64,
     /// Proposed step \[s\].
@@ -135,37 +111,47 @@ pub fn starter(
     listener: &dyn Listener,
 ) -> Result<Starter, StarterError> {
     listener.stage("read mesh");
-    let mesh = mesh::read(path)?;
-    let (low, _) = mesh.bounding_box();
-    let sides = sides_of(&mesh);
-    let longest = sides.iter().copied().fold(0.0, f64::max);
+    let (mesh, raised, smallest_part) = read(path, options)?;
+    let shape = Shape::of(&mesh);
+    let longest = shape.longest_side();
     let guess = if longest > LARGEST_IN_METRES { 1e-3 } else { 1.0 };
     let scale = options.scale.unwrap_or(guess);
-    let support = propose_support(&mesh, low, sides, scale);
-    let draft = Draft { options, mesh: &mesh, scale, longest, support: &support };
+    let up = options.up.unwrap_or_else(|| shape.up());
+    let supports = propose(&shape, scale, options.hold.as_deref(), up)?;
+    let usual = if shape.has_flat_face() { "steel" } else { "rubber" };
+    let material = options.material.or_else(|| MATERIALS.into_iter().find(|m| m.name == usual));
+    let material = material.expect("the usual materials have names");
+    let draft = Draft {
+        mesh_name: &options.mesh_name,
+        mesh: &mesh,
+        shape: &shape,
+        material,
+        scale,
+        raised,
+        smallest_part,
+        supports: &supports,
+    };
 
     // Any step will do until the first period is known.
-    let text = draft.text(1e-3, 1, &[]);
+    let text = draft.text(LONGEST_STEP, 1, &[]);
     let name = path.display().to_string();
     let mut problem = Problem::parse(&text, &name, PathBuf::new()).map_err(StarterError::Draft)?;
     problem.mesh.file = Some(path.to_path_buf());
     let prepared = prepare(&problem, &mut Stopwatch::new(listener), listener).map_err(StudyError::from)?;
     let pencil = prepared.body.model.pencil();
     let dofs = pencil.n_dof();
-    let modes = MODES[usize::from(long_axis(sides).is_none())].min(dofs);
+    let modes = MODES[usize::from(shape.long_axis().is_none())].min(pencil.n_elastic());
     listener.stage("first natural mode");
     let first = lowest_modes(pencil, &prepared.symbolic, 1).map_err(StudyError::from)?;
     let frequency = first.frequencies_hz()[0];
-    let time_step = proposed_time_step(1.0 / frequency);
+    let time_step = proposed_time_step(1.0 / frequency).min(LONGEST_STEP);
 
     // Where the first mode moves most, a probe looks.
-    let shape = first.vectors.col_as_slice(0);
-    let dof_of_free = prepared.body.model.dofs().dof_of_free();
-    let mut moved = vec![[0.0; 3]; mesh.nodes.len()];
-    for (&dof, &value) in dof_of_free.iter().zip(shape) {
-        moved[dof as usize / 3][dof as usize % 3] = value;
-    }
+    let moved = prepared.body.model.dofs();
+    let mut field = vec![0.0; moved.n_dof()];
+    moved.expand_into(first.vectors.col_as_slice(0), &mut field);
     let length = |v: &[f64; 3]| v.iter().map(|x| x * x).sum::<f64>().sqrt();
+    let moved = field.as_chunks::<3>().0;
     let most = (0..moved.len()).max_by(|&a, &b| length(&moved[a]).total_cmp(&length(&moved[b])));
     let probe = most.filter(|&node| length(&moved[node]) > 0.0).map(|node| {
         let size = length(&moved[node]);
@@ -178,12 +164,40 @@ pub fn starter(
     Ok(Starter {
         text,
         scale,
+        doubtful_scale: options.scale.is_none() && scale == 1.0 && longest > DOUBTFUL_IN_METRES,
         longest_side: longest * scale,
-        support: support.words,
+        up: AXES[up],
+        material: material.name,
+        support: supports.words,
+        raised,
         frequency,
         time_step,
         modes,
         dofs,
+    })
+}
+
+/// The mesh as the proposal has it built, whether it is raised, and the smallest share of a part where parts
+/// are left out.
+fn read(path: &Path, options: &StarterOptions) -> Result<(Mesh, bool, Option<f64>), StarterError> {
+    let raw = mesh::parse(path)?;
+    let parts = mesh::part_sizes(&raw);
+    let elements: usize = parts.iter().sum();
+    let stays = |size: &&usize| **size as f64 >= options.smallest_part * elements as f64;
+    let kept: Vec<usize> = parts.iter().take(1).chain(parts.iter().skip(1).filter(stays)).copied().collect();
+    if kept.len() > 1 {
+        return Err(StarterError::Parts { file: path.to_path_buf(), kept, elements });
+    }
+    let smallest_part = (parts.len() > 1).then_some(options.smallest_part);
+    let formulated = raw.format.starts_with(FORMULATED);
+    let mesh = mesh::repaired(raw, options.smallest_part)?;
+    if mesh.order == Order::Quadratic || formulated || 3 * mesh.nodes.len() >= MOST_RAISED_DOFS {
+        return Ok((mesh, false, smallest_part));
+    }
+    let raised = mesh.clone().raised();
+    Ok(match 3 * raised.nodes.len() < MOST_RAISED_DOFS {
+        true => (raised, true, smallest_part),
+        false => (mesh, false, smallest_part),
     })
 }
 
@@ -193,6 +207,23 @@ pub enum StarterError {
     /// The mesh cannot be used.
     #[error(transparent)]
     Mesh(#[from] MeshError),
+    /// Large parts that share no facet.
+    #[error(
+        "{}: the mesh has {} parts that share no facet, with {} of {elements} elements: an edge or a node between them is a \
+         hinge",
+        .file.display(), .kept.len(), listed(.kept)
+    )]
+    Parts {
+        /// The mesh.
+        file: PathBuf,
+        /// Elements of the parts that are too large to be left out, the largest first.
+        kept: Vec<usize>,
+        /// Elements of the mesh.
+        elements: usize,
+    },
+    /// The mesh has no such group or end.
+    #[error(transparent)]
+    Hold(#[from] HoldError),
     /// The proposal is no problem.
     #[error(transparent)]
     Draft(vademecum_build::input::ProblemError),
@@ -201,200 +232,9 @@ pub enum StarterError {
     Study(#[from] StudyError),
 }
 
-/// Support.
-struct Support {
-    /// As the problem file writes it.
-    toml: String,
-    words: String,
-}
-
-struct Draft<'a> {
-    options: &'a StarterOptions,
-    mesh: &'a Mesh,
-    scale: f64,
-    longest: f64,
-    support: &'a Support,
-}
-
-impl Draft<'_> {
-    fn text(&self, time_step: f64, modes: usize, probes: &[([f64; 3], [f64; 3])]) -> String {
-        let Self { options, mesh, scale, longest, support } = self;
-        let m = &options.material;
-        let name = quoted(&options.mesh_name);
-        let title = Path::new(&options.mesh_name).file_stem().map_or("body".into(), |s| s.to_string_lossy());
-        let unit = match *scale {
-            1.0 => "the longest side is taken to be in metres".to_string(),
-            scale => {
-                format!("metres in a unit of the mesh: {longest:.4} units become {:.4} m", longest * scale)
-            }
-        };
-        let mut text = format!(
-            "# Proposed by `vademecum init`: everything here can be changed. Keys: `vademecum help problem`\n\
-             title = {}\n\n[mesh]\nfile = {name}\nscale = {scale:?} # {unit}\n\n",
-            quoted(&title)
-        );
-        let _ = write!(
-            text,
-            "# {}: {}\n[[material]]\nyoung = {:e} # Pa\npoisson = {:?}\ndensity = {:?} # kg/m³\n\n",
-            m.name, m.source, m.young, m.poisson, m.density
-        );
-        let groups: Vec<&str> = mesh.node_groups.keys().map(String::as_str).take(12).collect();
-        if !groups.is_empty() {
-            let _ = writeln!(text, "# Groups of the mesh: {}", groups.join(", ").replace(['\n', '\r'], " "));
-        }
-        let _ = write!(
-            text,
-            "# Held: {}\n[[support]]\non = {}\n\n\
-             # The whole surface can be loaded; `surface = {{ group = \"…\" }}` narrows it.\n[load]\n\n",
-            support.words, support.toml
-        );
-        let _ = write!(
-            text,
-            "[damping]\nratio = {:?} # of each mode; usual for parts of {}\n\n\
-             [time]\nstep = {time_step:?} # s; at least {} steps in the first period\n\n\
-             [basis]\nkind = \"modes\"\nmodes = {modes}\n\n[output]\nprecision = \"f32\"\n",
-            m.damping, m.name, STEPS_PER_PERIOD
-        );
-        if long_axis(sides_of(mesh)).is_none() {
-            let _ = write!(
-                text,
-                "\n# A sudden push at one node of a compact body excites more modes than these. `vademecum info` says\n\
-                 # what was reached; without this key more than 5e-2 is refused.\n\
-                 [tolerance]\nerror = {COMPACT_ERROR:?}\n"
-            );
-        }
-        for (point, direction) in probes {
-            let _ = write!(
-                text,
-                "\n# Where the first mode moves most, along its motion.\n\
-                 [[output.probe]]\nname = \"most\"\npoint = {point:?}\ndirection = {direction:?}\n"
-            );
-        }
-        text
-    }
-}
-
-/// A basic string of TOML.
-fn quoted(text: &str) -> String {
-    let mut out = String::from("\"");
-    for c in text.chars() {
-        match c {
-            '"' => out.push_str("\\\""),
-            '\\' => out.push_str("\\\\"),
-            c if c.is_control() => {
-                let _ = write!(out, "\\u{:04X}", u32::from(c));
-            }
-            c => out.push(c),
-        }
-    }
-    out.push('"');
-    out
-}
-
-/// A group that is called a support; or else a flat face: the end of a long body, the largest of another; or
-/// else the outermost tenth.
-fn propose_support(mesh: &Mesh, low: [f64; 3], sides: [f64; 3], scale: f64) -> Support {
-    let usable = |nodes: &[u32]| nodes.len() >= 3 && 2 * nodes.len() < mesh.nodes.len();
-    let called = mesh.node_groups.iter().find(|(name, nodes)| {
-        let name = name.to_lowercase();
-        usable(nodes) && SUPPORTS.iter().any(|word| name.contains(word))
-    });
-    if let Some((name, _)) = called {
-        let toml = format!("{{ group = {} }}", quoted(name));
-        return Support { toml, words: format!("the group `{}`", name.replace(['\n', '\r'], " ")) };
-    }
-    let at_an_end = long_axis(sides).and_then(|axis| flat_face(mesh, low, sides, scale, Some(axis)));
-    if let Some(face) = at_an_end.or_else(|| flat_face(mesh, low, sides, scale, None)) {
-        return face;
-    }
-    let longest = (0..3).max_by(|&a, &b| sides[a].total_cmp(&sides[b])).unwrap_or(0);
-    let axis = ["x", "y", "z"][longest];
-    Support {
-        toml: format!("{{ fraction = {{ axis = \"{axis}\", side = \"min\", fraction = 0.1 }} }}"),
-        words: format!("the first tenth along {axis}, because no large face is flat"),
-    }
-}
-
-/// Sides of the bounding box, in units of the mesh.
-fn sides_of(mesh: &Mesh) -> [f64; 3] {
-    let (low, high) = mesh.bounding_box();
-    std::array::from_fn(|c| high[c] - low[c])
-}
-
-/// The axis along which a body is long, if it is.
-fn long_axis(sides: [f64; 3]) -> Option<usize> {
-    (0..3).find(|&axis| (0..3).all(|other| other == axis || sides[axis] > LONG * sides[other]))
-}
-
-/// The largest flat face, if it is a fiftieth of the surface or more; of a body that is long along an axis,
-/// one that ends it.
-fn flat_face(
-    mesh: &Mesh,
-    low: [f64; 3],
-    sides: [f64; 3],
-    scale: f64,
-    long: Option<usize>,
-) -> Option<Support> {
-    use std::collections::BTreeMap;
-    let surface = Surface::of(mesh);
-    let diagonal = sides.iter().map(|s| s * s).sum::<f64>().sqrt();
-    let mut faces: BTreeMap<[i64; 4], (f64, [f64; 3], [f64; 3])> = BTreeMap::new();
-    let mut whole = 0.0;
-    for triangle in &surface.triangles {
-        let [a, b, c] = triangle.map(|node| mesh.nodes[node as usize]);
-        let [u, v]: [[f64; 3]; 2] = [b, c].map(|p| std::array::from_fn(|i| p[i] - a[i]));
-        let normal = [u[1] * v[2] - u[2] * v[1], u[2] * v[0] - u[0] * v[2], u[0] * v[1] - u[1] * v[0]];
-        let twice = normal.iter().map(|x| x * x).sum::<f64>().sqrt();
-        if twice <= 0.0 {
-            continue;
-        }
-        let normal = normal.map(|x| x / twice);
-        let offset: f64 = (0..3).map(|i| normal[i] * (a[i] - low[i])).sum();
-        let [x, y, z] = normal.map(|x| (1e3 * x).round() as i64);
-        let face =
-            faces.entry([x, y, z, (1e4 * offset / diagonal).round() as i64]).or_insert((0.0, normal, a));
-        face.0 += 0.5 * twice;
-        whole += 0.5 * twice;
-    }
-    let ends = |normal: &[f64; 3]| long.is_none_or(|axis| normal[axis].abs() > 0.99);
-    let fits = faces.values().filter(|(area, normal, _)| {
-        ends(normal) && *area >= if long.is_some() { 1e-3 } else { 0.02 } * whole
-    });
-    // Of faces of one size the one that looks down, or to the low end, is held.
-    let down = |normal: &[f64; 3]| normal.iter().zip([1.0, 1.1, 1.2]).map(|(n, w)| n * w).sum::<f64>();
-    let (area, normal, point) = fits.max_by(|a, b| {
-        let apart = a.0 - b.0;
-        if apart.abs() > 1e-3 * a.0.max(b.0) {
-            apart.total_cmp(&0.0)
-        } else {
-            down(&b.1).total_cmp(&down(&a.1))
-        }
-    })?;
-    let axis = normal.iter().position(|x| x.abs() > 1.0 - 1e-9);
-    // A problem file counts lengths as they are once the mesh is scaled.
-    let point = point.map(|x| scale * x);
-    let tolerance = 1e-4 * diagonal * scale;
-    let toml = match axis {
-        Some(axis) => {
-            let name = ["x", "y", "z"][axis];
-            format!(
-                "{{ plane = {{ axis = \"{name}\", at = {:?}, tolerance = {tolerance:?} }} }}",
-                point[axis]
-            )
-        }
-        None => {
-            format!("{{ plane = {{ normal = {normal:?}, point = {point:?}, tolerance = {tolerance:?} }} }}")
-        }
-    };
-    let share = 100.0 * area / whole;
-    let words = match (axis, long) {
-        (Some(axis), Some(_)) => {
-            format!("the flat end along {} ({share:.0} % of the surface)", ["x", "y", "z"][axis])
-        }
-        (Some(axis), None) => {
-            format!("the largest flat face, across {} ({share:.0} % of the surface)", ["x", "y", "z"][axis])
-        }
-        _ => format!("the largest flat face ({share:.0} % of the surface)"),
-    };
-    Some(Support { toml, words })
+/// Numbers of elements, at most eight of them.
+fn listed(sizes: &[usize]) -> String {
+    let shown: Vec<String> = sizes.iter().take(8).map(usize::to_string).collect();
+    let more = if sizes.len() > 8 { format!(" and {} more", sizes.len() - 8) } else { String::new() };
+    shown.join(", ") + &more
 }

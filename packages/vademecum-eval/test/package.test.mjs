@@ -205,16 +205,16 @@ test("views, states, spheres and refusals", async () => {
   await assert.rejects(Body.open(exact, { precision: "half" }), /"single" or "double"/);
 });
 
-test("the example with three.js shows a body that is pressed", async () => {
+for (const file of ["beam", "slow"]) test(`the example with three.js shows a body that is pressed: ${file}`, async () => {
   const page = await browser.newPage({ viewport: { width: 640, height: 480 } });
   const errors = [];
   page.on("pageerror", (error) => errors.push(error.message));
   page.on("console", (message) => message.type() === "error" && !/favicon/.test(message.location().url) && errors.push(message.text()));
-  await page.goto(`${address}/node_modules/vademecum-eval/examples/three.html?file=/beam.vdm`);
+  await page.goto(`${address}/node_modules/vademecum-eval/examples/three.html?file=/${file}.vdm`);
   await page.waitForFunction(() => window.example, null, { timeout: 30000 });
   assert.equal(await page.evaluate(() => window.example.energy), 0);
   // What is blue is the body: how much of the picture, and where its middle is.
-  const picture = await page.screenshot({ path: `${WORK}/three.png` });
+  const picture = await page.screenshot({ path: `${WORK}/three-${file}.png` });
   const blue = await page.evaluate(async (encoded) => {
     const bitmap = await createImageBitmap(await (await fetch(`data:image/png;base64,${encoded}`)).blob());
     const canvas = new OffscreenCanvas(bitmap.width, bitmap.height).getContext("2d");

@@ -62,6 +62,32 @@ range = [0.5e-3, 2e-3]
 scale = "log"
 "#;
 
+/// The separation judges itself at points of its own; fresh ones may find an error above the tolerance. Then
+/// terms are added until they do not, or run out. At this tolerance the first attempt, of 23 terms, is at
+/// 9.51e-5.
+#[test]
+fn terms_are_added_until_the_certified_error_keeps_the_tolerance() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let (problem, file) = (folder.path().join("p.toml"), folder.path().join("f.vdm"));
+    let path = |p: &std::path::Path| p.display().to_string();
+    let build = |max_terms: &str| {
+        let text = format!("{PROBLEM}{PARAMETERS}").replace("map = 1e-6", "map = 9.48e-5");
+        // The basis is small here; only the maps are judged.
+        let text = text.replace("floor_ratio = 3.0", "floor_ratio = 30.0\nabsolute = 1e-2");
+        let text = text.replace("max_terms = 80", &format!("max_terms = {max_terms}"));
+        std::fs::write(&problem, text).expect("written");
+        vademecum(&["build", &*path(&problem), "-o", &path(&file), "--json", "--fresh"])
+    };
+    let built = build("80");
+    assert_eq!(built.code, Some(0), "{}", built.stderr);
+    let report: Value = serde_json::from_str(&built.stdout).expect("JSON");
+    assert!(report["certificate"]["block"]["map_error_rms"].as_f64() <= Some(9.48e-5), "{report}");
+    // The hint of a build whose terms run out says so.
+    let missed = build("20");
+    assert_eq!(missed.code, Some(6), "{}", missed.stderr);
+    assert!(missed.stderr.contains("a larger `tolerance.max_terms`"), "{}", missed.stderr);
+}
+
 #[test]
 fn a_build_over_three_parameters_keeps_what_it_promises() {
     let folder = tempfile::tempdir().expect("a folder");

@@ -14,6 +14,7 @@ mod json_page;
 mod mesh_error;
 #[cfg(unix)]
 mod outputs;
+mod page_commands;
 mod pages;
 mod program_files;
 mod run_folder;

@@ -240,6 +240,9 @@ fn bad_problems() -> Vec<(usize, String)> {
         (56, canonical("direction = [0, 0, 1]\ncomponents = true")),
         (57, matrices("[[mesh.region]]\nname = \"a\"\non = { group = \"a\" }")),
         (58, matrices(&format!("[[material]]\n{STEEL}"))),
+        (87, matrices("").replace("[mesh]", "[mesh]\norder = \"quadratic\"")),
+        (88, block("[1, 1, 1]", "[1, 1, 1]") + "smallest_part = 1.5"),
+        (88, matrices("").replace("[mesh]", "[mesh]\nsmallest_part = 0.1")),
         (59, matrices("[[support]]\non = { group = \"a\" }")),
         (60, matrices("[load]\n[[load.pattern]]\nname = \"a\"\npressure = 1.0\non = { group = \"a\" }")),
         // The same numbers, for what is too large or too small.

@@ -15,7 +15,7 @@ mod ranges;
 
 pub use body::{
     BaseEntry, BlockSource, Component, DampingEntry, LoadEntry, MaterialEntry, MatricesSource, MeshSource,
-    OrderEntry, PatternEntry, RegionEntry, SupportEntry, TablesSource,
+    OrderEntry, PatternEntry, RaisedOrder, RegionEntry, SupportEntry, TablesSource,
 };
 pub(crate) use chapter::Representation;
 pub use chapter::{ChapterEntry, Projection, Repair};

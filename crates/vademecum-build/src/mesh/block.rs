@@ -1,8 +1,8 @@
 //! A structured block of tetrahedra, for examples and convergence studies.
 
-use std::collections::{BTreeMap, HashMap};
+use std::collections::BTreeMap;
 
-use super::quality::EDGES;
+use super::raise::with_mid_nodes;
 use super::surface::Surface;
 use super::{Mesh, Order, Region};
 
@@ -22,7 +22,7 @@ pub fn block(lengths: [f64; 3], divisions: [usize; 3], order: Order) -> Mesh {
     let linear = cell_tetrahedra(divisions);
     let elements = match order {
         Order::Linear => linear,
-        Order::Quadratic => with_mid_nodes(&mut nodes, &linear),
+        Order::Quadratic => with_mid_nodes(&mut nodes, &linear).0,
     };
     let count = u32::try_from(nodes.len()).expect("node indices fit 32 bits");
     let element_count = elements.len() / order.nodes_per_element();
@@ -79,24 +79,6 @@ fn cell_tetrahedra(n: [usize; 3]) -> Vec<u32> {
                     elements.extend(tetrahedron.map(|node| node as u32));
                 }
             }
-        }
-    }
-    elements
-}
-
-/// Adds a node in the middle of every edge.
-fn with_mid_nodes(nodes: &mut Vec<[f64; 3]>, linear: &[u32]) -> Vec<u32> {
-    let mut middle: HashMap<[u32; 2], u32> = HashMap::new();
-    let mut elements = Vec::with_capacity(linear.len() / 4 * 10);
-    for tetrahedron in linear.chunks_exact(4) {
-        elements.extend_from_slice(tetrahedron);
-        for [a, b] in EDGES.map(|edge| edge.map(|i| tetrahedron[i])) {
-            let node = *middle.entry([a.min(b), a.max(b)]).or_insert_with(|| {
-                let (p, q) = (nodes[a as usize], nodes[b as usize]);
-                nodes.push(std::array::from_fn(|k| 0.5 * (p[k] + q[k])));
-                nodes.len() as u32 - 1
-            });
-            elements.push(node);
         }
     }
     elements

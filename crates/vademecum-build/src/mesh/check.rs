@@ -7,7 +7,8 @@
 
 use std::collections::{BTreeMap, HashMap};
 
-use super::flaw::Flaw;
+use super::flaw::{Flaw, listed};
+use super::parts::parts_of;
 use super::quality::{FACES, corners, degree_2_points, degree_4_rule, flatness, jacobian_10, quality, ten};
 use super::raw::{RawMesh, Tetrahedra};
 use super::{Mesh, Order, Region};
@@ -47,7 +48,10 @@ pub(crate) fn check(raw: &RawMesh) -> CheckedMesh {
         problems.extend(degenerate(&mesh));
         problems.extend(folded(&mesh));
         problems.extend(duplicates(&mesh));
-        problems.extend(disconnected(&mesh));
+        match disconnected(&mesh) {
+            Some(flaw) => problems.push(flaw),
+            None => hinges(&mut mesh),
+        }
         faces(&mut mesh, &mut problems);
     }
     CheckedMesh { mesh, problems, unused_nodes, reoriented }
@@ -283,6 +287,23 @@ fn disconnected(mesh: &Mesh) -> Option<Flaw> {
     sizes.sort_by_key(|&(root, size)| (std::cmp::Reverse(size), root));
     let nodes = sizes.iter().map(|&(root, _)| mesh.node_ids[root as usize]).collect();
     Some(Flaw::Disconnected { elements: sizes.iter().map(|s| s.1).collect(), nodes })
+}
+
+/// Parts of one body that share less than a facet can hinge: worth a note, since supports may hold them all.
+fn hinges(mesh: &mut Mesh) {
+    let parts = parts_of(&mesh.elements, mesh.order.nodes_per_element());
+    if parts.len() > 1 {
+        let counts: Vec<usize> = parts.iter().map(|part| part.1).collect();
+        let nodes: Vec<u64> =
+            parts.iter().map(|part| ids::<1>(mesh, mesh.element(part.0 as usize))[0]).collect();
+        mesh.notes.push(format!(
+            "{} parts that are joined by edges or nodes only (elements {}; one node of each: {}): they hinge there; \
+             `mesh.smallest_part` leaves out small ones",
+            parts.len(),
+            listed(&counts),
+            listed(&nodes)
+        ));
+    }
 }
 
 /// Looks at faces: more than two elements on one is a problem, two on the same side of it a fold worth a

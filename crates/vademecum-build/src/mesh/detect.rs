@@ -17,11 +17,29 @@ use super::{Mesh, gmsh, inp, medit, mfem, tetgen, vtk};
 /// all problems if the mesh has foreign cells, two orders, flat or folded elements, coincident nodes or
 /// several bodies.
 pub fn read(path: &Path) -> Result<Mesh, MeshError> {
-    sound(&parse(path)?)
+    read_without(path, 0.0)
+}
+
+/// The same without the parts that share no facet with the rest and have less than `smallest` of the
+/// elements.
+///
+/// # Errors
+/// As [`read`].
+pub fn read_without(path: &Path, smallest: f64) -> Result<Mesh, MeshError> {
+    repaired(parse(path)?, smallest)
+}
+
+/// The same of a file that was parsed.
+///
+/// # Errors
+/// [`MeshError::Unsound`].
+pub fn repaired(mut raw: RawMesh, smallest: f64) -> Result<Mesh, MeshError> {
+    raw.drop_small_parts(smallest);
+    sound(&raw)
 }
 
 /// Checks and repairs a raw mesh, or refuses it.
-pub(crate) fn sound(raw: &RawMesh) -> Result<Mesh, MeshError> {
+fn sound(raw: &RawMesh) -> Result<Mesh, MeshError> {
     let checked = check(raw);
     if checked.problems.is_empty() {
         return Ok(checked.mesh);
@@ -64,31 +82,34 @@ pub(crate) fn parse_bytes(path: &Path, bytes: &[u8]) -> Result<RawMesh, MeshErro
         inp::parse(path, bytes)
     } else if extension == "mesh" {
         medit::parse(path, bytes)
-    } else if let Some(found) = geometry(bytes, head, &extension) {
-        Err(MeshError::Geometry { file: path.to_path_buf(), found })
+    } else if let Some((found, cad)) = geometry(bytes, head, &extension) {
+        Err(MeshError::Geometry { file: path.to_path_buf(), found, cad })
     } else {
         let first = head.split(|&b| b == b'\n').next().unwrap_or(b"");
         Err(MeshError::UnknownFormat { file: path.to_path_buf(), found: shown(first) })
     }
 }
 
-/// The kind of a file that describes a surface or a shape, by its first words, else by its extension.
-fn geometry(bytes: &[u8], head: &[u8], extension: &str) -> Option<&'static str> {
-    const KINDS: [(&str, &[&str], &[&str]); 9] = [
-        ("an STL file", &["solid "], &["stl"]),
-        ("a STEP file", &["ISO-10303-21"], &["step", "stp"]),
-        ("an OBJ file", &[], &["obj"]),
-        ("an IGES file", &[], &["iges", "igs"]),
-        ("a PLY file", &["ply\n", "ply\r"], &["ply"]),
-        ("an OFF file", &["OFF\n", "OFF\r", "COFF\n", "NOFF\n"], &["off"]),
-        ("a BREP file", &["DBRep_DrawableShape", "CASCADE Topology"], &["brep"]),
-        ("a 3MF file", &[], &["3mf"]),
-        ("a geometry script of Gmsh", &[], &["geo", "geo_unrolled"]),
+/// The kind of a file that describes a surface or a shape, by its first words, else by its extension, and
+/// whether it is CAD geometry.
+fn geometry(bytes: &[u8], head: &[u8], extension: &str) -> Option<(&'static str, bool)> {
+    type Kind = ((&'static str, bool), &'static [&'static str], &'static [&'static str]);
+    const KINDS: [Kind; 10] = [
+        (("an STL file", false), &["solid "], &["stl"]),
+        (("a STEP file", true), &["ISO-10303-21"], &["step", "stp"]),
+        (("an OBJ file", false), &[], &["obj"]),
+        (("an IGES file", true), &[], &["iges", "igs"]),
+        (("a PLY file", false), &["ply\n", "ply\r"], &["ply"]),
+        (("an OFF file", false), &["OFF\n", "OFF\r", "COFF\n", "NOFF\n"], &["off"]),
+        (("a glTF file", false), &["glTF"], &["glb", "gltf"]),
+        (("a BREP file", true), &["DBRep_DrawableShape", "CASCADE Topology"], &["brep"]),
+        (("a 3MF file", false), &[], &["3mf"]),
+        (("a geometry script of Gmsh", true), &[], &["geo", "geo_unrolled"]),
     ];
     // A binary STL file: 80 bytes of anything, the number of triangles, 50 bytes for each.
     let triangles = bytes.get(80..84).and_then(|count| Some(u32::from_le_bytes(count.try_into().ok()?)));
     if triangles.is_some_and(|count| bytes.len() as u64 == 84 + 50 * u64::from(count)) {
-        return Some("an STL file");
+        return Some(("an STL file", false));
     }
     let by_words = KINDS.iter().find(|(_, words, _)| words.iter().any(|w| head.starts_with(w.as_bytes())));
     let by_name = || KINDS.iter().find(|(_, _, extensions)| extensions.contains(&extension));

@@ -31,6 +31,11 @@ impl fmt::Display for Fault {
     }
 }
 
+/// Remedy for CAD geometry; without the last option curved faces fold quadratic elements.
+const CAD: &str = "for example with Gmsh: gmsh -3 -order 2 -optimize_ho";
+/// Remedy for a surface, which Gmsh does not fill by itself.
+const SURFACE: &str = "for example with Python's pytetwild: docs/how-to/from-a-surface.md has the six lines";
+
 /// Why a mesh could not be read. The file is at fault in all of them but `Io`.
 #[derive(Debug, thiserror::Error)]
 pub enum MeshError {
@@ -51,12 +56,14 @@ pub enum MeshError {
         found: String,
     },
     /// The file describes a surface or a shape, which no mesh of the volume has been made of yet.
-    #[error("{}: {found}, which is a surface or CAD file and no mesh of the volume; mesh its volume first, for example with Gmsh: gmsh -3 -order 2", .file.display())]
+    #[error("{}: {found}, which is {} and no mesh of the volume; mesh its volume first, {}", .file.display(), if *.cad { "CAD geometry" } else { "a surface" }, if *.cad { CAD } else { SURFACE })]
     Geometry {
         /// The file.
         file: PathBuf,
         /// Kind of the file, with its article.
         found: &'static str,
+        /// True for the geometry of a solid, which Gmsh meshes; false for a surface, which has to be filled.
+        cad: bool,
     },
     /// The file breaks the rules of its own format.
     #[error("{0}")]

@@ -106,7 +106,7 @@ impl fmt::Display for Flaw {
             Flaw::Disconnected { elements, nodes } => write!(
                 f,
                 "{} bodies that share no node (elements {}; one node of each: {}): keep one body or merge their \
-                 interfaces",
+                 interfaces; `mesh.smallest_part` leaves out small ones",
                 elements.len(),
                 listed(elements),
                 listed(nodes)
@@ -121,7 +121,7 @@ impl fmt::Display for Flaw {
 }
 
 /// A list that stays readable.
-fn listed<T: fmt::Display>(items: &[T]) -> String {
+pub(super) fn listed<T: fmt::Display>(items: &[T]) -> String {
     let shown: Vec<String> = items.iter().take(8).map(|i| i.to_string()).collect();
     let more = if items.len() > 8 { format!(" and {} more", items.len() - 8) } else { String::new() };
     shown.join(", ") + &more

@@ -18,8 +18,10 @@ mod load;
 mod medit;
 mod mfem;
 mod order;
+mod parts;
 mod place;
 pub(crate) mod quality;
+mod raise;
 mod raw;
 mod report;
 mod rows;
@@ -34,18 +36,19 @@ pub(crate) mod vtk;
 use std::collections::BTreeMap;
 
 pub use block::block;
-pub use detect::{parse, read};
+pub use detect::{parse, read, read_without, repaired};
 pub use error::{Fault, MeshError};
 pub(crate) use error::{FaultSite, shown};
 pub use flaw::{Flaw, UnsupportedCells};
 pub use hash::hash;
 pub use order::Order;
+pub use parts::part_sizes;
 pub use place::Location;
 pub use quality::jacobian_10;
 pub use raw::{RawMesh, Tetrahedra};
 pub use report::{MeshReport, QualityReport, RegionReport, inspect};
 pub(crate) use sources::sources;
-pub use tables::read_tables;
+pub use tables::{read_tables, read_tables_without};
 
 /// A set of elements with one material.
 #[derive(Clone, Debug, PartialEq, Eq)]

@@ -4,7 +4,7 @@ use std::path::Path;
 
 use super::Mesh;
 use super::cells::{Separators, TableRow, table_rows};
-use super::detect::sound;
+use super::detect::repaired;
 use super::error::{FaultSite, MeshError, shown};
 use super::load::load;
 use super::place::Location;
@@ -21,7 +21,20 @@ use super::text::ParsedNumber;
 /// # Errors
 /// As [`super::read`]; places in the connectivity are reported with its own file name.
 pub fn read_tables(coordinates: &Path, connectivity: &Path) -> Result<Mesh, MeshError> {
-    sound(&parse_tables(coordinates, connectivity)?)
+    read_tables_without(coordinates, connectivity, 0.0)
+}
+
+/// The same without the parts that share no facet with the rest and have less than `smallest` of the
+/// elements.
+///
+/// # Errors
+/// As [`read_tables`].
+pub fn read_tables_without(
+    coordinates: &Path,
+    connectivity: &Path,
+    smallest: f64,
+) -> Result<Mesh, MeshError> {
+    repaired(parse_tables(coordinates, connectivity)?, smallest)
 }
 
 /// The same without judging the mesh.

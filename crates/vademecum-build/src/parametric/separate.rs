@@ -18,7 +18,8 @@ use crate::progress::Listener;
 use crate::response::StageResponse;
 use crate::response::{AxisTable, BlockTerms};
 use crate::separated::{
-    Axis, DenseSpace, Energy, EnrichmentOptions, EnrichmentReport, Expansion, SampledBlocks, Separated, fit,
+    Axis, DenseSpace, Energy, EnrichmentOptions, EnrichmentReport, Expansion, SampledBlocks, Separated,
+    StopReason, fit,
 };
 
 /// Fresh points at which errors are measured.
@@ -109,47 +110,64 @@ pub fn separate_responses(
     let rows = vectors.ncols();
     let fresh = Fresh { points: fresh, exact, rows };
     let (expansion, map) = expand(&mut small, &maps, &fresh, tolerance, listener)?;
-    let options = EnrichmentOptions {
-        tolerance: 0.8 * tolerance,
-        max_terms,
-        max_sweeps: 8,
-        update_sweeps: update_sweeps(map.axes.len()),
-        // The error falls in stairs, each as wide as the terms that share a mode: ten terms without a gain
-        // may be one stair, and to stop on it would refuse a build that a few more terms complete.
-        patience: 25,
-        ..Default::default()
-    };
     let measure = |u: &Separated| -> Result<f64, ParametricError> {
         listener.checkpoint(u.n_terms(), max_terms)?;
         Ok(fresh.error(&fresh.points.par_iter().map(|p| u.evaluate(p)).collect::<Result<Vec<_>, _>>()?))
     };
-    let (solution, enrichment) = fit(&expansion, &options, Some(&measure))?;
-
-    if solution.n_terms() == 0 {
-        return Err(ParametricError::NoExpansion);
+    let (mut goal, mut seed) = (SHARE * tolerance, CERTIFY_SEED);
+    loop {
+        let options = EnrichmentOptions {
+            tolerance: goal,
+            max_terms,
+            max_sweeps: 8,
+            update_sweeps: update_sweeps(map.axes.len()),
+            // The error falls in stairs, each as wide as the terms that share a mode: ten terms without a
+            // gain may be one stair, and to stop on it would refuse a build that a few more terms complete.
+            patience: 25,
+            ..Default::default()
+        };
+        let (solution, enrichment) = fit(&expansion, &options, Some(&measure))?;
+        let own = enrichment.error;
+        let mut parametric =
+            Parametric::new(solution, enrichment, (&vectors, rows), &full.scales, map, points.len())?;
+        listener.stage("parameters: certify the maps");
+        let points = fresh_points(space, scheme, map, FRESH, seed)?;
+        parametric.map_error = full_space_error(&full, &energy, &parametric, &points, listener)?;
+        let (rms, worst) = parametric.map_error;
+        let certified = rms.max(0.1 * worst);
+        if parametric.enrichment.stop != StopReason::Tolerance || certified <= tolerance {
+            return Ok(parametric);
+        }
+        let Some(smaller) = next_goal(own, certified, tolerance) else {
+            parametric.enrichment.stop = StopReason::Stagnation;
+            return Ok(parametric);
+        };
+        listener.note(&format!(
+            "map error {rms:.2e} rms, {worst:.2e} worst with {} terms at fresh points of the full space: more terms are \
+             added",
+            parametric.n_terms()
+        ));
+        (goal, seed) = (smaller, seed + 1);
+        listener.stage("parameters: separate");
     }
-    let n_modes = basis.n_modes();
-    let block = |t: usize| solution.block(t);
-    let loads: Vec<Mat<f64>> =
-        (0..solution.n_terms()).map(|t| &vectors * block(t).subrows(0, rows)).collect();
-    let scales = &full.scales;
-    let state =
-        |t: usize| Mat::from_fn(n_modes, n_modes, |i, j| scales[i] * scales[j] * block(t)[(rows + i, j)]);
-    let states = (0..solution.n_terms()).map(state).collect();
-    let mut parametric = Parametric {
-        states,
-        loads,
-        reduced_size: rows,
-        samples: points.len(),
-        enrichment,
-        map_error: (f64::NAN, f64::NAN),
-        solution,
-        map: map.clone(),
-    };
-    listener.stage("parameters: certify the maps");
-    let points = fresh_points(space, scheme, map, FRESH, 8)?;
-    parametric.map_error = full_space_error(&full, &energy, &parametric, &points, listener)?;
-    Ok(parametric)
+}
+
+/// The share of the tolerance that the terms keep at the points they are judged by while they are added:
+/// other points, and the full space, are a little worse.
+const SHARE: f64 = 0.8;
+
+/// Seed of the points that the finished terms are judged by; each attempt adds one to it.
+const CERTIFY_SEED: u64 = 8;
+
+/// The least share of the tolerance that the terms are asked to keep; where that does not bring the error of
+/// the full space below the tolerance, no number of terms does.
+const LEAST_SHARE: f64 = 1e-2;
+
+/// The error that the terms must reach at their own points, if they reached `own` there and missed the
+/// tolerance at fresh points of the full space; none if more terms do not help.
+fn next_goal(own: f64, certified: f64, tolerance: f64) -> Option<f64> {
+    let goal = SHARE * own * tolerance / certified;
+    (goal >= LEAST_SHARE * tolerance).then_some(goal)
 }
 
 /// Points at which the full space is sampled: the corners of the user's box in the first and last stage, and
@@ -312,6 +330,37 @@ fn full_space_error(
 }
 
 impl Parametric {
+    /// Terms of the compressed space, brought back to the full one; their error there is not known yet.
+    /// `vectors` span the compressed space, of which a load response has `rows`.
+    fn new(
+        solution: Separated,
+        enrichment: EnrichmentReport,
+        (vectors, rows): (&Mat<f64>, usize),
+        scales: &[f64],
+        map: &AxisMap,
+        samples: usize,
+    ) -> Result<Self, ParametricError> {
+        if solution.n_terms() == 0 {
+            return Err(ParametricError::NoExpansion);
+        }
+        let block = |t: usize| solution.block(t);
+        let load = |t: usize| vectors * block(t).subrows(0, rows);
+        let state = |t: usize| {
+            let entry = |i: usize, j: usize| scales[i] * scales[j] * block(t)[(rows + i, j)];
+            Mat::from_fn(scales.len(), scales.len(), entry)
+        };
+        Ok(Self {
+            loads: (0..solution.n_terms()).map(load).collect(),
+            states: (0..solution.n_terms()).map(state).collect(),
+            reduced_size: rows,
+            samples,
+            enrichment,
+            map_error: (f64::NAN, f64::NAN),
+            solution,
+            map: map.clone(),
+        })
+    }
+
     /// Number of terms.
     pub fn n_terms(&self) -> usize {
         self.solution.n_terms()

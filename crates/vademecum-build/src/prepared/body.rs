@@ -12,7 +12,7 @@ use super::matrices::{MatricesError, MatrixModel};
 use crate::fem::{
     Engine, LoadError, Material, Model, ModelError, StressPoint, stress_points, surface_facets,
 };
-use crate::input::{CENTRIFUGAL, Fields, GaugeEntry, PatternEntry, Problem, StressPlaces};
+use crate::input::{CENTRIFUGAL, Fields, GaugeEntry, PatternEntry, Problem, RaisedOrder, StressPlaces};
 use crate::limits::MAGNITUDE;
 use crate::mesh::select::{SelectError, Selection};
 use crate::mesh::surface::Surface;
@@ -334,7 +334,8 @@ impl Body {
     }
 }
 
-/// Reads or makes the mesh a problem names, scales it and cuts out the regions the problem adds.
+/// Reads or makes the mesh a problem names, raises its order, scales it and cuts out the regions the problem
+/// adds.
 ///
 /// # Errors
 /// [`BodyError`] if it cannot be read, is no usable solid, or a region is empty, or if the problem names
@@ -342,14 +343,19 @@ impl Body {
 pub fn read_mesh(problem: &Problem) -> Result<Mesh, BodyError> {
     let source = &problem.mesh;
     let mut mesh = if let Some(file) = &source.file {
-        mesh::read(&problem.resolve(file))?
+        mesh::read_without(&problem.resolve(file), source.smallest_part)?
     } else if let Some(tables) = &source.tables {
-        mesh::read_tables(&problem.resolve(&tables.coordinates), &problem.resolve(&tables.connectivity))?
+        let [coordinates, connectivity] =
+            [&tables.coordinates, &tables.connectivity].map(|path| problem.resolve(path));
+        mesh::read_tables_without(&coordinates, &connectivity, source.smallest_part)?
     } else {
         let none = || BodyError::NoMesh { path: problem.place("mesh") };
         let block = source.block.as_ref().ok_or_else(none)?;
         mesh::block(block.lengths, block.divisions, block.order.into())
     };
+    if source.order == Some(RaisedOrder::Quadratic) {
+        mesh = mesh.raised();
+    }
     mesh.nodes.iter_mut().flatten().for_each(|x| *x *= source.scale);
     check_size(problem, &mesh)?;
     for (i, region) in source.regions.iter().enumerate() {
@@ -429,6 +435,17 @@ fn held_part(model: &Model, load: &[f64]) -> Vec<(u32, f64)> {
     (0..).zip(load.iter().copied()).filter(held).collect()
 }
 
+/// The sentence about a region that the mesh does not have: none of its name was declared, or it has lost
+/// its elements.
+pub(super) fn not_a_region(problem: &Problem, name: &str) -> String {
+    match problem.mesh.regions.iter().position(|region| region.name == name) {
+        Some(i) => format!(
+            "`{name}` is `mesh.region[{i}]`, but later regions take all its elements: declare it after them, or leave it out"
+        ),
+        None => format!("`{name}` is no region"),
+    }
+}
+
 /// One material per region: the one that names it (by name or tag), else the one for `"*"`.
 fn region_materials(problem: &Problem, mesh: &Mesh) -> Result<Vec<Material>, BodyError> {
     let names = || mesh.regions.iter().map(|r| format!("`{}`", r.name)).collect::<Vec<_>>().join(", ");
@@ -441,7 +458,7 @@ fn region_materials(problem: &Problem, mesh: &Mesh) -> Result<Vec<Material>, Bod
     for (i, entry) in problem.materials.iter().enumerate().filter(|(_, entry)| entry.region != "*") {
         if !mesh.regions.iter().any(|region| fits(&entry.region, region)) {
             let nearest = did_you_mean(&entry.region, mesh.regions.iter().map(|r| r.name.as_str()));
-            let (key, found) = (format!("material[{i}].region"), format!("`{}` is no region", entry.region));
+            let (key, found) = (format!("material[{i}].region"), not_a_region(problem, &entry.region));
             return Err(error(&key, found, &nearest));
         }
     }

@@ -285,12 +285,12 @@ fn note_locking(problem: &Problem, mesh: &Mesh, listener: &dyn Listener) {
     }
     if poisson >= NEARLY_INCOMPRESSIBLE {
         listener.note(&format!(
-            "Poisson's ratio {poisson} with linear tetrahedra: they lock and are many times too stiff; mesh with quadratic ones"
+            "Poisson's ratio {poisson} with linear tetrahedra: they lock and are many times too stiff; `order = \"quadratic\"` in `[mesh]` adds mid-side nodes"
         ));
     } else {
         listener.note(
             "linear tetrahedra are too stiff where the body bends, and no certificate shows it: with one of them through \
-             the thickness frequencies are twice as high as they should be; mesh with quadratic ones",
+             the thickness frequencies are twice as high as they should be; `order = \"quadratic\"` in `[mesh]` adds mid-side nodes",
         );
     }
 }

@@ -7,7 +7,7 @@
 use vademecum_format::scheme::{SchemeTable, StepParameters, TableError, theta};
 use vademecum_format::{MAX_AXES, MAX_REGIONS, ParameterRole};
 
-use super::body::BodyError;
+use super::body::{BodyError, not_a_region};
 use crate::dynamics::Rayleigh;
 use crate::fem::Pencil;
 use crate::input::{ParameterEntry, ParameterKind, ParameterScale, Problem};
@@ -268,7 +268,7 @@ fn role(
         let names: Vec<String> = mesh.regions.iter().map(|r| format!("`{}`", r.name)).collect();
         return Err(BodyError::Region {
             path: problem.place(&format!("parameter[{index}].region")),
-            found: format!("`{}` is no region", entry.region),
+            found: not_a_region(problem, &entry.region),
             regions: names.join(", ")
                 + &did_you_mean(&entry.region, mesh.regions.iter().map(|r| r.name.as_str())),
         });

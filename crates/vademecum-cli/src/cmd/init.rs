@@ -3,11 +3,11 @@
 use std::path::{Path, PathBuf};
 
 use vademecum_build::store::Kind;
-use vademecum_study::starter::{NamedMaterial, StarterError, StarterOptions, starter};
+use vademecum_study::starter::{NamedMaterial, Starter, StarterError, StarterOptions, starter};
 
 use crate::arguments::{OutputArguments, positive};
 use crate::console::Console;
-use crate::failure::Failure;
+use crate::failure::{Cause, Failure};
 use crate::files::{check_output, outputs, write_bytes};
 use crate::print::print_json;
 
@@ -17,6 +17,7 @@ use crate::print::print_json;
   vademecum init liver.vtu --material liver -o liver.toml
   vademecum init fork.msh --view                    build it and push it in the browser
   vademecum init part.inp --scale 0.001             the mesh is in millimetres
+  vademecum init frog.vtu --up z --hold bottom      it stands on its feet
 Materials: steel, stainless, aluminium, titanium, brass, concrete, glass, wood, pla, abs, nylon, rubber,
 silicone, foam, bone, liver. Keys of the problem file: `vademecum help problem`")]
 pub(crate) struct Init {
@@ -25,12 +26,22 @@ pub(crate) struct Init {
     /// The problem file to write [default: the mesh's name with `.toml`].
     #[arg(short, long)]
     output: Option<PathBuf>,
-    /// Material of the body.
-    #[arg(long, default_value = "steel", value_parser = NamedMaterial::find)]
-    material: NamedMaterial,
+    /// Material of the body [default: steel, or rubber where no face is flat].
+    #[arg(long, value_parser = NamedMaterial::find)]
+    material: Option<NamedMaterial>,
     /// Metres in a unit of the mesh [default: 0.001 for a body of more than 20 units, else 1].
     #[arg(long, value_parser = positive, allow_negative_numbers = true)]
     scale: Option<f64>,
+    /// Support: a group of the mesh, bottom, x_min, x_max, y_min, y_max, z_min, z_max, or none [default: a
+    /// group that is named as a support, a flat face, or the bottom].
+    #[arg(long, value_name = "PLACE")]
+    hold: Option<String>,
+    /// Axis that points up [default: guessed from the shape].
+    #[arg(long)]
+    up: Option<Axis>,
+    /// Leave out parts that share no facet with the rest and have less than this share of the elements.
+    #[arg(long, value_name = "SHARE", default_value = "0.01", value_parser = share)]
+    smallest_part: f64,
     /// Build the body and open it in the browser.
     #[arg(long)]
     view: bool,
@@ -41,42 +52,91 @@ pub(crate) struct Init {
     outputs: OutputArguments,
 }
 
+/// A coordinate axis.
+#[derive(Clone, Copy, clap::ValueEnum)]
+enum Axis {
+    X,
+    Y,
+    Z,
+}
+
+/// A share of a whole.
+fn share(text: &str) -> Result<f64, String> {
+    let number = text.parse::<f64>().ok().filter(|number| (0.0..=1.0).contains(number));
+    number.ok_or_else(|| format!("`{text}` is not a number from 0 to 1; expected one such as 0.01"))
+}
+
 impl Init {
     /// The command lines that follow.
     pub(crate) fn run(&self, console: &Console) -> Result<Vec<Vec<PathBuf>>, Failure> {
         let problem = self.output.clone().unwrap_or_else(|| self.mesh.with_extension("toml"));
         let outputs = outputs(&self.outputs, &[Some(&self.mesh)], None);
+        let is_mesh = vademecum_build::store::is_same_place(&self.mesh, &problem);
+        if problem.is_file() && !self.outputs.force && !is_mesh {
+            return self.kept(problem);
+        }
         check_output(&outputs, &problem, Kind::Own)?;
-        let mesh_name = seen_from(&self.mesh, &problem).display().to_string();
-        let options = StarterOptions { material: self.material, scale: self.scale, mesh_name };
+        let options = StarterOptions {
+            material: self.material,
+            scale: self.scale,
+            hold: self.hold.clone(),
+            up: self.up.map(|axis| axis as usize),
+            smallest_part: self.smallest_part,
+            mesh_name: seen_from(&self.mesh, &problem).display().to_string(),
+        };
         let proposed = starter(&self.mesh, &options, console)?;
         console.clear();
         write_bytes(&outputs, &problem, Kind::Own, proposed.text.as_bytes())?;
+        let lines = self.following(&problem);
         if self.json {
             print_json(&proposed);
         } else {
-            println!(
-                "wrote {}: {} free dofs, longest side {:.4} m, held: {}, first frequency {:.4} Hz, \
-                 step {:e} s, {} modes",
-                problem.display(),
-                proposed.dofs,
-                proposed.longest_side,
-                proposed.support,
-                proposed.frequency,
-                proposed.time_step,
-                proposed.modes
-            );
-        }
-        let file = problem.with_extension("vdm");
-        if !self.view {
-            if !self.json {
-                println!("next: vademecum build {} -o {}", problem.display(), file.display());
+            println!("{}", summary(&problem, &proposed));
+            if !self.view {
+                println!("next: vademecum build {} -o {}", problem.display(), lines.1.display());
             }
-            return Ok(vec![]);
+            if proposed.doubtful_scale {
+                println!(
+                    "{:.1} m long? If the mesh is in millimetres, add --scale 0.001",
+                    proposed.longest_side
+                );
+            }
         }
-        let build = vec!["vademecum".into(), "build".into(), problem, "-o".into(), file.clone()];
-        Ok(vec![build, vec!["vademecum".into(), "view".into(), file]])
+        Ok(if self.view { lines.0 } else { vec![] })
     }
+
+    /// A problem file that exists may have been edited: it is never replaced unasked, and `--view` builds it.
+    fn kept(&self, problem: PathBuf) -> Result<Vec<Vec<PathBuf>>, Failure> {
+        // Faults of the mesh come first.
+        vademecum_build::mesh::read_without(&self.mesh, self.smallest_part)?;
+        let text = format!("{}: exists; kept, since you may have edited it", problem.display());
+        if self.view {
+            eprintln!("note: {text}; `--force` proposes it anew");
+            return Ok(self.following(&problem).0);
+        }
+        let build =
+            format!("{text}: `vademecum build {}`, or `--force` to propose it anew", problem.display());
+        Err(Failure::new(Cause::Usage, build))
+    }
+
+    /// The command lines that build and show the body, and the file between them.
+    fn following(&self, problem: &Path) -> (Vec<Vec<PathBuf>>, PathBuf) {
+        let file = problem.with_extension("vdm");
+        let build = vec!["vademecum".into(), "build".into(), problem.into(), "-o".into(), file.clone()];
+        (vec![build, vec!["vademecum".into(), "view".into(), file.clone()]], file)
+    }
+}
+
+/// Proposal in a sentence.
+fn summary(problem: &Path, proposed: &Starter) -> String {
+    let Starter { dofs, longest_side, support, frequency, time_step, modes, .. } = proposed;
+    let order = if proposed.raised { ", mid-side nodes added" } else { "" };
+    format!(
+        "wrote {}: {}, {dofs} free dofs{order}, longest side {longest_side:.4} m, held: {support}, first frequency \
+         {frequency:.4} Hz, step {time_step:e} s, {modes} modes",
+        problem.display(),
+        proposed.material
+    )
 }
 
 /// A path as a file at `from` names it: relative where both lie in one folder, whole otherwise.
@@ -98,6 +158,10 @@ impl From<StarterError> for Failure {
             StarterError::Mesh(error) => error.into(),
             StarterError::Draft(error) => error.into(),
             StarterError::Study(error) => error.into(),
+            StarterError::Hold(error) => Self::new(Cause::Usage, error),
+            error @ StarterError::Parts { .. } => Self::new(Cause::Mesh, error).remedy(
+                "merge the parts or keep one of them in the mesher; `--smallest-part SHARE` leaves out larger parts",
+            ),
         }
     }
 }

@@ -20,6 +20,11 @@ pub struct MeshSource {
     pub block: Option<BlockSource>,
     /// The matrices of another program instead of a mesh.
     pub matrices: Option<MatricesSource>,
+    /// Order to which linear elements are raised, by straight mid-side nodes; absent: as the mesh has them.
+    pub order: Option<RaisedOrder>,
+    /// Parts that share no facet with the rest and have less than this share of the elements are left out.
+    #[serde(default)]
+    pub smallest_part: f64,
     /// Factor on all coordinates.
     #[serde(default = "one")]
     pub scale: f64,
@@ -76,6 +81,14 @@ pub struct BlockSource {
     /// Order of the elements.
     #[serde(default)]
     pub order: OrderEntry,
+}
+
+/// Order to which elements are raised.
+#[derive(Clone, Copy, Debug, Deserialize, PartialEq, Eq, JsonSchema)]
+#[serde(rename_all = "lowercase")]
+pub enum RaisedOrder {
+    /// 10-node tetrahedra.
+    Quadratic,
 }
 
 /// Order of generated elements.

@@ -76,6 +76,10 @@ impl Problem {
         const BESIDE: Words = Words("present beside `mesh.matrices`");
         let regions = self.mesh.regions.is_empty();
         self.require(regions, "mesh.region", BESIDE, "none: matrices have one region, `body`")?;
+        let order = self.mesh.order.is_none();
+        self.require(order, "mesh.order", BESIDE, "none: matrices have no elements to raise")?;
+        let whole = self.mesh.smallest_part == 0.0;
+        self.require(whole, "mesh.smallest_part", BESIDE, "none: matrices have no elements to leave out")?;
         let materials = self.materials.is_empty();
         self.require(materials, "material", BESIDE, "none: the matrices have the materials in them")?;
         let supports = self.supports.is_empty();

@@ -57,6 +57,13 @@ const CARRIED: &str = "double precision can hold its products";
 
 const ROWS: &[Row] = &[
     row("mesh.scale", |p| vec![p.mesh.scale], POSITIVE, "a positive factor", CARRIED),
+    row(
+        "mesh.smallest_part",
+        |p| vec![p.mesh.smallest_part],
+        between(0.0, 1.0),
+        "a share of the elements",
+        "",
+    ),
     row("mesh.block.lengths", |p| block(p, |b| b.lengths), POSITIVE, "positive lengths", CARRIED),
     row("mesh.block.divisions", |p| block(p, |b| b.divisions.map(real)), at_least(1.0), "counts", ""),
     row(

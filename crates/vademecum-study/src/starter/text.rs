@@ -1,0 +1,115 @@
+//! The text of a proposed problem file.
+
+use std::fmt::Write as _;
+use std::path::Path;
+
+use vademecum_build::mesh::Mesh;
+
+use super::materials::NamedMaterial;
+use super::support::{Shape, Supports};
+use super::toml::{one_line, quoted};
+
+/// Error that is accepted of a compact body: a sudden push at one node of its surface rings in more modes
+/// than a file should hold, and beside the support it moves little else.
+const COMPACT_ERROR: f64 = 0.5;
+
+/// Everything that the text is made of.
+pub(super) struct Draft<'a> {
+    /// The mesh file as the problem file names it.
+    pub(super) mesh_name: &'a str,
+    pub(super) mesh: &'a Mesh,
+    pub(super) shape: &'a Shape<'a>,
+    pub(super) material: NamedMaterial,
+    pub(super) scale: f64,
+    /// True if mid-side nodes are added.
+    pub(super) raised: bool,
+    /// Smallest share of the elements that a part must have, where parts are left out.
+    pub(super) smallest_part: Option<f64>,
+    pub(super) supports: &'a Supports,
+}
+
+impl Draft<'_> {
+    pub(super) fn text(&self, time_step: f64, modes: usize, probes: &[([f64; 3], [f64; 3])]) -> String {
+        let mut text = self.mesh_and_material();
+        self.write_supports(&mut text);
+        let NamedMaterial { name, damping, .. } = self.material;
+        let _ = write!(
+            text,
+            "# The whole surface can be loaded; `surface = {{ group = \"…\" }}` narrows it.\n[load]\n\n\
+             [damping]\nratio = {damping:?} # of each mode; usual for parts of {name}\n\n\
+             [time]\nstep = {time_step:?} # s; how often a load may change: steps are exact at any length\n\n\
+             [basis]\nkind = \"modes\"\nmodes = {modes}\n\n[output]\nprecision = \"f32\"\n",
+        );
+        if self.shape.long_axis().is_none() {
+            let _ = write!(
+                text,
+                "\n# A sudden push at one node of a compact body excites more modes than these. `vademecum info` says\n\
+                 # what was reached; without this key more than 5e-2 is refused.\n\
+                 [tolerance]\nerror = {COMPACT_ERROR:?}\n"
+            );
+        }
+        for (point, direction) in probes {
+            let _ = write!(
+                text,
+                "\n# Where the first mode moves most, along its motion.\n\
+                 [[output.probe]]\nname = \"most\"\npoint = {point:?}\ndirection = {direction:?}\n"
+            );
+        }
+        text
+    }
+
+    fn mesh_and_material(&self) -> String {
+        let Self { mesh_name, scale, .. } = self;
+        let name = quoted(mesh_name);
+        let title = Path::new(mesh_name).file_stem().map_or("body".into(), |s| s.to_string_lossy());
+        let longest = self.shape.longest_side();
+        let unit = match *scale {
+            1.0 => "the longest side is taken to be in metres".to_string(),
+            scale => {
+                format!("metres in a unit of the mesh: {longest:.4} units become {:.4} m", longest * scale)
+            }
+        };
+        let mut text = format!(
+            "# Proposed by `vademecum init`: everything here can be changed. Keys: `vademecum help problem`\n\
+             title = {}\n\n[mesh]\nfile = {name}\n",
+            quoted(&title)
+        );
+        if self.raised {
+            text +=
+                "order = \"quadratic\" # the mesh has linear tetrahedra, which are too stiff in bending\n";
+        }
+        if let Some(smallest) = self.smallest_part {
+            let _ = writeln!(
+                text,
+                "smallest_part = {smallest:?} # of the elements; smaller loose parts are left out"
+            );
+        }
+        let m = &self.material;
+        let _ = write!(
+            text,
+            "scale = {scale:?} # {unit}\n\n\
+             # {}: {}\n[[material]]\nyoung = {:e} # Pa\npoisson = {:?}\ndensity = {:?} # kg/m³\n\n",
+            m.name, m.source, m.young, m.poisson, m.density
+        );
+        text
+    }
+
+    fn write_supports(&self, text: &mut String) {
+        let Supports { on, words, others } = self.supports;
+        let groups: Vec<&str> = self.mesh.node_groups.keys().map(String::as_str).take(12).collect();
+        if !groups.is_empty() {
+            let _ = writeln!(text, "# Groups of the mesh: {}", one_line(&groups.join(", ")));
+        }
+        let _ = writeln!(text, "# Held: {words}");
+        for on in on {
+            let _ = writeln!(text, "[[support]]\non = {on}");
+        }
+        if !others.is_empty() {
+            let _ = writeln!(text, "# Instead, or in addition:");
+        }
+        for other in others.iter().take(12) {
+            let _ = writeln!(text, "# on = {{ group = {} }}", quoted(other));
+        }
+        text.push('\n');
+    }
+}
