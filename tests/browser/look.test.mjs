@@ -132,14 +132,14 @@ test("a press where nothing can be pushed says so, and that part is marked", asy
   await page.mouse.move(box.x + side[0], box.y + side[1]);
   await page.mouse.down();
   assert.equal((await state(page)).contacts, 0);
-  assert.match(await text(page, "#hint"), /^Not loadable here/);
+  assert.match(await text(page, "#hint"), /^This part was not made pushable/);
   await page.mouse.up();
   await page.locator("#home").click();
   await page.waitForTimeout(150);
   await page.mouse.move(x, y);
   await page.mouse.down();
   assert.equal((await state(page)).contacts, 1);
-  assert.ok(!/Not loadable/.test(await text(page, "#hint")));
+  assert.ok(!/not made pushable/.test(await text(page, "#hint")));
   await page.mouse.up();
   await context.close();
 });
@@ -175,14 +175,14 @@ test("motion is drawn between steps, and speed is kept where a step takes longer
 
 test("the time step says what it does: exact steps have no time error, those of a scheme leave their certificate", async () => {
   const exact = await open(EXACT);
-  assert.match(await text(exact.page, "#step-note"), /^1000 steps a second of motion\. Steps are exact: there is no time error/);
+  assert.match(await text(exact.page, "#step-note"), /^Exact time integration: Δt only sets how often loads can change \(now 1000 times per second\)/);
   await exact.context.close();
   const { page, context } = await open(EXPORTED);
   assert.match(await text(page, "#step-note"), /“bathe” have an error that grows with Δt\. The certificate was made for 1 ms.*”\.$/);
   await page.evaluate(() => window.vademecum.set({ timeStep: 4e-3 }));
   assert.match(await text(page, "#step-note"), /^250 steps .*At this Δt it does not hold\.$/);
   await page.evaluate(() => window.vademecum.set({ structure: 4 }));
-  assert.match(await text(page, "#step-note"), /Steps are exact.*made for 1 ms by “bathe”\.$/);
+  assert.match(await text(page, "#step-note"), /^Exact time integration.*made for 1 ms by “bathe”\.$/);
   await context.close();
 });
 

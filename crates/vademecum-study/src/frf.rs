@@ -1,9 +1,11 @@
-//! Frequency response: how a body answers a force that swings, in closed form from the modes of a file.
+//! Frequency response: the response of a body to a harmonic force, in closed form from the modes of a file.
 //!
 //! In the reduced coordinates a force `F e^{iωt}` gives `ζ = (K_r + iω C_r − ω² M_r)⁻¹ Bᵀ F`, and the
 //! displacement along an output is `b · ζ + R/(1 + iωβ)`: what the modes leave out of the static answer, as
 //! in the mode acceleration method, behind its force by the damping `βK` of the truncated modes. Velocity
 //! and acceleration are `iω` and `−ω²` times that.
+
+use std::path::PathBuf;
 
 use faer::linalg::solvers::Solve;
 use faer::linalg::triangular_solve::solve_lower_triangular_in_place;
@@ -14,7 +16,7 @@ use vademecum_build::input::Problem;
 use vademecum_build::prepared::prepare;
 use vademecum_build::progress::{Listener, Stopwatch};
 use vademecum_build::suggest::did_you_mean;
-use vademecum_eval::{Body, Field, SceneOptions, Surface, SurfacePoint};
+use vademecum_eval::{Body, Field, Place, SceneOptions, Surface, SurfacePoint};
 use vademecum_format::{File, SectionKind};
 
 use crate::contents::{lines, numbers};
@@ -29,7 +31,8 @@ use crate::verify::file_nodes;
 pub enum Channel {
     /// The loadable point nearest to this one \[m\], along a direction, which need not have length 1.
     Point([f64; 3], [f64; 3]),
-    /// A probe (as an output) or a load pattern (as an input), by its name.
+    /// A probe or, as an input, a load pattern by its name. As an input, a probe is a force along it, and it has to
+    /// be at a loadable node.
     Named(String),
 }
 
@@ -102,6 +105,8 @@ pub struct FrequencyResponse {
     /// Outputs without the contribution of the truncated modes: points of the surface away from the force,
     /// in a file without the factor of its stiffness.
     pub by_modes_alone: Vec<usize>,
+    /// True of a load pattern as the input; false of a force of 1 N.
+    pub by_pattern: bool,
 }
 
 /// Largest amplitude of an output.
@@ -219,7 +224,7 @@ enum Side {
 impl Side {
     const fn what(self) -> &'static str {
         match self {
-            Self::Input => "load pattern",
+            Self::Input => "load pattern or probe at a loadable node",
             Self::Output => "probe",
         }
     }
@@ -253,6 +258,11 @@ fn place(file: &File<'_>, channel: &Channel, side: Side) -> Result<ResponsePoint
         Channel::Named(name) => {
             let known = lines(file, side.sections()[0])?;
             let index = known.iter().position(|known| known == name);
+            if let (None, Side::Input) = (index, side)
+                && let Some(probe) = at_probe(file, name)?
+            {
+                return Ok(probe);
+            }
             let index = index.ok_or_else(|| StudyError::NoChannel {
                 name: name.clone(),
                 what: side.what(),
@@ -261,6 +271,24 @@ fn place(file: &File<'_>, channel: &Channel, side: Side) -> Result<ResponsePoint
             Ok(ResponsePoint::Named(index))
         }
     }
+}
+
+/// Node and direction of a probe of the problem that the file was built from, if the node is loadable.
+fn at_probe(file: &File<'_>, name: &str) -> Result<Option<ResponsePoint>, FileError> {
+    let Ok(problem) = Problem::parse(file.metadata().problem, "problem", PathBuf::new()) else {
+        return Ok(None);
+    };
+    let Some(probe) = problem.output.probes.iter().find(|probe| probe.name == name) else { return Ok(None) };
+    let coordinates = numbers(file, SectionKind::NodeCoordinates)?;
+    let square = |at: &[f64; 3]| (0..3).map(|c| (at[c] - probe.point[c]).powi(2)).sum::<f64>();
+    let nodes = coordinates.as_chunks::<3>().0.iter().zip(0..);
+    let nearest = nodes.min_by(|a, b| square(a.0).total_cmp(&square(b.0)));
+    let loadable = nearest.filter(|&(_, node)| node < file.metadata().n_load_nodes);
+    let length = probe.direction.iter().map(|c| c * c).sum::<f64>().sqrt();
+    Ok(loadable.map(|(&position, node)| {
+        let point = SurfacePoint { place: Place::node(node), position, distance: 0.0 };
+        ResponsePoint::Point(point, probe.direction.map(|c| c / length))
+    }))
 }
 
 fn listed(names: &[String]) -> String {
@@ -383,6 +411,7 @@ struct BoundResponse {
     rest: Vec<f64>,
     /// Outputs whose `R` the file does not have.
     unknown: Vec<usize>,
+    by_pattern: bool,
     /// Time constant of the truncated modes \[s\].
     beta: f64,
     quantity: Quantity,
@@ -398,7 +427,8 @@ impl BoundResponse {
         let rows = outputs.iter().map(|output| row(file, output, Side::Output)).collect::<Result<_, _>>()?;
         let (rest, unknown) = static_rest(file, options, &input, &outputs)?;
         let beta = options.beta.unwrap_or(file.metadata().beta);
-        Ok(Self { reduced, force, rows, rest, unknown, beta, quantity: question.quantity })
+        let by_pattern = matches!(input, ResponsePoint::Named(_));
+        Ok(Self { reduced, force, rows, rest, unknown, by_pattern, beta, quantity: question.quantity })
     }
 
     /// Answer of each output at a frequency \[Hz\], and the same by the modes alone.
@@ -512,10 +542,10 @@ pub fn frequency_response(
     let peaks = values.iter().enumerate();
     let peaks = peaks.filter_map(|(i, values)| bound.peak(i, &question.frequencies, values)).collect();
     // Rayleigh quotients; with live regions the modes turn a little.
-    let BoundResponse { reduced, force, unknown, .. } = bound;
+    let BoundResponse { reduced, force, unknown, by_pattern, .. } = bound;
     let highest = (0..force.len()).map(|k| reduced.stiffness[(k, k)] / reduced.mass[(k, k)]);
     let highest_mode_hz = highest.fold(0.0, f64::max).sqrt() / std::f64::consts::TAU;
-    Ok(FrequencyResponse { values, by_modes, highest_mode_hz, peaks, by_modes_alone: unknown })
+    Ok(FrequencyResponse { values, by_modes, highest_mode_hz, peaks, by_modes_alone: unknown, by_pattern })
 }
 
 /// Distance of a response from direct full-order solves, over all outputs and frequencies; each

@@ -37,6 +37,7 @@ pub mod sweep;
 pub mod target;
 pub mod timings;
 mod truth;
+mod under_contacts;
 pub mod verify;
 
 pub use error::{FileError, StudyError};

@@ -16,6 +16,7 @@ use vademecum_study::FileError;
 use vademecum_study::contents::{Bound, bound, figures, lines, mode_table, numbers};
 use vademecum_study::separation::{Enrichment, enrichment_history, radius_samples, repairs};
 
+use crate::accuracy::Accuracy;
 use crate::arguments::{Limit, rounding};
 use crate::failure::Failure;
 use crate::files::{open, usable_bytes};
@@ -90,6 +91,9 @@ struct Contents {
     radius_samples: Vec<RadiusSample>,
     sections: Vec<SectionReport>,
     problem: String,
+    /// What is said first of its certificate.
+    #[serde(skip)]
+    accuracy: Vec<String>,
 }
 
 #[derive(Serialize)]
@@ -215,14 +219,14 @@ impl Certificates {
             let Some(c) = certificate else { continue };
             if is_large {
                 println!(
-                    "certificate, strain: largest error {:.3e}, largest floor {:.3e} over {} steps",
+                    "test runs, strain: largest error {:.3e}, projection error {:.3e} over {} steps",
                     c.trajectory_error, c.projection_floor, c.steps
                 );
                 continue;
             }
             println!(
-                "certificate, {name}: largest error {:.3e}, largest floor {:.3e}, largest ratio {:.3} over {} steps; \
-                 spectral radius 1 {:+.1e}; energy ratio {:.9}{}",
+                "test runs, {name}: largest error {:.3e}, projection error {:.3e}, ratio {:.3} over {} steps; spectral radius \
+                 1{:+.1e}; energy ratio {:.9}{}",
                 c.trajectory_error,
                 c.projection_floor,
                 c.floor_ratio,
@@ -233,18 +237,11 @@ impl Certificates {
             );
         }
         if let Some(c) = &self.canonical {
-            println!("certificate, canonical:");
+            println!("test runs, canonical:");
             print_chapter(c);
         }
         if let Some(steps) = self.good_for_steps {
             println!("{}", endurance(steps));
-        }
-        if let Some(Bound { worst, median, p95, kind }) = &self.bound {
-            println!(
-                "{kind}: truncation error after a step load, as a share of the static response: at most {worst:.1e} at the \
-                 worst loadable node, median {median:.1e}, 95th percentile {p95:.1e} (mass norm, without residual \
-                 flexibility)"
-            );
         }
         self.repairs.iter().for_each(|done| println!("repaired: {done}"));
     }
@@ -404,6 +401,7 @@ impl Info {
             radius_samples: radius_samples(file)?,
             sections: SectionKind::ALL.iter().copied().filter_map(section).collect(),
             problem: m.problem.into(),
+            accuracy: Accuracy::of(file)?.lines(),
         })
     }
 }
@@ -450,6 +448,7 @@ impl Contents {
             list(&self.load_patterns)
         );
         self.print_axes();
+        self.accuracy.iter().for_each(|line| println!("{line}"));
         self.certificate.print(self.is_large());
         self.print_separation();
         self.print_sections();
@@ -535,7 +534,7 @@ impl Contents {
         if !self.radius_samples.is_empty() {
             let (low, high) = radii.fold((f64::INFINITY, 0.0_f64), |(a, b), r| (a.min(r), b.max(r)));
             println!(
-                "spectral radius at {} points of the parameter domain: 1 {:+.1e} to 1 {:+.1e}",
+                "spectral radius at {} points of the parameter domain: 1{:+.1e} to 1{:+.1e}",
                 self.radius_samples.len(),
                 low - 1.0,
                 high - 1.0

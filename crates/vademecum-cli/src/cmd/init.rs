@@ -11,6 +11,7 @@ use crate::console::Console;
 use crate::failure::Failure;
 use crate::files::{check_output, outputs, write_bytes};
 use crate::print::print_json;
+use crate::words::{duration, hertz, quantity};
 
 /// Writes a problem file for a mesh: unit, support, material, time step and modes are proposed and explained.
 #[derive(clap::Args)]
@@ -65,16 +66,18 @@ impl Init {
             print_json(&proposed);
         } else {
             println!(
-                "wrote {}: {} free dofs, longest side {:.4} m, held: {}, first frequency {:.4} Hz, \
-                 step {:e} s, {} modes",
-                problem.display(),
+                "body: {} free dofs, longest side {}",
                 proposed.dofs,
-                proposed.longest_side,
-                proposed.support,
-                proposed.frequency,
-                proposed.time_step,
+                quantity(proposed.longest_side, "m")
+            );
+            println!("support: {}", proposed.support);
+            println!(
+                "first natural frequency {}; time step {}, {} modes",
+                hertz(proposed.frequency),
+                duration(proposed.time_step),
                 proposed.modes
             );
+            println!("wrote {}", problem.display());
         }
         let file = problem.with_extension("vdm");
         if !self.view {

@@ -76,8 +76,12 @@ struct ReportOutput {
 }
 
 /// Figures of every report.
-const FIGURES: [(&str, Kind); 4] =
-    [("mesh.svg", Kind::Svg), ("modes.svg", Kind::Svg), ("free-run.svg", Kind::Svg), ("file.svg", Kind::Svg)];
+const FIGURES: [(&str, Kind); 4] = [
+    ("mesh.svg", Kind::Svg),
+    ("shape-1.svg", Kind::Svg),
+    ("free-run.svg", Kind::Svg),
+    ("file.svg", Kind::Svg),
+];
 
 impl Report {
     pub(crate) fn run(&self, console: &Console) -> Result<(), Failure> {
@@ -111,6 +115,7 @@ impl Report {
         let verified = self.compare(compared, &file, console)?;
         let content = Content {
             title: title(&self.file, &file),
+            command: self.command(),
             path: &self.file,
             bytes,
             file: &file,
@@ -149,6 +154,16 @@ impl Report {
             println!("{}: {} bytes; {} figures {at}", written.page, written.bytes, written.figures);
         }
         Ok(())
+    }
+
+    /// The command that writes this page.
+    fn command(&self) -> String {
+        let given = [("--problem", &self.problem), ("--scenario", &self.scenario), ("--build", &self.build)];
+        let given = given
+            .into_iter()
+            .filter_map(|(name, path)| Some(format!(" {name} {}", path.as_ref()?.display())));
+        let given: String = given.collect();
+        format!("vademecum report {}{given} -o {}", self.file.display(), self.output.display())
     }
 
     /// The problem and the scenario to compare on, if they are given.

@@ -8,9 +8,7 @@ use vademecum_fmu::variables::Variable;
 use vademecum_format::{Metadata, Parameter};
 
 use super::version::FmiVersion;
-
-/// Units of a file whose numbers mean what FMI says they do.
-const SI: &str = "SI: m, kg, s, N, Pa";
+use crate::contents::SI;
 
 /// Contents of a description.
 pub(super) struct Description<'a> {
