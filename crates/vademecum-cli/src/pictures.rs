@@ -8,6 +8,8 @@ use std::error::Error;
 pub use axis::Axis;
 pub(crate) use axis::number;
 use shapes::text_width;
+
+use crate::words::sentence;
 pub use shapes::{Anchor, Color, Picture, Shape};
 
 /// A named line.
@@ -266,7 +268,9 @@ pub(crate) fn panels_chart(
     for (i, panel) in panels.iter().enumerate() {
         let named = names(panel);
         let start = top;
-        if named.len() > 1 && named != before {
+        // One line has the title of the chart, unless there are other areas.
+        let alone = named.len() == 1 && (panels.len() == 1 || named[0].is_empty());
+        if !alone && named != before {
             top = legend(&mut picture, &named, top);
         } else {
             top += 6.0;
@@ -344,17 +348,6 @@ pub(crate) fn prefix_of(value: f64) -> (f64, &'static str) {
         (1e12, "T"),
     ];
     *PREFIXES.iter().rev().find(|(factor, _)| value.abs() >= *factor).unwrap_or(&PREFIXES[0])
-}
-
-/// A text that begins with a capital letter, unless a name or a symbol stands there.
-fn sentence(text: &str) -> String {
-    let mut letters = text.chars();
-    match letters.next() {
-        Some(first) if first.is_ascii_lowercase() => {
-            first.to_ascii_uppercase().to_string() + letters.as_str()
-        }
-        _ => text.into(),
-    }
 }
 
 /// Draws a line chart.

@@ -34,11 +34,22 @@ pub(crate) fn duration(seconds: f64) -> String {
     quantity((seconds / unit).round() * unit, "s")
 }
 
+/// A text that begins with a capital letter, unless a symbol stands there.
+pub(crate) fn sentence(text: &str) -> String {
+    let mut letters = text.chars();
+    match letters.next() {
+        Some(first) if first.is_ascii_lowercase() => {
+            first.to_ascii_uppercase().to_string() + letters.as_str()
+        }
+        _ => text.into(),
+    }
+}
+
 /// A number of bytes.
 pub(crate) fn bytes(length: usize) -> String {
     match length {
         0..10_000 => format!("{length} bytes"),
-        10_000..10_000_000 => format!("{:.1} kB", length as f64 / 1e3),
+        10_000..1_000_000 => format!("{:.1} kB", length as f64 / 1e3),
         _ => format!("{:.1} MB", length as f64 / 1e6),
     }
 }
@@ -64,7 +75,8 @@ mod tests {
             [2.0, 0.0581, 1e-3, 2.041e-7, 3.3e-10, 0.0, 4321.0].map(duration),
             ["2 s", "58.1 ms", "1 ms", "204 ns", "330 ps", "0 s", "4321 s"]
         );
-        assert_eq!([9_999, 10_000, 12_345_678].map(bytes), ["9999 bytes", "10.0 kB", "12.3 MB"]);
+        assert_eq!([9_999, 10_000, 1_234_567].map(bytes), ["9999 bytes", "10.0 kB", "1.2 MB"]);
+        assert_eq!(["error bound", "σ"].map(sentence), ["Error bound", "σ"]);
         assert_eq!(
             [4.6e-4, 1.1e-2, 0.52, 1e-7, 0.0].map(percent),
             ["0.046 %", "1.1 %", "52 %", "1.0e-5 %", "0 %"]

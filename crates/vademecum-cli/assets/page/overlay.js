@@ -43,7 +43,7 @@ export class Trail {
 
 /** Draws all of it. */
 export function drawOver(canvas, player, camera, controls, { focused, trail }) {
-  const ratio = Math.min(window.devicePixelRatio || 1, 2);
+  const { ratio } = controls.renderer;
   const [w, h] = [Math.round(canvas.clientWidth * ratio), Math.round(canvas.clientHeight * ratio)];
   if (canvas.width !== w || canvas.height !== h) [canvas.width, canvas.height] = [w, h];
   const context = canvas.getContext("2d");

@@ -81,7 +81,7 @@ export class Renderer {
   constructor(canvas, body) {
     const gl = canvas.getContext("webgl2", { antialias: true, alpha: true, stencil: true, preserveDrawingBuffer: false });
     if (!gl) throw new Error("this browser does not offer WebGL2");
-    Object.assign(this, { canvas, gl, body, ghost: false, ground: true, grid: null });
+    Object.assign(this, { canvas, gl, body, ghost: false, ground: true, grid: null, finer: null });
     // Edges and supports help where they are few; of a fine mesh they would hide the body.
     this.wire = body.edges.length < 6000;
     this.supports = body.held.length < 150;
@@ -225,8 +225,9 @@ export class Renderer {
   /** Fits the canvas to its place on the page; its size in CSS pixels. */
   resize() {
     const { canvas, gl } = this;
-    const ratio = Math.min(window.devicePixelRatio || 1, 2);
     const [width, height] = [canvas.clientWidth, canvas.clientHeight];
+    // No browser has larger canvases everywhere.
+    const ratio = Math.min(this.finer ?? Math.min(window.devicePixelRatio || 1, 2), 8000 / Math.max(width, height, 1));
     const [w, h] = [Math.max(1, Math.round(width * ratio)), Math.max(1, Math.round(height * ratio))];
     if (canvas.width !== w || canvas.height !== h) [canvas.width, canvas.height] = [w, h];
     gl.viewport(0, 0, w, h);

@@ -18,7 +18,7 @@ use crate::files::write_bytes;
 use crate::outline::{Outline, outline};
 use crate::pictures::{Chart, ComparedLines, DrawResult, Series, bars, compared_chart, line_chart};
 use crate::surface_picture::{colored, shape};
-use crate::words::{bytes, duration, hertz, percent};
+use crate::words::{bytes, duration, hertz, percent, sentence};
 
 /// A drawn figure.
 pub(crate) struct Figure {
@@ -212,7 +212,7 @@ impl Figures {
             "{} of the static response. The picture shows the worst direction at each place, on a logarithmic \
              scale. {holds} Grey: not loadable. The displacement under the push itself is better: the file adds \
              its residual flexibility there.",
-            bound_words(&bound),
+            sentence(&bound_words(&bound)),
         );
         let title = "Error bound for a push here";
         let drawn = colored(title, &percent, &map, &geometry.nodes, geometry.triangles.split_at(loadable));

@@ -14,7 +14,7 @@ use super::figures::{Figure, Figures};
 use super::words::file_name;
 use crate::accuracy::Accuracy;
 use crate::html::escaped;
-use crate::words::{bytes, duration, hertz};
+use crate::words::{bytes, duration, hertz, sentence};
 
 const STYLE: &str = include_str!("../../../assets/report.css");
 
@@ -129,11 +129,7 @@ fn good_for(content: &Content<'_>) -> String {
 /// What is known of the error, a sentence each.
 fn accuracy(content: &Content<'_>) -> Vec<String> {
     let lines = Accuracy::of(content.file).map(|accuracy| accuracy.lines()).unwrap_or_default();
-    let sentence = |line: String| {
-        let (first, rest) = line.split_at(1);
-        first.to_uppercase() + rest + "."
-    };
-    lines.into_iter().map(sentence).collect()
+    lines.iter().map(|line| sentence(line) + ".").collect()
 }
 
 fn body(content: &Content<'_>) -> String {
