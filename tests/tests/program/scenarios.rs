@@ -339,6 +339,24 @@ fn two_regions(fixed: Option<[f64; 5]>) -> String {
     problem
 }
 
+#[test]
+fn a_build_that_will_miss_its_tolerance_says_so_before_its_certificate_and_that_contacts_have_no_bound() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let problem = two_regions(None).replace("max_terms = 80", "max_terms = 12");
+    let problem = text(folder.path(), "p.toml", &problem);
+    let file = folder.path().join("p.vdm");
+    let ran = run([&"build", &problem, &"-o", &file, &"--keep-missed"]);
+    assert_eq!(ran.code, Some(0), "{}", ran.stderr);
+    let at = |words: &str| ran.stderr.find(words).unwrap_or_else(|| panic!("no `{words}` in {}", ran.stderr));
+    let (early, late) =
+        (at("the build is about to miss its tolerance"), at("the separated maps of 12 terms miss"));
+    let certificate = ran.stderr.rfind("certificate").expect("the stage");
+    assert!(early < late && late < certificate, "{}", ran.stderr);
+    let warning = "warning: contacts have no residual flexibility and no error bound (live regions)";
+    assert!(ran.stdout.contains(warning), "{}", ran.stdout);
+    assert!(run([&"info", &file]).stdout.contains(warning));
+}
+
 const NAMES: [&str; 5] = ["tip stiffness", "tip density", "stiffness", "time step", "beta"];
 
 #[test]

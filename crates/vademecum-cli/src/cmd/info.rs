@@ -560,7 +560,8 @@ fn endurance(steps: f64) -> String {
     if steps == 0.0 {
         return "the tolerance was exceeded within the certified steps".into();
     }
-    format!("tolerance kept for at least {steps:.1e} steps (extrapolated from the drift)")
+    let count = if steps < 1e6 { format!("{steps:.0}") } else { format!("{steps:.1e}") };
+    format!("tolerance verified for at least {count} steps (extrapolated from the drift)")
 }
 
 /// From the stored errors and the tolerance of the stored problem; absent without either, or when it is
