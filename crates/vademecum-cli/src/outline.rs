@@ -3,7 +3,8 @@
 use std::fmt::Write as _;
 
 use crate::html::escaped;
-use crate::pictures::{COLORS, DrawResult, SIZE, number, prefix_of};
+use crate::pictures::{COLORS, DrawResult, SIZE, number};
+use crate::words::prefix_of;
 
 /// Marks of an outline beside the body.
 pub(crate) struct Outline<'a> {
@@ -19,8 +20,8 @@ pub(crate) struct Outline<'a> {
 
 /// Draws the surface of a body, seen from a corner: the triangles that face the viewer, far ones first.
 ///
-/// Neighbours of one shade share a path, which keeps the picture of some thousand triangles small enough for a
-/// page.
+/// Neighbours of one shade share a path, which keeps the picture of some thousand triangles small enough for
+/// a page.
 pub(crate) fn outline(view: &Outline<'_>, nodes: &[[f64; 3]], triangles: &[[u32; 3]]) -> DrawResult {
     let corners = |t: &[u32; 3]| t.map(|node| nodes[node as usize]);
     let mut facing: Vec<[[f64; 3]; 3]> = triangles.iter().map(corners).filter(faces_viewer).collect();

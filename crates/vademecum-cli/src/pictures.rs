@@ -9,7 +9,7 @@ pub use axis::Axis;
 pub(crate) use axis::number;
 use shapes::text_width;
 
-use crate::words::sentence;
+use crate::words::{prefix_of, sentence};
 pub use shapes::{Anchor, Color, Picture, Shape};
 
 /// A named line.
@@ -334,22 +334,6 @@ fn takes_prefix(unit: &str) -> bool {
     ["m", "J", "s", "N", "Pa", "Hz", "N m"].contains(&first)
 }
 
-/// The factor and the letter of the prefix in which a number has one to three figures before its point.
-pub(crate) fn prefix_of(value: f64) -> (f64, &'static str) {
-    const PREFIXES: [(f64, &str); 9] = [
-        (1e-12, "p"),
-        (1e-9, "n"),
-        (1e-6, "µ"),
-        (1e-3, "m"),
-        (1.0, ""),
-        (1e3, "k"),
-        (1e6, "M"),
-        (1e9, "G"),
-        (1e12, "T"),
-    ];
-    *PREFIXES.iter().rev().find(|(factor, _)| value.abs() >= *factor).unwrap_or(&PREFIXES[0])
-}
-
 /// Draws a line chart.
 pub(crate) fn line_chart(chart: &Chart<'_>, series: Vec<Series<'_>>) -> DrawResult {
     let panel = Panel { y: chart.y.into(), log_y: chart.log_y, range: None, series };
@@ -461,8 +445,9 @@ mod tests {
 
     #[test]
     fn a_curve_is_no_staircase() {
-        let points: Vec<_> = (0..4000).map(|i| (f64::from(i) * 1e-3, (f64::from(i) * 2e-3).sin())).collect();
-        let chart = Chart { title: "sine", x: "time [s]", y: "displacement [m]", log_y: false };
+        let points: Vec<_> =
+            (0..4000).map(|i| (f64::from(i) * 1e-3, f64::from(i) * f64::from(4000 - i))).collect();
+        let chart = Chart { title: "arch", x: "time [s]", y: "displacement [m]", log_y: false };
         let svg = line_chart(&chart, vec![Series { name: "", points }]).expect("drawn");
         let drawn = svg.split("points=\"").last().expect("a line").split('"').next().expect("its points");
         let heights: Vec<&str> = drawn.split([' ', ',']).skip(1).step_by(2).collect();

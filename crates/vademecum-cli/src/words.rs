@@ -1,6 +1,20 @@
 //! Numbers with units, as texts for people have them.
 
-use crate::pictures::prefix_of;
+/// The factor and the letter of the prefix in which a number has one to three figures before its point.
+pub(crate) fn prefix_of(value: f64) -> (f64, &'static str) {
+    const PREFIXES: [(f64, &str); 9] = [
+        (1e-12, "p"),
+        (1e-9, "n"),
+        (1e-6, "µ"),
+        (1e-3, "m"),
+        (1.0, ""),
+        (1e3, "k"),
+        (1e6, "M"),
+        (1e9, "G"),
+        (1e12, "T"),
+    ];
+    *PREFIXES.iter().rev().find(|(factor, _)| value.abs() >= *factor).unwrap_or(&PREFIXES[0])
+}
 
 /// A number of a unit with the prefix that suits it, with four figures at most.
 pub(crate) fn quantity(value: f64, unit: &str) -> String {

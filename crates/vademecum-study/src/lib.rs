@@ -27,6 +27,7 @@ pub mod run;
 pub mod scenario;
 mod scenario_loads;
 pub mod separation;
+pub mod shapes;
 pub mod soundness;
 pub mod starter;
 mod statistics;

@@ -1,5 +1,5 @@
-//! Probes that a scenario brings along: components of the motion that the file was not built with, read at its
-//! nodes or anywhere on its surface.
+//! Probes that a scenario brings along: components of the motion that the file was not built with, read at
+//! its nodes or anywhere on its surface.
 
 use vademecum_eval::{Field, Surface, SurfacePoint};
 use vademecum_format::{Codec, File, SectionKind};

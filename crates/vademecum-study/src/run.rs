@@ -54,8 +54,8 @@ pub struct Moment<'a> {
 pub struct ProbeRow<'a> {
     /// Energy \[J\].
     pub energy: f64,
-    /// Displacement of each probe \[m\] (of a scenario's probe its own quantity), strain of each gauge, then each
-    /// stress \[Pa\].
+    /// Displacement of each probe \[m\] (of a scenario's probe its own quantity), strain of each gauge, then
+    /// each stress \[Pa\].
     pub values: &'a [f64],
     /// The numbers of [`Run::flight_columns`] of a free body that was thrown; none of any other.
     pub flight: &'a [f64],
@@ -177,9 +177,9 @@ impl<'a> Run<'a> {
         Ok(())
     }
 
-    /// Name and unit of each column of [`ProbeRow`] behind time and energy, in order: probes, reactions, flight,
-    /// quantities, contacts. The unit is `1` of what has none, and empty where it is not known or stands in the
-    /// name.
+    /// Name and unit of each column of [`ProbeRow`] behind time and energy, in order: probes, reactions,
+    /// flight, quantities, contacts. The unit is `1` of what has none, and empty where it is not known or
+    /// stands in the name.
     pub fn columns(&self) -> Vec<(String, &'static str)> {
         let si = is_si(self.file);
         let known = |unit: &'static str| if si || unit == "1" { unit } else { "" };

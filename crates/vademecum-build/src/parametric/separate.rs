@@ -167,8 +167,8 @@ pub fn separate_responses(
     Ok(parametric)
 }
 
-/// The error that a separation of at most so many terms will have at its end, told once, when the first half of
-/// them is there: the second half lowers it by as many decades as the second quarter did, twice.
+/// The error that a separation of at most so many terms will have at its end, told once, when the first half
+/// of them is there: the second half lowers it by as many decades as the second quarter did, twice.
 fn foreseen(seen: &[(usize, f64)], max_terms: usize) -> Option<f64> {
     let half = max_terms.div_ceil(2);
     let [.., before, last] = seen else { return None };

@@ -26,9 +26,9 @@ use crate::print::print_json;
   vademecum frf beam.vdm --in 1,0.04,0.1,-z --out tip --range 1,500 -o tip.csv --plot tip.svg
   vademecum frf beam.vdm --in gravity --out tip --out 0.5,0.04,0.1,0,0,1 --range 1,500 --quantity acceleration
   vademecum frf beam.vdm --in 1,0.04,0.1,-z --out tip --range 1,500 --problem beam.toml --compare 50 --json
-A channel is X,Y,Z,DIRECTION (m; x, -x, y, -y, z, -z, or three numbers), or a name: of a probe, or behind `--in`
-of a load pattern, too. The table has the real and the imaginary part of each output, for
-an input of amplitude 1 (N, or the pattern once).")]
+A channel is X,Y,Z,DIRECTION (m; x, -x, y, -y, z, -z, or three numbers), or a name: of a probe, or behind
+`--in` of a load pattern, too. The table has the real and the imaginary part of each output, for an input of
+amplitude 1 (N, or the pattern once).")]
 pub(crate) struct Frf {
     /// The vademecum file.
     file: PathBuf,

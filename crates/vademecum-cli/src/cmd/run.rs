@@ -38,7 +38,8 @@ pub(crate) struct Run {
     /// Folder for the results; made if missing.
     #[arg(short, long, default_value = "out")]
     output: PathBuf,
-    /// Draw the columns of probes.csv over time here (SVG, or PDF by its name); the energy if there are no others.
+    /// Draw the columns of probes.csv over time here (SVG, or PDF by its name); the energy if there are no
+    /// others.
     #[arg(long)]
     plot: Option<PathBuf>,
     /// Structure of the step.

@@ -197,7 +197,8 @@ pub struct OutputProbe {
     /// Quantity.
     #[serde(default)]
     pub(crate) quantity: ProbeQuantity,
-    /// `"node"`: the nearest node that the file shows, `"surface"`: the nearest point of the loadable surface.
+    /// `"node"`: the nearest node that the file shows, `"surface"`: the nearest point of the loadable
+    /// surface.
     #[serde(default)]
     pub(crate) at: ProbePlace,
 }

@@ -7,6 +7,7 @@ use vademecum_build::store::{Kind, Outputs};
 use vademecum_format::{AxisKind, SectionKind};
 use vademecum_study::FileError;
 use vademecum_study::contents::{Geometry, bound, bound_map};
+use vademecum_study::shapes::{ModeShape, mode_shape};
 use vademecum_study::verify::{AnyVerification, Figures as Measured};
 
 use super::build_times::Stage;
@@ -150,39 +151,20 @@ impl Figures {
         /// Modes drawn at most, and triangles of all of their pictures.
         const MOST: usize = 6;
         const TRIANGLES: usize = 120_000;
-        /// The largest displacement, as a share of the body's size.
-        const DRAWN: f64 = 0.1;
         let unread = |error: FileError| Failure::file(content.path, error);
-        let Geometry { nodes, triangles } = Geometry::of(content.file).map_err(unread)?;
+        let geometry = Geometry::of(content.file).map_err(unread)?;
         let basis = content.numbers(SectionKind::SurfaceBasis)?;
         let r = content.file.metadata().n_modes as usize;
-        let fit = (TRIANGLES / triangles.len().max(1)).clamp(1, MOST);
-        let bounds = |c: usize| {
-            let ends = nodes.iter().fold([f64::MAX, f64::MIN], |[a, b], x| [a.min(x[c]), b.max(x[c])]);
-            (ends[1] - ends[0]).powi(2)
-        };
-        let size = (0..3).map(bounds).sum::<f64>().sqrt();
+        let fit = (TRIANGLES / geometry.triangles.len().max(1)).clamp(1, MOST);
         for (k, mode) in content.modes.iter().enumerate().take(fit) {
-            let moved =
-                |node: usize| [0, 1, 2].map(|c| basis.get((3 * node + c) * r + k).copied().unwrap_or(0.0));
-            let lengths: Vec<f64> = (0..basis.len() / (3 * r).max(1))
-                .map(|node| moved(node).iter().map(|u| u * u).sum::<f64>().sqrt())
-                .collect();
-            let largest = lengths.iter().copied().fold(f64::MIN_POSITIVE, f64::max);
-            let values: Vec<f64> = lengths.iter().map(|length| length / largest).collect();
-            let scale = DRAWN * size / largest;
-            let drawn = nodes.iter().enumerate().map(|(node, x)| {
-                let u = moved(node);
-                std::array::from_fn(|c| x[c] + scale * u[c])
-            });
-            let drawn: Vec<[f64; 3]> = drawn.collect();
+            let ModeShape { nodes, values } = mode_shape(&geometry, &basis, (k, r));
             let title = format!("Mode {}: {}", k + 1, hertz(mode.frequency_hz));
             let caption = format!("{title}; yellow: largest displacement.");
             self.add(
                 "basis",
                 &format!("shape-{}", k + 1),
                 caption,
-                shape(&title, &values, &drawn, &triangles),
+                shape(&title, &values, &nodes, &geometry.triangles),
             )?;
             if let Some((_, figure)) = self.drawn.last_mut() {
                 figure.small = true;

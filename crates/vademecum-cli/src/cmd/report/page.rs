@@ -6,6 +6,7 @@ use vademecum_build::certificate::StructureReport;
 use vademecum_build::dynamics::ModeRow;
 use vademecum_format::SectionKind;
 use vademecum_study::contents::Geometry;
+use vademecum_study::shapes::smallest_angles;
 use vademecum_study::timings::machine;
 use vademecum_study::verify::{Figures as Measured, LargeVerification};
 
@@ -155,19 +156,8 @@ fn body(content: &Content<'_>) -> String {
 
 /// Smallest angles of the triangles.
 fn surface_quality(content: &Content<'_>) -> String {
-    let Ok(Geometry { nodes, triangles }) = Geometry::of(content.file) else { return "not readable".into() };
-    let smallest = |t: &[u32; 3]| {
-        let corners = t.map(|node| nodes.get(node as usize).copied().unwrap_or_default());
-        let side = |i: usize, j: usize| -> f64 {
-            (0..3).map(|c| (corners[i][c] - corners[j][c]).powi(2)).sum::<f64>().sqrt()
-        };
-        let [a, b, c] = [side(1, 2), side(2, 0), side(0, 1)];
-        let angle =
-            |a: f64, b: f64, c: f64| ((b * b + c * c - a * a) / (2.0 * b * c)).clamp(-1.0, 1.0).acos();
-        angle(a, b, c).min(angle(b, c, a)).min(angle(c, a, b)).to_degrees()
-    };
-    let mut angles: Vec<f64> = triangles.iter().map(smallest).filter(|angle| angle.is_finite()).collect();
-    angles.sort_by(f64::total_cmp);
+    let Ok(geometry) = Geometry::of(content.file) else { return "not readable".into() };
+    let angles = smallest_angles(&geometry);
     let (Some(worst), Some(median)) = (angles.first(), angles.get(angles.len() / 2)) else {
         return "no triangles".into();
     };

@@ -1,0 +1,129 @@
+//! Where a force acts and what is read: channels of a request, found in a file.
+
+use std::path::PathBuf;
+
+use vademecum_build::input::Problem;
+use vademecum_build::suggest::did_you_mean;
+use vademecum_eval::{Place, Surface, SurfacePoint};
+use vademecum_format::{File, SectionKind};
+
+use crate::contents::{lines, numbers};
+use crate::error::{FileError, StudyError, place as written};
+use crate::near::{reach, within};
+
+/// A point of the surface and a direction, a probe, or a load pattern: where a force acts, or what is read.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Channel {
+    /// The loadable point nearest to this one \[m\], along a direction, which need not have length 1.
+    Point([f64; 3], [f64; 3]),
+    /// A probe or, as an input, a load pattern by its name. As an input, a probe is a force along it, and it
+    /// has to be at a loadable node.
+    Named(String),
+}
+
+/// Side of a channel; decides among which names it is looked up.
+#[derive(Clone, Copy)]
+pub(super) enum Side {
+    Input,
+    Output,
+}
+
+impl Side {
+    const fn what(self) -> &'static str {
+        match self {
+            Self::Input => "load pattern or probe at a loadable node",
+            Self::Output => "probe",
+        }
+    }
+
+    /// The section with the names, and that with a row of the basis for each.
+    const fn sections(self) -> [SectionKind; 2] {
+        match self {
+            Self::Input => [SectionKind::PatternNames, SectionKind::PatternBasis],
+            Self::Output => [SectionKind::ProbeNames, SectionKind::ProbeRows],
+        }
+    }
+}
+
+/// A channel of a file.
+pub(super) enum ResponsePoint {
+    Point(SurfacePoint, [f64; 3]),
+    /// The number of a load pattern (as an input) or of a probe (as an output).
+    Named(usize),
+}
+
+/// Finds a channel in a file.
+pub(super) fn place(file: &File<'_>, channel: &Channel, side: Side) -> Result<ResponsePoint, StudyError> {
+    match channel {
+        Channel::Point(point, direction) => {
+            let found = Surface::new(file).map_err(FileError::from)?.locate(*point);
+            let found = found.ok_or(FileError::NoSurface)?;
+            let found = within(file, reach(file)?, found, || format!("the point {}", written(*point)))?;
+            let length = direction.iter().map(|c| c * c).sum::<f64>().sqrt();
+            Ok(ResponsePoint::Point(found, direction.map(|c| c / length)))
+        }
+        Channel::Named(name) => {
+            let known = lines(file, side.sections()[0])?;
+            let index = known.iter().position(|known| known == name);
+            if let (None, Side::Input) = (index, side)
+                && let Some(probe) = at_probe(file, name)?
+            {
+                return Ok(probe);
+            }
+            let index = index.ok_or_else(|| StudyError::NoChannel {
+                name: name.clone(),
+                what: side.what(),
+                known: listed(&known) + &did_you_mean(name, known.iter().map(String::as_str)),
+            })?;
+            Ok(ResponsePoint::Named(index))
+        }
+    }
+}
+
+/// Node and direction of a probe of the problem that the file was built from, if the node is loadable.
+fn at_probe(file: &File<'_>, name: &str) -> Result<Option<ResponsePoint>, FileError> {
+    let Ok(problem) = Problem::parse(file.metadata().problem, "problem", PathBuf::new()) else {
+        return Ok(None);
+    };
+    let Some(probe) = problem.output.probes.iter().find(|probe| probe.name == name) else { return Ok(None) };
+    let coordinates = numbers(file, SectionKind::NodeCoordinates)?;
+    let square = |at: &[f64; 3]| (0..3).map(|c| (at[c] - probe.point[c]).powi(2)).sum::<f64>();
+    let nodes = coordinates.as_chunks::<3>().0.iter().zip(0..);
+    let nearest = nodes.min_by(|a, b| square(a.0).total_cmp(&square(b.0)));
+    let loadable = nearest.filter(|&(_, node)| node < file.metadata().n_load_nodes);
+    let length = probe.direction.iter().map(|c| c * c).sum::<f64>().sqrt();
+    Ok(loadable.map(|(&position, node)| {
+        let point = SurfacePoint { place: Place::node(node), position, distance: 0.0 };
+        ResponsePoint::Point(point, probe.direction.map(|c| c / length))
+    }))
+}
+
+fn listed(names: &[String]) -> String {
+    let quoted: Vec<String> = names.iter().map(|name| format!("`{name}`")).collect();
+    if quoted.is_empty() { "none".into() } else { quoted.join(", ") }
+}
+
+/// The row of the basis that belongs to a channel.
+pub(super) fn row(file: &File<'_>, placed: &ResponsePoint, side: Side) -> Result<Vec<f64>, FileError> {
+    let r = file.metadata().n_modes as usize;
+    match placed {
+        ResponsePoint::Named(index) => {
+            let [_, kind] = side.sections();
+            let rows = numbers(file, kind)?;
+            rows.get(index * r..(index + 1) * r).map(<[f64]>::to_vec).ok_or(FileError::Missing { kind })
+        }
+        ResponsePoint::Point(point, direction) => {
+            let kind = SectionKind::SurfaceBasis;
+            let rows = numbers(file, kind)?;
+            let mut sum = vec![0.0; r];
+            for (node, weight) in point.place.entries() {
+                for (c, along) in direction.iter().enumerate() {
+                    let start = (3 * node as usize + c) * r;
+                    let row = rows.get(start..start + r).ok_or(FileError::Missing { kind })?;
+                    sum.iter_mut().zip(row).for_each(|(sum, x)| *sum += weight * along * x);
+                }
+            }
+            Ok(sum)
+        }
+    }
+}
