@@ -186,6 +186,39 @@ test("the time step says what it does: exact steps have no time error, those of 
   await context.close();
 });
 
+test("the certificate of a live time step is read as its range", async () => {
+  const { page, context } = await open(`file://${WORK}/step.html`);
+  assert.match(await text(page, "#step-note"), /The certificate was made for 500 µs to 2 ms by “bathe”\.$/);
+  await page.evaluate(() => window.vademecum.set({ timeStep: 0.7e-3 }));
+  assert.match(await text(page, "#step-note"), /^1430 steps .*500 µs to 2 ms by “bathe”\.$/);
+  await context.close();
+});
+
+test("the keys are listed on a question mark, the ground can be taken away, and a push leaves a trail", async () => {
+  const { page, heard, context } = await open(EXACT);
+  await page.keyboard.press("?");
+  assert.ok(await page.locator("#keys").isVisible());
+  await page.keyboard.press("Escape");
+  assert.ok(!(await page.locator("#keys").isVisible()));
+  // Pixels of the lower part of the picture, where only the ground is.
+  const drawn = () => page.evaluate(async () => {
+    const image = await createImageBitmap(await (await window.vademecum.recorder.picture()));
+    const canvas = new OffscreenCanvas(image.width, image.height);
+    const context = canvas.getContext("2d");
+    context.drawImage(image, 0, 0);
+    const { data } = context.getImageData(0, Math.round(0.75 * image.height), image.width, Math.round(0.12 * image.height));
+    return new Set(Array.from({ length: data.length / 4 }, (_, i) => `${data.slice(4 * i, 4 * i + 3)}`)).size;
+  });
+  const ground = await drawn();
+  await page.locator("#ground").uncheck();
+  const bare = await drawn();
+  assert.ok(bare < ground, `${bare} colours, with the ground ${ground}`);
+  await page.evaluate((point) => window.vademecum.press(point, [0, 0, -20]), TIP);
+  await page.waitForFunction(() => window.vademecum.trail.way.length > 5);
+  assert.deepEqual(heard.errors, []);
+  await context.close();
+});
+
 test("rest clears scales and plots, and units without a name take no prefix", async () => {
   const { page, context } = await open(EXPORTED);
   await page.evaluate((point) => {

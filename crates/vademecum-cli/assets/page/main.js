@@ -184,6 +184,7 @@ function offer(page) {
     sound: page.sound,
     /** Natural modes as pictures: `shown.show(k)`. */
     shown: page.shown,
+    trail: page.trail,
     recorder: page.recorder,
     camera,
     controls,
