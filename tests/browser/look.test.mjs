@@ -132,14 +132,14 @@ test("a press where nothing can be pushed says so, and that part is marked", asy
   await page.mouse.move(box.x + side[0], box.y + side[1]);
   await page.mouse.down();
   assert.equal((await state(page)).contacts, 0);
-  assert.match(await text(page, "#hint"), /^Not loadable here/);
+  assert.match(await text(page, "#hint"), /^This part was not made pushable/);
   await page.mouse.up();
   await page.locator("#home").click();
   await page.waitForTimeout(150);
   await page.mouse.move(x, y);
   await page.mouse.down();
   assert.equal((await state(page)).contacts, 1);
-  assert.ok(!/Not loadable/.test(await text(page, "#hint")));
+  assert.ok(!/not made pushable/.test(await text(page, "#hint")));
   await page.mouse.up();
   await context.close();
 });
@@ -175,14 +175,47 @@ test("motion is drawn between steps, and speed is kept where a step takes longer
 
 test("the time step says what it does: exact steps have no time error, those of a scheme leave their certificate", async () => {
   const exact = await open(EXACT);
-  assert.match(await text(exact.page, "#step-note"), /^1000 steps a second of motion\. Steps are exact: there is no time error/);
+  assert.match(await text(exact.page, "#step-note"), /^Exact time integration: Δt only sets how often loads can change \(now 1000 times per second\)/);
   await exact.context.close();
   const { page, context } = await open(EXPORTED);
   assert.match(await text(page, "#step-note"), /“bathe” have an error that grows with Δt\. The certificate was made for 1 ms.*”\.$/);
   await page.evaluate(() => window.vademecum.set({ timeStep: 4e-3 }));
   assert.match(await text(page, "#step-note"), /^250 steps .*At this Δt it does not hold\.$/);
   await page.evaluate(() => window.vademecum.set({ structure: 4 }));
-  assert.match(await text(page, "#step-note"), /Steps are exact.*made for 1 ms by “bathe”\.$/);
+  assert.match(await text(page, "#step-note"), /^Exact time integration.*made for 1 ms by “bathe”\.$/);
+  await context.close();
+});
+
+test("the certificate of a live time step is read as its range", async () => {
+  const { page, context } = await open(`file://${WORK}/step.html`);
+  assert.match(await text(page, "#step-note"), /The certificate was made for 500 µs to 2 ms by “bathe”\.$/);
+  await page.evaluate(() => window.vademecum.set({ timeStep: 0.7e-3 }));
+  assert.match(await text(page, "#step-note"), /^1430 steps .*500 µs to 2 ms by “bathe”\.$/);
+  await context.close();
+});
+
+test("the keys are listed on a question mark, the ground can be taken away, and a push leaves a trail", async () => {
+  const { page, heard, context } = await open(EXACT);
+  await page.keyboard.press("?");
+  assert.ok(await page.locator("#keys").isVisible());
+  await page.keyboard.press("Escape");
+  assert.ok(!(await page.locator("#keys").isVisible()));
+  // Pixels of the lower part of the picture, where only the ground is.
+  const drawn = () => page.evaluate(async () => {
+    const image = await createImageBitmap(await (await window.vademecum.recorder.picture()));
+    const canvas = new OffscreenCanvas(image.width, image.height);
+    const context = canvas.getContext("2d");
+    context.drawImage(image, 0, 0);
+    const { data } = context.getImageData(0, Math.round(0.75 * image.height), image.width, Math.round(0.12 * image.height));
+    return new Set(Array.from({ length: data.length / 4 }, (_, i) => `${data.slice(4 * i, 4 * i + 3)}`)).size;
+  });
+  const ground = await drawn();
+  await page.locator("#ground").uncheck();
+  const bare = await drawn();
+  assert.ok(bare < ground, `${bare} colours, with the ground ${ground}`);
+  await page.evaluate((point) => window.vademecum.press(point, [0, 0, -20]), TIP);
+  await page.waitForFunction(() => window.vademecum.trail.way.length > 5);
+  assert.deepEqual(heard.errors, []);
   await context.close();
 });
 

@@ -17,7 +17,7 @@ test("a picture is a PNG of the body as it is seen", async () => {
   const path = await saved(page, () => page.locator("#picture").click());
   assert.match(path, /\.png$/);
   const file = readFileSync(path);
-  const size = await page.evaluate(() => [document.getElementById("view").width, document.getElementById("view").height]);
+  const size = await page.evaluate(() => [document.getElementById("view").clientWidth, document.getElementById("view").clientHeight].map((pixels) => 4 * pixels));
   assert.deepEqual([file.readUInt32BE(16), file.readUInt32BE(20)], size);
   // The body is in it: the middle of the beam has its colour, a corner that of the background.
   const colors = await page.evaluate(async (data) => {
@@ -25,7 +25,7 @@ test("a picture is a PNG of the body as it is seen", async () => {
     const canvas = new OffscreenCanvas(image.width, image.height);
     const context = canvas.getContext("2d");
     context.drawImage(image, 0, 0);
-    const [x, y] = window.vademecum.pixel([0.5, 0.08, 0.1]);
+    const [x, y] = window.vademecum.pixel([0.5, 0.08, 0.1]).map((place) => 4 * place);
     const at = (x, y) => Array.from(context.getImageData(x, y, 1, 1).data);
     return [at(Math.round(x), Math.round(y)), at(5, Math.round(image.height / 2))];
   });

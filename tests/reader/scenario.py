@@ -314,7 +314,7 @@ def main(file, scenario, table, structure):
         scenario = tomllib.load(text)
     with open(table, encoding="utf-8", newline="") as rows:
         given = list(csv.reader(rows))
-    names, given = given[0], given[1:]
+    names, given = [name.split(" [")[0] for name in given[0]], given[1:]
     scene = step.STRUCTURES[structure](file)
     ours = list(play(scene, scenario, folder))
     supports = file.lines("SupportNames") if "SupportNames" in file else []

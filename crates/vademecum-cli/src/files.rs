@@ -12,7 +12,7 @@ use crate::arguments::{Limit, OutputArguments};
 use crate::console;
 use crate::failure::{Cause, DAMAGED, Failure, UNREAD};
 use crate::looks::{Looks, is_vademecum, look_at};
-use crate::pictures::DrawResult;
+use crate::pictures::{DrawResult, Drawn};
 use crate::print::print_json;
 
 /// Outputs of a command that reads `inputs` and the files named by `problem`. Everything that the program
@@ -71,6 +71,22 @@ pub fn write_picture(outputs: &Outputs, path: &Path, drawn: DrawResult) -> Resul
         .map_err(|error| Failure::new(Cause::Numerics, format!("{}: not drawn: {error}", path.display())))?;
     write_bytes(outputs, path, Kind::Svg, svg.as_bytes())?;
     Ok(svg)
+}
+
+/// Kind of a chart, by the end of its name: PDF or, of any other name, SVG.
+pub(crate) fn chart_kind(path: &Path) -> Kind {
+    let is_pdf = path.extension().is_some_and(|end| end.eq_ignore_ascii_case("pdf"));
+    if is_pdf { Kind::Pdf } else { Kind::Svg }
+}
+
+/// Writes a chart as its name says.
+pub(crate) fn write_chart(outputs: &Outputs, path: &Path, drawn: Drawn) -> Result<(), Failure> {
+    let failed = |error| Failure::new(Cause::Numerics, format!("{}: not drawn: {error}", path.display()));
+    let picture = drawn.map_err(failed)?;
+    match chart_kind(path) {
+        Kind::Pdf => write_bytes(outputs, path, Kind::Pdf, &picture.pdf()),
+        kind => write_bytes(outputs, path, kind, picture.svg().as_bytes()),
+    }
 }
 
 /// A file for as long as the command runs: copied, so that nothing that becomes of it on the disk matters.

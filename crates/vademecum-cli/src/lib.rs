@@ -16,6 +16,7 @@ macro_rules! eprintln {
     ($($text:tt)*) => { $crate::console::tell(format_args!($($text)*)) };
 }
 
+mod accuracy;
 mod arguments;
 mod cmd;
 mod console;
@@ -27,12 +28,12 @@ mod mesh_error;
 mod outline;
 #[cfg(test)]
 mod page_commands;
-mod percent;
 mod pictures;
 mod print;
 mod reference;
 mod sha256;
 mod surface_picture;
+mod words;
 
 use std::ffi::OsString;
 
@@ -52,7 +53,7 @@ pub mod front {
     pub use crate::arguments::{OutputArguments, positive, problem_or_demo, scenario_or_demo};
     pub use crate::console::{Console, show, tell};
     pub use crate::files::{outputs, write_bytes, write_picture};
-    pub use crate::pictures::{COLORS, Chart, DrawResult, Series, axes, named};
+    pub use crate::pictures::{Anchor, Axis, COLORS, Chart, Color, DrawResult, Frame, Picture, Shape};
     pub use crate::print::{json, print_json};
 }
 

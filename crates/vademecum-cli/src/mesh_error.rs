@@ -2,7 +2,7 @@
 
 use vademecum_build::mesh_error::{MeshEstimate, RefinedValue};
 
-use crate::percent::percent;
+use crate::words::percent;
 
 /// A value of the mesh, its error, and the value without it.
 fn in_words(value: &RefinedValue, unit: &str, digits: usize) -> String {

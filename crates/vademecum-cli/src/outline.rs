@@ -2,9 +2,9 @@
 
 use std::fmt::Write as _;
 
-use plotters::style::RGBColor;
-
+use crate::html::escaped;
 use crate::pictures::{COLORS, DrawResult, SIZE, number};
+use crate::words::prefix_of;
 
 /// Marks of an outline beside the body.
 pub(crate) struct Outline<'a> {
@@ -12,14 +12,16 @@ pub(crate) struct Outline<'a> {
     pub(crate) title: &'a str,
     /// Points to mark: colour index and position.
     pub(crate) marks: &'a [(usize, [f64; 3])],
+    /// Unit of lengths; empty if it is not known.
+    pub(crate) unit: &'a str,
     /// Forces: where they act, and their direction.
     pub(crate) forces: &'a [([f64; 3], [f64; 3])],
 }
 
 /// Draws the surface of a body, seen from a corner: the triangles that face the viewer, far ones first.
 ///
-/// Written by hand and not by plotters, which makes two elements of each triangle: neighbours of one shade
-/// share a path, which keeps the picture of some thousand triangles small enough for a page.
+/// Neighbours of one shade share a path, which keeps the picture of some thousand triangles small enough for
+/// a page.
 pub(crate) fn outline(view: &Outline<'_>, nodes: &[[f64; 3]], triangles: &[[u32; 3]]) -> DrawResult {
     let corners = |t: &[u32; 3]| t.map(|node| nodes[node as usize]);
     let mut facing: Vec<[[f64; 3]; 3]> = triangles.iter().map(corners).filter(faces_viewer).collect();
@@ -34,7 +36,7 @@ pub(crate) fn outline(view: &Outline<'_>, nodes: &[[f64; 3]], triangles: &[[u32;
          <rect width=\"{width}\" height=\"{height}\" fill=\"#fff\"/>\n\
          <text x=\"20\" y=\"26\" font-family=\"sans-serif\" font-size=\"16\">{}</text>\n\
          <g stroke=\"#5a6e8c\" stroke-opacity=\".5\" stroke-width=\".6\">\n",
-        view.title
+        escaped(view.title)
     );
     for same in facing.chunk_by(|a, b| light(a) == light(b)) {
         let shade = light(&same[0]);
@@ -47,7 +49,7 @@ pub(crate) fn outline(view: &Outline<'_>, nodes: &[[f64; 3]], triangles: &[[u32;
     }
     svg.push_str("</g>\n");
     for (color, at) in view.marks {
-        let (RGBColor(r, g, b), (x, y)) = (COLORS[color % COLORS.len()], pixel.of(*at));
+        let ([r, g, b], (x, y)) = (COLORS[color % COLORS.len()], pixel.of(*at));
         writeln!(svg, "<circle cx=\"{x:.1}\" cy=\"{y:.1}\" r=\"2\" fill=\"#{r:02x}{g:02x}{b:02x}\"/>")?;
     }
     for (at, force) in view.forces {
@@ -74,7 +76,7 @@ pub(crate) fn outline(view: &Outline<'_>, nodes: &[[f64; 3]], triangles: &[[u32;
     let (low, high) = nodes.iter().fold(([f64::MAX; 3], [f64::MIN; 3]), |(low, high), p| {
         (std::array::from_fn(|c| low[c].min(p[c])), std::array::from_fn(|c| high[c].max(p[c])))
     });
-    let sides = [0, 1, 2].map(|c| number(high[c] - low[c])).join(" × ");
+    let sides = sides([0, 1, 2].map(|c| high[c] - low[c]), view.unit);
     let (x, y) = (width - 20, height - 16);
     writeln!(
         svg,
@@ -82,6 +84,14 @@ pub(crate) fn outline(view: &Outline<'_>, nodes: &[[f64; 3]], triangles: &[[u32;
     )?;
     svg.push_str("</svg>\n");
     Ok(svg)
+}
+
+/// Lengths of the sides of a box, in one unit.
+pub(crate) fn sides(lengths: [f64; 3], unit: &str) -> String {
+    let longest = lengths.into_iter().fold(0.0, f64::max);
+    let (factor, prefix) = if unit.is_empty() { (1.0, "") } else { prefix_of(longest) };
+    let [a, b, c] = lengths.map(|length| number(length / factor));
+    format!("{a} × {b} × {c} {prefix}{unit}").trim_end().into()
 }
 
 /// Length of the arrow of a force \[px\].

@@ -1,12 +1,19 @@
 //! Results that several commands print.
 
+use std::path::Path;
+
 use vademecum_build::certificate::{LargeReport, StructureReport};
+use vademecum_build::dynamics::ModeRow;
 use vademecum_build::report::BuildReport;
 use vademecum_build::report::ChapterReport;
+use vademecum_format::File;
+use vademecum_study::FileError;
 use vademecum_study::parameters::ParameterValue;
 use vademecum_study::verify::{LargeVerification, Verification};
 
+use crate::accuracy::{Accuracy, bound_words};
 use crate::mesh_error;
+use crate::words::{bytes, duration, hertz};
 
 /// A value as JSON text.
 pub fn json(value: &impl serde::Serialize) -> String {
@@ -18,16 +25,31 @@ pub fn print_json(value: &impl serde::Serialize) {
     println!("{}", json(value));
 }
 
-/// A length for people.
-pub(crate) fn bytes(length: usize) -> String {
-    match length {
-        0..10_000 => format!("{length} bytes"),
-        10_000..10_000_000 => format!("{:.1} kB", length as f64 / 1e3),
-        _ => format!("{:.1} MB", length as f64 / 1e6),
-    }
+/// Prints a build in a few lines: body, frequencies, what is known of the error, file.
+///
+/// # Errors
+/// As [`Accuracy::of`].
+pub(crate) fn print_summary(report: &BuildReport, file: &File<'_>, path: &Path) -> Result<(), FileError> {
+    let BuildReport { nodes, elements, dofs, modes, mode_table, .. } = report;
+    println!("{nodes} nodes, {elements} elements, {dofs} free dofs; {modes} modes");
+    let frequencies = || mode_table.iter().map(|row| row.frequency_hz);
+    let [first, last] = [frequencies().fold(f64::INFINITY, f64::min), frequencies().fold(0.0, f64::max)];
+    let m = file.metadata();
+    println!(
+        "natural frequencies {} to {}; time step {}{}",
+        hertz(first),
+        hertz(last),
+        duration(m.time_step),
+        if m.scheme.is_exact() { ", exact at any step" } else { "" }
+    );
+    Accuracy::of(file)?.lines().iter().for_each(|line| println!("{line}"));
+    let seconds = report.timings.iter().map(|timing| timing.seconds).sum();
+    let path = path.display();
+    println!("wrote {path} ({}) in {}", bytes(report.file_bytes), duration(seconds));
+    Ok(())
 }
 
-/// Prints a build's report.
+/// Prints a build's report: modes, certificate, stages.
 pub(crate) fn print_report(report: &BuildReport) {
     println!(
         "{} nodes, {} elements, {} free dofs; {} snapshots; {} modes; {:.1} steps per first period",
@@ -38,19 +60,7 @@ pub(crate) fn print_report(report: &BuildReport) {
         report.modes,
         report.steps_per_first_period
     );
-    println!("\nmode  frequency [Hz]  energy     damping: material  scheme     period");
-    for (k, row) in report.mode_table.iter().enumerate() {
-        // Natural modes have no share of the energy of any snapshots.
-        let energy = if row.energy.is_nan() { "-".into() } else { format!("{:.2e}", row.energy) };
-        println!(
-            "{:>4}  {:>14.6}  {energy:>9}  {:>17.3e}  {:>9.2e}  {:>+9.2e}",
-            k + 1,
-            row.frequency_hz,
-            row.physical_damping,
-            row.numerical_damping,
-            row.period_elongation
-        );
-    }
+    print_modes(&report.mode_table);
     if let Some(large) = &report.large {
         print_large(large);
         print_mesh_error(report);
@@ -96,6 +106,31 @@ fn print_mesh_error(report: &BuildReport) {
     if let Some(estimate) = &report.mesh_error {
         println!();
         mesh_error::lines(estimate).iter().for_each(|line| println!("{line}"));
+    }
+}
+
+/// Prints the table of modes, without columns that say nothing: natural modes have no share of the energy of
+/// snapshots, and exact steps neither damp nor stretch.
+fn print_modes(table: &[ModeRow]) {
+    type Column = (&'static str, fn(&ModeRow) -> String);
+    let all: [Column; 5] = [
+        ("frequency [Hz]", |row| format!("{:.6}", row.frequency_hz)),
+        ("energy", |row| format!("{:.2e}", row.energy)),
+        ("damping ratio", |row| format!("{:.3e}", row.physical_damping)),
+        ("of the scheme", |row| format!("{:.2e}", row.numerical_damping)),
+        ("period", |row| format!("{:+.2e}", row.period_elongation)),
+    ];
+    let columns = all.into_iter().filter(|(name, _)| match *name {
+        "energy" => table.iter().any(|row| !row.energy.is_nan()),
+        "of the scheme" => table.iter().any(|row| row.numerical_damping != 0.0),
+        "period" => table.iter().any(|row| row.period_elongation != 0.0),
+        _ => true,
+    });
+    let columns: Vec<Column> = columns.collect();
+    let line = |cells: Vec<String>| cells.iter().map(|cell| format!("  {cell:>14}")).collect::<String>();
+    println!("\nmode{}", line(columns.iter().map(|(name, _)| name.to_string()).collect()));
+    for (k, row) in table.iter().enumerate() {
+        println!("{:>4}{}", k + 1, line(columns.iter().map(|(_, value)| value(row)).collect()));
     }
 }
 
@@ -204,10 +239,7 @@ pub(crate) fn print_verification(v: &Verification) {
         println!("stress                 {error:.3e}  (largest von Mises of the difference, of the largest)");
     }
     if let Some(bound) = &v.bound {
-        println!(
-            "error of any point load: median {:.1e}, 95th percentile {:.1e}, worst {:.1e} ({}, without the static part)",
-            bound.median, bound.p95, bound.worst, bound.kind
-        );
+        println!("{} (without residual flexibility)", bound_words(bound));
     }
     println!("spectral radius        1 {:+.2e}", v.spectral_radius - 1.0);
     println!(

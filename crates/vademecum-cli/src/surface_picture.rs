@@ -27,6 +27,18 @@ fn color(place: f64) -> [f64; 3] {
     [0, 1, 2].map(|c| f64::from(RAMP[left][c]) * (1.0 - share) + f64::from(RAMP[left + 1][c]) * share)
 }
 
+/// Draws a surface that moves, by values from 0 to 1 of its nodes.
+pub(crate) fn shape(title: &str, values: &[f64], nodes: &[[f64; 3]], triangles: &[[u32; 3]]) -> DrawResult {
+    let shade = |t: &[u32; 3]| {
+        let sum: f64 = t.iter().filter_map(|&node| values.get(node as usize)).sum();
+        Some((sum / 3.0 * SHADES as f64).round() as usize)
+    };
+    let all = triangles.iter().map(|t| (t.map(|node| nodes[node as usize]), shade(t)));
+    let mut svg = surface(title, all.collect())?;
+    svg.push_str("</svg>\n");
+    Ok(svg)
+}
+
 /// Draws the triangles of a surface that face the viewer: those that can be loaded in the colour of the mean
 /// place of their nodes' values, the others grey. `values` are of the first nodes, and a node of value zero
 /// says nothing, since no push moves it; `words` says a value.
@@ -50,7 +62,18 @@ pub(crate) fn colored(
     };
     let colored = loadable.iter().map(|t| (corners(t), shade(t)));
     let grey = others.iter().map(|t| (corners(t), None));
-    let mut facing: Vec<_> = colored.chain(grey).filter(|(triangle, _)| faces_viewer(triangle)).collect();
+    let mut svg = surface(title, colored.chain(grey).collect())?;
+    legend(&mut svg, &scale, words)?;
+    svg.push_str("</svg>\n");
+    Ok(svg)
+}
+
+/// A triangle and its shade; grey without one.
+type Shaded = ([[f64; 3]; 3], Option<usize>);
+
+/// The beginning of a picture: its title and the triangles that face the viewer.
+fn surface(title: &str, all: Vec<Shaded>) -> DrawResult {
+    let mut facing: Vec<Shaded> = all.into_iter().filter(|(triangle, _)| faces_viewer(triangle)).collect();
     let distance = |t: &[[f64; 3]; 3]| t.iter().flatten().sum::<f64>();
     facing.sort_by(|a, b| distance(&a.0).total_cmp(&distance(&b.0)));
     let frame = Frame::around(facing.iter().flat_map(|(triangle, _)| *triangle).map(project));
@@ -63,7 +86,7 @@ pub(crate) fn colored(
          <text x=\"20\" y=\"26\" font-family=\"sans-serif\" font-size=\"16\">{title}</text>\n\
          <g stroke=\"#223\" stroke-opacity=\".3\" stroke-width=\".5\">\n"
     );
-    let look = |(triangle, shade): &([[f64; 3]; 3], Option<usize>)| (light(triangle), *shade);
+    let look = |(triangle, shade): &Shaded| (light(triangle), *shade);
     for same in facing.chunk_by(|a, b| look(a) == look(b)) {
         let (light, shade) = look(&same[0]);
         // A little of the light, so that the shape is seen and the colour is read.
@@ -78,8 +101,6 @@ pub(crate) fn colored(
         svg.push_str("\"/>\n");
     }
     svg.push_str("</g>\n");
-    legend(&mut svg, &scale, words)?;
-    svg.push_str("</svg>\n");
     Ok(svg)
 }
 

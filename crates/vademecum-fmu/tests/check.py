@@ -91,6 +91,7 @@ def last_digit(x):
 def as_the_program_runs():
     with open(table) as file:
         head, *rows = csv.reader(file)
+    head = [name.split(" [")[0] for name in head]
     rows = numpy.array(rows, dtype=float)
     names = [f"force.tip.{c}" for c in "xyz"] + ["pattern.gravity"]
     signal = numpy.zeros(len(rows), dtype=[("time", "f8")] + [(name, "f8") for name in names])
@@ -120,6 +121,7 @@ def as_the_program_throws():
     """A free beam: where it is, how it is turned, and its end in space, as the table of the program has them."""
     with open(flown) as file:
         head, *rows = csv.reader(file)
+    head = [name.split(" [")[0] for name in head]
     rows = numpy.array(rows, dtype=float)
     start = {f"body_velocity.{c}": v for c, v in zip("xyz", [1.0, 0.0, 3.0])}
     start |= {f"body_angular_velocity.{c}": v for c, v in zip("xyz", [2.0, 20.0, 0.0])}

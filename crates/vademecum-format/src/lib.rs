@@ -43,7 +43,7 @@
 //! # }
 //! ```
 //!
-//! # The longest ways through
+//! # Common tasks
 //!
 //! - **Reading.** [`File::parse`], [`File::metadata`], [`File::section`], [`Section::verify`],
 //!   [`Section::numbers`], and [`Numbers::iter`], [`Numbers::row`] or [`Numbers::get`]. [`File::verify_all`]

@@ -21,7 +21,8 @@ def by_the_program(scenario: Path) -> dict[str, list[float]]:
     subprocess.run([program, "--quiet", "run", path, "--scenario", scenario, "-o", out], check=True, stdout=subprocess.DEVNULL)
     with (out / "probes.csv").open() as table:
         rows = list(csv.reader(table))
-    return {name: [float(row[column]) for row in rows[1:]] for column, name in enumerate(rows[0])}
+    names = [name.split(" [")[0] for name in rows[0]]
+    return {name: [float(row[column]) for row in rows[1:]] for column, name in enumerate(names)}
 
 
 def printed(values: np.ndarray) -> list[float]:

@@ -34,7 +34,7 @@ def test_a_run_has_the_numbers_of_the_program(beam, block_beam, program, tmp_pat
         table = np.genfromtxt(tmp_path / "out/probes.csv", delimiter=",", names=True)
         played = file.run(scenario)
         assert len(played.time) == 501 and played.values.any()
-        columns = {"time_s": played.time, "energy_J": played.energy, **played.probes}
+        columns = {"time_s": played.time, "energy_J": played.energy, **{f"{name}_m": column for name, column in played.probes.items()}}
         assert tuple(columns) == table.dtype.names
         for name, column in columns.items():
             assert [float(f"{value:.9e}") for value in column] == table[name].tolist(), name

@@ -11,6 +11,15 @@ use vademecum_rewrite::{decode, default_limit};
 
 use crate::error::FileError;
 
+/// Units of a file whose numbers are m, s, N, J and Pa.
+pub(crate) const SI: &str = "SI: m, kg, s, N, Pa";
+
+/// True of a file in SI units.
+#[must_use]
+pub fn is_si(file: &File<'_>) -> bool {
+    file.metadata().units == SI
+}
+
 /// Limit on the decoded size of a section. A caller who allows more hands over a file that is raw already.
 fn limit(file: &File<'_>) -> u64 {
     default_limit(file.bytes().len())

@@ -112,7 +112,7 @@ pub enum StudyError {
     /// The stress of an element cannot be taken.
     #[error("the stress of an element")]
     Stress(#[from] ElementError),
-    /// The full order has no answer to a force that swings.
+    /// The full order has no response to a harmonic force.
     #[error(transparent)]
     Harmonic(#[from] HarmonicError),
     /// The scenario has a probe of a name that the file has.

@@ -1,12 +1,11 @@
-//! Frequency response: how a body answers a force that swings, in closed form from the modes of a file.
+//! Frequency response: the response of a body to a harmonic force, in closed form from the modes of a file.
 //!
 //! In the reduced coordinates a force `F e^{iωt}` gives `ζ = (K_r + iω C_r − ω² M_r)⁻¹ Bᵀ F`, and the
 //! displacement along an output is `b · ζ + R/(1 + iωβ)`: what the modes leave out of the static answer, as
 //! in the mode acceleration method, behind its force by the damping `βK` of the truncated modes. Velocity
 //! and acceleration are `iω` and `−ω²` times that.
 
-use std::fmt;
-use std::str::FromStr;
+mod channel;
 
 use faer::linalg::solvers::Solve;
 use faer::linalg::triangular_solve::solve_lower_triangular_in_place;
@@ -16,69 +15,17 @@ use vademecum_build::dynamics::harmonic;
 use vademecum_build::input::Problem;
 use vademecum_build::prepared::prepare;
 use vademecum_build::progress::{Listener, Stopwatch};
-use vademecum_build::suggest::did_you_mean;
-use vademecum_eval::{Body, Field, SceneOptions, Surface, SurfacePoint};
+use vademecum_eval::{Body, Field, SceneOptions, SurfacePoint};
 use vademecum_format::{File, SectionKind};
 
+pub use channel::Channel;
+use channel::{ResponsePoint, Side, place, row};
+
 use crate::contents::{lines, numbers};
-use crate::error::{FileError, StudyError, place as written};
-use crate::near::{reach, within};
+use crate::error::{FileError, StudyError};
 use crate::parameters::setting;
 use crate::player::{Playable, elastic, elastic_with_fields, with_body};
 use crate::verify::file_nodes;
-
-/// A point of the surface and a direction, a probe, or a load pattern: where a force acts, or what is read.
-#[derive(Clone, Debug, PartialEq)]
-pub enum Channel {
-    /// The loadable point nearest to this one \[m\], along a direction, which need not have length 1.
-    Point([f64; 3], [f64; 3]),
-    /// A probe (as an output) or a load pattern (as an input), by its name.
-    Named(String),
-}
-
-impl FromStr for Channel {
-    type Err = ChannelError;
-
-    /// `X,Y,Z,DIRECTION` or a name. A direction is `x`, `-x`, `y`, `-y`, `z`, `-z`, or three numbers.
-    fn from_str(text: &str) -> Result<Self, ChannelError> {
-        let parts: Vec<&str> = text.split(',').map(str::trim).collect();
-        let number = |part: &&str| part.parse::<f64>().ok().filter(|x| x.is_finite());
-        let numbers: Vec<Option<f64>> = parts.iter().map(number).collect();
-        let three =
-            |at: usize| -> Option<[f64; 3]> { Some([numbers[at]?, numbers[at + 1]?, numbers[at + 2]?]) };
-        let direction = match parts.len() {
-            1 if !text.is_empty() => return Ok(Self::Named(text.into())),
-            4 => {
-                let (sign, axis) = match parts[3].strip_prefix('-') {
-                    Some(axis) => (-1.0, axis),
-                    None => (1.0, parts[3].trim_start_matches('+')),
-                };
-                let axis = ["x", "y", "z"].iter().position(|known| *known == axis);
-                axis.map(|axis| std::array::from_fn(|c| if c == axis { sign } else { 0.0 }))
-            }
-            6 => three(3).filter(|direction| direction.iter().any(|c| *c != 0.0)),
-            _ => None,
-        };
-        let point = if parts.len() > 3 { three(0) } else { None };
-        let found = point.zip(direction).map(|(point, direction)| Self::Point(point, direction));
-        found.ok_or_else(|| ChannelError(text.into()))
-    }
-}
-
-impl fmt::Display for Channel {
-    /// As a column is named: without commas.
-    fn fmt(&self, out: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            Self::Named(name) => out.write_str(name),
-            Self::Point([x, y, z], [u, v, w]) => write!(out, "({x} {y} {z}) along ({u} {v} {w})"),
-        }
-    }
-}
-
-/// A text that is no channel.
-#[derive(Clone, Debug, PartialEq, thiserror::Error)]
-#[error("`{0}` is no channel; write X,Y,Z,DIRECTION such as 1,0.04,0.1,-z or 1,0.04,0.1,0,0,-1, or a name")]
-pub struct ChannelError(String);
 
 /// Request for a frequency response.
 #[derive(Clone, Debug)]
@@ -149,6 +96,8 @@ pub struct FrequencyResponse {
     /// Outputs without the contribution of the truncated modes: points of the surface away from the force,
     /// in a file without the factor of its stiffness.
     pub by_modes_alone: Vec<usize>,
+    /// True of a load pattern as the input; false of a force of 1 N.
+    pub by_pattern: bool,
 }
 
 /// Largest amplitude of an output.
@@ -256,90 +205,6 @@ impl ModalModel {
     }
 }
 
-/// Side of a channel; decides among which names it is looked up.
-#[derive(Clone, Copy)]
-enum Side {
-    Input,
-    Output,
-}
-
-impl Side {
-    const fn what(self) -> &'static str {
-        match self {
-            Self::Input => "load pattern",
-            Self::Output => "probe",
-        }
-    }
-
-    /// The section with the names, and that with a row of the basis for each.
-    const fn sections(self) -> [SectionKind; 2] {
-        match self {
-            Self::Input => [SectionKind::PatternNames, SectionKind::PatternBasis],
-            Self::Output => [SectionKind::ProbeNames, SectionKind::ProbeRows],
-        }
-    }
-}
-
-/// A channel of a file.
-enum ResponsePoint {
-    Point(SurfacePoint, [f64; 3]),
-    /// The number of a load pattern (as an input) or of a probe (as an output).
-    Named(usize),
-}
-
-/// Finds a channel in a file.
-fn place(file: &File<'_>, channel: &Channel, side: Side) -> Result<ResponsePoint, StudyError> {
-    match channel {
-        Channel::Point(point, direction) => {
-            let found = Surface::new(file).map_err(FileError::from)?.locate(*point);
-            let found = found.ok_or(FileError::NoSurface)?;
-            let found = within(file, reach(file)?, found, || format!("the point {}", written(*point)))?;
-            let length = direction.iter().map(|c| c * c).sum::<f64>().sqrt();
-            Ok(ResponsePoint::Point(found, direction.map(|c| c / length)))
-        }
-        Channel::Named(name) => {
-            let known = lines(file, side.sections()[0])?;
-            let index = known.iter().position(|known| known == name);
-            let index = index.ok_or_else(|| StudyError::NoChannel {
-                name: name.clone(),
-                what: side.what(),
-                known: listed(&known) + &did_you_mean(name, known.iter().map(String::as_str)),
-            })?;
-            Ok(ResponsePoint::Named(index))
-        }
-    }
-}
-
-fn listed(names: &[String]) -> String {
-    let quoted: Vec<String> = names.iter().map(|name| format!("`{name}`")).collect();
-    if quoted.is_empty() { "none".into() } else { quoted.join(", ") }
-}
-
-/// The row of the basis that belongs to a channel.
-fn row(file: &File<'_>, placed: &ResponsePoint, side: Side) -> Result<Vec<f64>, FileError> {
-    let r = file.metadata().n_modes as usize;
-    match placed {
-        ResponsePoint::Named(index) => {
-            let [_, kind] = side.sections();
-            let rows = numbers(file, kind)?;
-            rows.get(index * r..(index + 1) * r).map(<[f64]>::to_vec).ok_or(FileError::Missing { kind })
-        }
-        ResponsePoint::Point(point, direction) => {
-            let kind = SectionKind::SurfaceBasis;
-            let rows = numbers(file, kind)?;
-            let mut sum = vec![0.0; r];
-            for (node, weight) in point.place.entries() {
-                for (c, along) in direction.iter().enumerate() {
-                    let start = (3 * node as usize + c) * r;
-                    let row = rows.get(start..start + r).ok_or(FileError::Missing { kind })?;
-                    sum.iter_mut().zip(row).for_each(|(sum, x)| *sum += weight * along * x);
-                }
-            }
-            Ok(sum)
-        }
-    }
-}
-
 /// Residual flexibility of each output to a unit load at the input \[m/N\], and the outputs for which the
 /// file does not have it. Without stiffness-proportional damping the residual follows its load at once, so
 /// it is read there where the structure of the step allows it.
@@ -430,6 +295,7 @@ struct BoundResponse {
     rest: Vec<f64>,
     /// Outputs whose `R` the file does not have.
     unknown: Vec<usize>,
+    by_pattern: bool,
     /// Time constant of the truncated modes \[s\].
     beta: f64,
     quantity: Quantity,
@@ -445,7 +311,8 @@ impl BoundResponse {
         let rows = outputs.iter().map(|output| row(file, output, Side::Output)).collect::<Result<_, _>>()?;
         let (rest, unknown) = static_rest(file, options, &input, &outputs)?;
         let beta = options.beta.unwrap_or(file.metadata().beta);
-        Ok(Self { reduced, force, rows, rest, unknown, beta, quantity: question.quantity })
+        let by_pattern = matches!(input, ResponsePoint::Named(_));
+        Ok(Self { reduced, force, rows, rest, unknown, by_pattern, beta, quantity: question.quantity })
     }
 
     /// Answer of each output at a frequency \[Hz\], and the same by the modes alone.
@@ -559,10 +426,10 @@ pub fn frequency_response(
     let peaks = values.iter().enumerate();
     let peaks = peaks.filter_map(|(i, values)| bound.peak(i, &question.frequencies, values)).collect();
     // Rayleigh quotients; with live regions the modes turn a little.
-    let BoundResponse { reduced, force, unknown, .. } = bound;
+    let BoundResponse { reduced, force, unknown, by_pattern, .. } = bound;
     let highest = (0..force.len()).map(|k| reduced.stiffness[(k, k)] / reduced.mass[(k, k)]);
     let highest_mode_hz = highest.fold(0.0, f64::max).sqrt() / std::f64::consts::TAU;
-    Ok(FrequencyResponse { values, by_modes, highest_mode_hz, peaks, by_modes_alone: unknown })
+    Ok(FrequencyResponse { values, by_modes, highest_mode_hz, peaks, by_modes_alone: unknown, by_pattern })
 }
 
 /// Distance of a response from direct full-order solves, over all outputs and frequencies; each

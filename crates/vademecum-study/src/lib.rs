@@ -27,6 +27,7 @@ pub mod run;
 pub mod scenario;
 mod scenario_loads;
 pub mod separation;
+pub mod shapes;
 pub mod soundness;
 pub mod starter;
 mod statistics;
@@ -37,6 +38,7 @@ pub mod sweep;
 pub mod target;
 pub mod timings;
 mod truth;
+mod under_contacts;
 pub mod verify;
 
 pub use error::{FileError, StudyError};

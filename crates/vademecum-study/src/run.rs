@@ -1,19 +1,20 @@
 //! A scenario through a file, and what its output plan asks to be shown of it.
 
-use vademecum_build::input::{OWN_COLUMNS, ProbeEntry};
+use vademecum_build::input::OWN_COLUMNS;
 use vademecum_build::progress::{Cancelled, Listener};
 use vademecum_eval::{Field, Tensor};
 use vademecum_format::{File, SectionKind};
 use vademecum_rewrite::RewriteError;
 
-use crate::contents::{Geometry, lines};
+use crate::contents::{Geometry, is_si, lines};
 use crate::error::{FileError, LARGE_MOTION, StudyError};
 use crate::notes::notes;
 use crate::pace::Pace;
 use crate::player::{PlayOptions, Playable, Track, play, play_free};
-use crate::probes::{self, PlacedProbe};
-use crate::scenario::{FieldChoice, FreeEntry, OutputPlan, STEPS_OF_A_RUN, Scenario, Total};
+use crate::probes::{self, PlacedProbe, ProbeReader};
+use crate::scenario::{FieldChoice, FreeEntry, OutputPlan, OutputProbe, STEPS_OF_A_RUN, Scenario, Total};
 use crate::stress::{LargestStress, StressPlace, Stresses};
+use crate::under_contacts::UnderContacts;
 
 /// A scenario bound to a file, ready to be played.
 pub struct Run<'a> {
@@ -24,6 +25,11 @@ pub struct Run<'a> {
     track: Track,
     probes: Vec<PlacedProbe>,
     names: Vec<String>,
+    /// Units of the file's own probes, see [`SectionKind::ProbeUnits`].
+    probe_units: Vec<String>,
+    contacts: Option<UnderContacts>,
+    /// Start and end of each load \[s\].
+    acting: Vec<[f64; 2]>,
     stresses: Stresses,
     supports: Vec<String>,
     /// Step \[s\].
@@ -49,7 +55,8 @@ pub struct Moment<'a> {
 pub struct ProbeRow<'a> {
     /// Energy \[J\].
     pub energy: f64,
-    /// Displacement of each probe \[m\], strain of each gauge, then each stress \[Pa\].
+    /// Displacement of each probe \[m\] (of a scenario's probe its own quantity), strain of each gauge, then
+    /// each stress \[Pa\].
     pub values: &'a [f64],
     /// The numbers of [`Run::flight_columns`] of a free body that was thrown; none of any other.
     pub flight: &'a [f64],
@@ -59,6 +66,8 @@ pub struct ProbeRow<'a> {
     pub reactions: &'a [[f64; 6]],
     /// The values of [`Run::quantities`].
     pub quantities: &'a [f64],
+    /// Displacement under each contact \[m\]; none unless the scenario asks for it.
+    pub contacts: &'a [[f64; 3]],
 }
 
 /// Fields at an instant, shape (nodes, 3), over the nodes of [`Run::geometry`]. Those of a free body that was
@@ -105,7 +114,8 @@ impl<'a> Run<'a> {
         }
         looks.iter().chain(&stress_looks).for_each(|note| listener.note(note));
         let supports = lines(file, SectionKind::SupportNames)?;
-        if names.is_empty() && supports.is_empty() {
+        let contacts = plan.contacts.then(|| UnderContacts::of(&track));
+        if names.is_empty() && supports.is_empty() && contacts.is_none() {
             listener.note(
                 "neither the file nor the scenario has a probe, so the table has time and energy only; add \
                  `[[output.probe]]` to the scenario",
@@ -135,28 +145,19 @@ impl<'a> Run<'a> {
             track,
             probes,
             names,
+            probe_units: lines(file, SectionKind::ProbeUnits)?,
+            contacts,
+            acting: scenario.acting(),
             stresses,
             supports,
             time_step,
             steps,
         };
-        match twice(run.columns()) {
+        let names = run.columns().into_iter().map(|(name, _)| name);
+        match twice(OWN_COLUMNS.map(String::from).into_iter().chain(names).collect()) {
             Some(name) => Err(StudyError::ColumnTwice { name }),
             None => Ok(run),
         }
-    }
-
-    /// Names of all columns of the table of probes, in their order.
-    pub fn columns(&self) -> Vec<String> {
-        let of_support = |support: &String| {
-            ["fx", "fy", "fz", "mx", "my", "mz"].map(|part| format!("reaction.{support}.{part}"))
-        };
-        let of_quantity = |Total(quantity): &Total| {
-            format!("{}_{}", quantity.name(), quantity.unit(Field::Displacement).unwrap_or_default())
-        };
-        let own = OWN_COLUMNS.map(String::from).into_iter().chain(self.names.iter().cloned());
-        let reactions = self.supports.iter().flat_map(of_support).chain(self.flight_columns());
-        own.chain(reactions).chain(self.plan.quantities.iter().map(of_quantity)).collect()
     }
 
     /// Names of the outputs of a free body that was thrown, behind its probes: none of any other.
@@ -166,7 +167,7 @@ impl<'a> Run<'a> {
         }
         let own = ["rigid energy_J", "centre x", "centre y", "centre z", "q_w", "q_x", "q_y", "q_z"];
         let of_probe =
-            |probe: &ProbeEntry| ["x", "y", "z"].map(|axis| format!("{} in space {axis}", probe.name));
+            |probe: &OutputProbe| ["x", "y", "z"].map(|axis| format!("{} in space {axis}", probe.name));
         own.map(String::from).into_iter().chain(self.plan.probes.iter().flat_map(of_probe)).collect()
     }
 
@@ -181,6 +182,44 @@ impl<'a> Run<'a> {
             out.extend(motion.place(rigid, probe.position, probe.displacement(body)?));
         }
         Ok(())
+    }
+
+    /// Name and unit of each column of [`ProbeRow`] behind time and energy, in order: probes, reactions,
+    /// flight, quantities, contacts. The unit is `1` of what has none, and empty where it is not known or
+    /// stands in the name.
+    pub fn columns(&self) -> Vec<(String, &'static str)> {
+        let si = is_si(self.file);
+        let known = |unit: &'static str| if si || unit == "1" { unit } else { "" };
+        let (added, stresses) = (self.probes.len(), self.stresses.n_columns());
+        let built = self.names.len() - added - stresses;
+        let unit = |probe: usize| match probe.checked_sub(built) {
+            None if self.probe_units.get(probe).is_some_and(|unit| unit == "1") => "1",
+            None => "m",
+            Some(place) if place < added => self.probes[place].unit(),
+            Some(_) => "Pa",
+        };
+        let probes = self.names.iter().enumerate().map(|(i, name)| (name.clone(), known(unit(i))));
+        let parts = [("fx", "N"), ("fy", "N"), ("fz", "N"), ("mx", "N m"), ("my", "N m"), ("mz", "N m")];
+        let reaction =
+            |support: &String| parts.map(|(part, unit)| (format!("reaction.{support}.{part}"), known(unit)));
+        let place = |name: &str| if name.starts_with("q_") { "1" } else { "m" };
+        let flight = self.flight_columns().into_iter().map(|name| {
+            let unit = if name.ends_with("_J") { "" } else { place(&name) };
+            (name, known(unit))
+        });
+        let totals = self.plan.quantities.iter().map(|&Total(quantity)| {
+            let unit = quantity.unit(Field::Displacement).unwrap_or_default();
+            (format!("{}_{unit}", quantity.name()), "")
+        });
+        let under = |contact| ["x", "y", "z"].map(|axis| (format!("contact.{contact}.{axis}"), known("m")));
+        let contacts = 0..self.contacts.as_ref().map_or(0, UnderContacts::len);
+        let reactions = self.supports.iter().flat_map(reaction);
+        probes.chain(reactions).chain(flight).chain(totals).chain(contacts.flat_map(under)).collect()
+    }
+
+    /// Start and end of each load \[s\].
+    pub fn acting(&self) -> &[[f64; 2]] {
+        &self.acting
     }
 
     /// Names of the probes: those of the file, then those of the scenario, then its stresses.
@@ -293,8 +332,10 @@ fn built_probes(file: &File<'_>) -> Result<Vec<String>, FileError> {
 }
 
 /// Memory for what is shown of an instant.
-struct InstantBuffers {
+struct InstantBuffers<'a> {
+    added: ProbeReader<'a>,
     probes: Vec<f64>,
+    contacts: Vec<[f64; 3]>,
     stresses: Vec<Tensor>,
     stress: Vec<f64>,
     von_mises: Vec<f64>,
@@ -307,12 +348,14 @@ struct InstantBuffers {
     nodes: Vec<[f64; 3]>,
 }
 
-impl InstantBuffers {
-    fn new(run: &Run<'_>) -> Self {
+impl<'a> InstantBuffers<'a> {
+    fn new(run: &'a Run<'_>) -> Self {
         let n_fields = if run.plan.fields_every > 0 { 3 * run.n_field_nodes() } else { 0 };
         let n_stress = if run.stresses.places.is_empty() { 0 } else { n_fields / 3 };
         Self {
+            added: ProbeReader::new(&run.probes, run.file.metadata().n_surface_nodes as usize, run.time_step),
             probes: vec![0.0; run.names.len()],
+            contacts: vec![[0.0; 3]; run.contacts.as_ref().map_or(0, UnderContacts::len)],
             stresses: vec![Tensor::default(); run.stresses.places.len()],
             stress: vec![0.0; 6 * n_stress],
             von_mises: vec![0.0; n_stress],
@@ -340,6 +383,7 @@ impl InstantBuffers {
                 *value = body.stress(point)?;
             }
         }
+        self.added.follow(body)?;
         let mut energy = None;
         if asked(probes_every) {
             energy = Some(body.energy()?);
@@ -348,9 +392,18 @@ impl InstantBuffers {
             for (probe, value) in self.probes.iter_mut().enumerate() {
                 *value = match probe.checked_sub(built) {
                     None => body.probe(probe)?,
-                    Some(place) if place < added => run.probes[place].value(body)?,
+                    Some(place) if place < added => continue,
                     Some(place) => run.stresses.column(place - added, &self.stresses),
                 };
+            }
+            self.added.read(body, &mut self.probes[built..built + added])?;
+            if let Some(contacts) = &run.contacts {
+                contacts.read(body, time, &mut self.contacts)?;
+                for &part in self.contacts.as_flattened() {
+                    check(step, run.time_step, body.zeta(), part, || {
+                        "the displacement under a contact".into()
+                    })?;
+                }
             }
             for (support, reaction) in self.reactions.iter_mut().enumerate() {
                 *reaction = body.reaction(support)?;
@@ -409,6 +462,7 @@ impl InstantBuffers {
                 largest_stress,
                 reactions,
                 quantities: &self.quantities,
+                contacts: &self.contacts,
             }),
             stress: with_stress.then_some(stresses),
             fields: with_fields.then_some(Fields { displacement, velocity, stress: [stress, von_mises] }),
@@ -430,7 +484,7 @@ pub(crate) fn finite(
 ) -> Result<(), StudyError> {
     for (probe, &value) in probes.iter().enumerate() {
         let name = names.get(probe).map_or("", String::as_str);
-        check(step, time_step, zeta, value, || format!("the displacement of probe `{name}`"))?;
+        check(step, time_step, zeta, value, || format!("the value of probe `{name}`"))?;
     }
     check(step, time_step, zeta, energy, || "the energy".into())
 }

@@ -17,9 +17,10 @@ use tables::{Columns, LARGEST, Tables};
 
 pub(crate) use check::MAX_LOADS;
 pub use entries::{
-    BaseEntry, ContactEntry, FieldChoice, FreeEntry, OutputPlan, PatternUse, Scenario, SinusoidEntry, Total,
+    BaseEntry, ContactEntry, FieldChoice, FreeEntry, OutputPlan, OutputProbe, PatternUse, Scenario,
+    SinusoidEntry, Total,
 };
-pub(crate) use entries::{StressEntry, StressQuantity};
+pub(crate) use entries::{ProbePlace, ProbeQuantity, StressEntry, StressQuantity};
 pub use tables::Rows;
 
 /// Most steps that a march can have: beyond, `n Δt` no longer tells one instant from the next.

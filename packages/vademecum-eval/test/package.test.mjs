@@ -46,7 +46,7 @@ test("a body moves as `vademecum run` moves it", async () => {
   let largest = 0;
   for (const row of rows.slice(1, 100)) {
     assert.equal(body.step(), "moving");
-    const [wanted, energy] = ["tip", "energy_J"].map((name) => Number(row[head.indexOf(name)]));
+    const [wanted, energy] = ["tip [m]", "energy_J"].map((name) => Number(row[head.indexOf(name)]));
     // The table has ten digits.
     const digit = (x) => 10 ** (Math.floor(Math.log10(Math.abs(x))) - 9);
     assert.ok(Math.abs(body.probe("tip") - wanted) <= digit(wanted), `${body.probe("tip")} ${wanted}`);

@@ -391,8 +391,8 @@ fn the_program_builds_throws_and_tells_of_a_free_body() {
     let ran = vademecum(&["run", &file, "--scenario", &path("throw.toml"), "-o", &out]);
     assert_eq!(ran.code, Some(0), "{}", ran.stderr);
     let table = std::fs::read_to_string(folder.path().join("out/probes.csv")).expect("a table");
-    let head = "time_s,energy_J,end,rigid energy_J,centre x,centre y,centre z,q_w,q_x,q_y,q_z,end in space x,end in \
-                space y,end in space z";
+    let head = "time_s,energy_J,end [m],rigid energy_J,centre x [m],centre y [m],centre z [m],q_w [1],q_x [1],q_y [1],q_z [1],end \
+                in space x [m],end in space y [m],end in space z [m]";
     assert_eq!(table.lines().next(), Some(head));
     let last: Vec<f64> =
         table.lines().last().expect("rows").split(',').map(|x| x.parse().expect("a number")).collect();
@@ -498,7 +498,8 @@ fn a_load_on_a_body_that_flies_acts_by_its_integral_over_the_step() {
         assert!(!ran.stderr.contains("moves nothing"), "{}", ran.stderr);
         let table = std::fs::read_to_string(folder.path().join("out/probes.csv")).expect("a table");
         let head: Vec<&str> = table.lines().next().expect("a head").split(',').collect();
-        let column = head.iter().position(|name| *name == "centre z").unwrap_or_else(|| panic!("{head:?}"));
+        let column =
+            head.iter().position(|name| *name == "centre z [m]").unwrap_or_else(|| panic!("{head:?}"));
         let z: Vec<f64> = table
             .lines()
             .skip(1)

@@ -460,7 +460,7 @@ fn the_page_does_what_it_says() {
     assert_eq!(ran.json()["supports"], serde_json::json!(["left", "right"]));
     let table = std::fs::read_to_string(folder.path().join("out/probes.csv")).expect("a table");
     let head: Vec<&str> = table.lines().next().expect("names").split(',').collect();
-    assert_eq!(head[2..5], ["reaction.left.fx", "reaction.left.fy", "reaction.left.fz"]);
+    assert_eq!(head[2..5], ["reaction.left.fx [N]", "reaction.left.fy [N]", "reaction.left.fz [N]"]);
     assert_eq!(head.len(), 2 + 12);
     let last: Vec<f64> =
         table.lines().last().expect("rows").split(',').map(|x| x.parse().expect("a number")).collect();

@@ -361,7 +361,7 @@ fn the_program_shows_stress_and_compares_it_with_the_full_order() {
     let most = table.lines().filter_map(equivalent).fold(0.0, f64::max);
     assert!(largest > 100.0 && most <= largest * (1.0 + 1e-9) && most > 0.5 * largest, "{most} {largest}");
     let probes = std::fs::read_to_string(at("out/probes.csv")).expect("a table");
-    assert!(probes.starts_with("time_s,energy_J,along,across,top,xx\n"), "{probes:.80}");
+    assert!(probes.starts_with("time_s,energy_J,along [1],across [1],top [Pa],xx [Pa]\n"), "{probes:.80}");
     let field = std::fs::read(at("out/field-000001.vtu")).expect("a field");
     let head = String::from_utf8_lossy(&field[..2000]).into_owned();
     assert!(head.contains("Name=\"stress\" NumberOfComponents=\"6\"") && head.contains("Name=\"von_mises\""));

@@ -269,9 +269,14 @@ fn the_program_steps_no_scene() {
 }
 
 /// Functions of numbers that the program may call: file below its `src`, function, what it is for.
-const FORMATTING: [(&str, &str, &str); 5] = [
-    ("pictures.rs", "log10", "ticks of a logarithmic axis"),
-    ("pictures.rs", "powf", "ticks of a logarithmic axis"),
+const FORMATTING: [(&str, &str, &str); 10] = [
+    ("pictures.rs", "powf", "margins of a logarithmic axis"),
+    ("pictures/axis.rs", "ln", "places on a logarithmic axis"),
+    ("pictures/axis.rs", "log10", "ticks of an axis"),
+    ("pictures/axis.rs", "powf", "ticks of an axis"),
+    ("pictures/axis.rs", "powi", "ticks of an axis"),
+    ("words.rs", "log10", "digits of a printed time"),
+    ("words.rs", "powi", "digits of a printed time"),
     ("outline.rs", "sqrt", "the shade of a triangle, the direction of an arrow"),
     ("cmd/report/page.rs", "log10", "digits of a printed ratio"),
     ("cmd/report/page.rs", "powf", "digits of a printed ratio"),

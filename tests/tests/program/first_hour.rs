@@ -118,7 +118,7 @@ fn a_scenario_brings_probes_of_its_own() {
     assert!(ran.stderr.contains(expected), "{}", ran.stderr);
     let table = std::fs::read_to_string(folder.path().join("probed/probes.csv")).expect("rows");
     let mut lines = table.lines();
-    assert_eq!(lines.next(), Some("time_s,energy_J,tip,inside"));
+    assert_eq!(lines.next(), Some("time_s,energy_J,tip [m],inside [m]"));
     let last: Vec<f64> =
         lines.last().expect("rows").split(',').map(|x| x.trim().parse().expect("a number")).collect();
     // Along −z, the way that the push goes; the tip further than the middle.

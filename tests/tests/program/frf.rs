@@ -189,7 +189,7 @@ fn the_command_writes_a_table_and_a_picture_and_names_what_it_does_not_know() {
     assert!(count > 11 && count % 3 == 11 % 3, "{count}");
     let json = asked(&["--points", "11", "--no-poles", "--json"]).json();
     assert_eq!(json["frequencies_hz"].as_array().map(Vec::len), Some(11));
-    assert_eq!(rows.lines().next(), Some("frequency_hz,re tip [m],im tip [m]"));
+    assert_eq!(rows.lines().next(), Some("frequency_hz,re tip [m/N],im tip [m/N]"));
     let numbers: Vec<f64> =
         rows.lines().nth(3).expect("a row").split(',').map(|x| x.parse().expect("a number")).collect();
     let json = asked(&["--points", "11", "--json"]).json();
@@ -206,8 +206,19 @@ fn the_command_writes_a_table_and_a_picture_and_names_what_it_does_not_know() {
     wrong.fails(2, &far);
     asked(&["--out", "1,2"]).fails(2, &["`1,2` is no channel"]);
     asked(&["--out", "1,2,3,0,0,0"]).fails(2, &["is no channel"]);
+    // A force along a probe is a force at its node.
+    let by = |input: &str| {
+        vademecum(&[
+            "frf", &file, "--in", input, "--out", "tip", "--range", "1,500", "--points", "11", "--json",
+        ])
+        .json()
+    };
+    assert_eq!(by("tip")["values"], by("1,0.08,0.1,z")["values"]);
+    let drawn = asked(&["--points", "11", "--plot", &path("t.pdf")]);
+    assert_eq!(drawn.code, Some(0), "{}", drawn.stderr);
+    assert!(std::fs::read(path("t.pdf")).expect("a picture").starts_with(b"%PDF"));
     let wrong = vademecum(&["frf", &file, "--in", "none", "--out", "tip", "--range", "1,500"]);
-    wrong.fails(2, &["no load pattern `none`", "`gravity`", "X,Y,Z,DIRECTION"]);
+    wrong.fails(2, &["no load pattern or probe at a loadable node `none`", "`gravity`", "X,Y,Z,DIRECTION"]);
     let wrong = vademecum(&["frf", &file, "--in", "gravity", "--out", "tip", "--range", "5,1"]);
     wrong.fails(2, &["`5,1` is no range"]);
 }

@@ -238,7 +238,7 @@ fn a_short_and_a_long_step_are_noted_with_a_better_one() {
     );
     assert!(!right.contains("for instance"), "{right}");
     for said in [short, long, right] {
-        assert!(said.contains("note: ahead: ") && said.contains("full-order steps"), "{said}");
+        assert!(said.contains("note: estimate: ") && said.contains("full-order steps"), "{said}");
         assert!(!said.contains("NaN"), "{said}");
     }
 }

@@ -163,8 +163,8 @@ fn a_full_device_is_an_error_with_its_path_and_the_reason() {
         std::fs::remove_dir_all(folder).expect("removed");
     }
     std::fs::create_dir(place.at("r-figures")).expect("made");
-    symlink("/dev/full", place.at("r-figures/modes.svg")).expect("a link");
-    check(&place.run("report a.vdm -o @", "r.html"), "report", "r-figures/modes.svg: ");
+    symlink("/dev/full", place.at("r-figures/shape-1.svg")).expect("a link");
+    check(&place.run("report a.vdm -o @", "r.html"), "report", "r-figures/shape-1.svg: ");
     std::fs::create_dir(place.at("demo")).expect("made");
     symlink("/dev/full", place.at("demo/scenario.toml")).expect("a link");
     check(&place.run("demo -o @", "demo"), "demo", "demo/scenario.toml: ");

@@ -213,7 +213,7 @@ fn a_file_with_numbers_that_are_not_finite_is_named_as_the_cause() {
     let scenario = text(folder.path(), "s.toml", "duration = 0.1\n");
     let out = folder.path().join("out");
     let ran = run([&"run", &file, &"--scenario", &scenario, &"-o", &out]);
-    ran.fails(5, &["at t = 0e0 s (step 0)", "the displacement of probe `", "verify FILE --file-only"]);
+    ran.fails(5, &["at t = 0e0 s (step 0)", "the value of probe `", "verify FILE --file-only"]);
     let bytes = std::fs::read(&file).expect("a file");
     let file = File::parse(&bytes).expect("a file");
     let scenario = Scenario::read(&scenario).expect("a scenario");
@@ -224,6 +224,74 @@ fn a_file_with_numbers_that_are_not_finite_is_named_as_the_cause() {
         Ok(())
     });
     assert!(matches!(ended, Err(StudyError::NotFinite { step: 0, .. })) && shown == 0, "{shown} instants");
+}
+
+/// Columns of a table, by their names.
+fn columns(path: &Path) -> std::collections::BTreeMap<String, Vec<f64>> {
+    let table = std::fs::read_to_string(path).expect("a table");
+    let mut lines = table.lines().map(|line| line.split(','));
+    let head: Vec<&str> = lines.next().expect("names").collect();
+    let rows: Vec<Vec<f64>> = lines.map(|row| row.map(|x| x.parse().expect("a number")).collect()).collect();
+    let column = |c: usize| rows.iter().map(|row| row[c]).collect();
+    head.iter().enumerate().map(|(c, name)| (name.to_string(), column(c))).collect()
+}
+
+#[test]
+fn probes_show_velocity_and_acceleration_anywhere_on_the_surface_and_the_displacement_under_contacts() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let probe = |name: &str, quantity: &str| {
+        format!(
+            "[[output.probe]]\nname = \"{name}\"\npoint = [0.93, 0.031, 0.1]\ndirection = [0, 0, 2]\n\
+             quantity = \"{quantity}\"\nat = \"surface\"\n"
+        )
+    };
+    let scenario = "duration = 0.1\n[[contact]]\npoint = [0.93, 0.031, 0.1]\nforce = [0, 0, -20]\n[output]\n\
+                    contacts = true\n";
+    let scenario =
+        [scenario, &probe("u", "displacement"), &probe("v", "velocity"), &probe("a", "acceleration")];
+    let scenario = text(folder.path(), "s.toml", &scenario.concat());
+    let (out, plot) = (folder.path().join("out"), folder.path().join("curves.pdf"));
+    let ran = run([&"run", &short_beam().1, &"--scenario", &scenario, &"-o", &out, &"--plot", &plot]);
+    assert_eq!(ran.code, Some(0), "{}", ran.stderr);
+    let table = columns(&out.join("probes.csv"));
+    let of = |name: &str| table.get(name).unwrap_or_else(|| panic!("no {name} in {:?}", table.keys()));
+    let (time, u, v, a) = (of("time_s"), of("u [m]"), of("v [m/s]"), of("a [m/s²]"));
+    // The place is that of the contact.
+    assert_eq!(u, of("contact.0.z [m]"));
+    assert!(u.iter().all(|u| *u <= 0.0) || u.iter().any(|u| *u < -1e-6), "{u:?}");
+    let step = time[1] - time[0];
+    let scale = |values: &[f64]| values.iter().fold(0.0_f64, |m, x| m.max(x.abs()));
+    for n in 1..time.len() {
+        // Mean acceleration of the step that ends there, to the ten digits of the table.
+        let mean = (v[n] - v[n - 1]) / step;
+        assert!((a[n] - mean).abs() < 1e-8 * scale(v) / step, "{n}: {} {mean}", a[n]);
+    }
+    assert_eq!(a[0], 0.0);
+    // The displacement is the integral of the velocity, by the rule of Simpson over pairs of steps.
+    let moved: f64 =
+        (1..time.len() / 2).map(|k| step / 3.0 * (v[2 * k - 2] + 4.0 * v[2 * k - 1] + v[2 * k])).sum();
+    let end = 2 * (time.len() / 2 - 1);
+    assert!((u[end] - u[0] - moved).abs() < 0.05 * scale(u), "{} {moved}", u[end] - u[0]);
+    assert!(std::fs::read(&plot).expect("a picture").starts_with(b"%PDF-1.4"));
+}
+
+#[test]
+fn a_run_is_drawn_with_an_area_for_each_unit() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let scenario = "duration = 0.05\n[[contact]]\npoint = [0.93, 0.031, 0.1]\nforce = [0, 0, -20]\nend = 0.02\n\
+                    [[output.probe]]\nname = \"speed\"\npoint = [1, 0.04, 0.1]\ndirection = [0, 0, 1]\n\
+                    quantity = \"velocity\"\n";
+    let scenario = text(folder.path(), "s.toml", scenario);
+    let (out, plot) = (folder.path().join("out"), folder.path().join("curves.svg"));
+    let ran = run([&"run", &short_beam().1, &"--scenario", &scenario, &"-o", &out, &"--plot", &plot]);
+    assert_eq!(ran.code, Some(0), "{}", ran.stderr);
+    assert!(ran.stdout.contains(&format!("wrote {}", plot.display())), "{}", ran.stdout);
+    let svg = std::fs::read_to_string(&plot).expect("a picture");
+    assert!(svg.starts_with("<svg") && svg.contains("m/s]") && svg.contains("displacement ["), "{svg:.500}");
+    // What another program has written there stays.
+    let other = text(folder.path(), "notes.svg", "Dear reader.\n");
+    let ran = run([&"run", &short_beam().1, &"--scenario", &scenario, &"-o", &out, &"--plot", &other]);
+    assert_eq!(ran.code, Some(2), "{}", ran.stderr);
 }
 
 #[test]
@@ -269,6 +337,24 @@ fn two_regions(fixed: Option<[f64; 5]>) -> String {
         problem += &parameter("beta", "kind = \"beta\"", [1e-5, 1e-4]);
     }
     problem
+}
+
+#[test]
+fn a_build_that_will_miss_its_tolerance_says_so_before_its_certificate_and_that_contacts_have_no_bound() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let problem = two_regions(None).replace("max_terms = 80", "max_terms = 12");
+    let problem = text(folder.path(), "p.toml", &problem);
+    let file = folder.path().join("p.vdm");
+    let ran = run([&"build", &problem, &"-o", &file, &"--keep-missed"]);
+    assert_eq!(ran.code, Some(0), "{}", ran.stderr);
+    let at = |words: &str| ran.stderr.find(words).unwrap_or_else(|| panic!("no `{words}` in {}", ran.stderr));
+    let (early, late) =
+        (at("the build is about to miss its tolerance"), at("the separated maps of 12 terms miss"));
+    let certificate = ran.stderr.rfind("certificate").expect("the stage");
+    assert!(early < late && late < certificate, "{}", ran.stderr);
+    let warning = "warning: contacts have no residual flexibility and no error bound (live regions)";
+    assert!(ran.stdout.contains(warning), "{}", ran.stdout);
+    assert!(run([&"info", &file]).stdout.contains(warning));
 }
 
 const NAMES: [&str; 5] = ["tip stiffness", "tip density", "stiffness", "time step", "beta"];

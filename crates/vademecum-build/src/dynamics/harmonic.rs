@@ -17,7 +17,7 @@ use crate::progress::{Cancelled, Listener};
 #[derive(Debug, thiserror::Error)]
 pub enum HarmonicError {
     /// On request.
-    #[error("the answer to a force that swings")]
+    #[error("the response to a harmonic force")]
     Cancelled(#[from] Cancelled),
     /// No memory to order the elimination.
     #[error("the complex matrix of the full order does not fit into memory")]

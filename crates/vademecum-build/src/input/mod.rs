@@ -9,7 +9,6 @@ pub use problem::{
     LargeEntry, LoadEntry, MaterialEntry, MatricesSource, MeshSource, ModelKind, OWN_COLUMNS, OrderEntry,
     OutputEntry, ParameterEntry, ParameterKind, ParameterScale, PatternEntry, ProbeEntry, Problem,
     ProblemError, Projection, RaisedOrder, RegionEntry, Repair, SnapshotPlan, StressPlaces, SupportEntry,
-    TablesSource,
-    TimeEntry, Tolerances, problem_schema, range_table,
+    TablesSource, TimeEntry, Tolerances, problem_schema, range_table,
 };
 pub(crate) use problem::{GaugeEntry, InnerProduct, Precision, STRESS_UNASKED};

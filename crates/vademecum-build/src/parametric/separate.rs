@@ -1,5 +1,7 @@
 //! The stage responses over the whole box: sampled, compressed in space, separated, expanded, certified.
 
+use std::cell::RefCell;
+
 use faer::{Mat, MatRef};
 use rayon::prelude::*;
 use vademecum_format::scheme::{SchemeTable, theta};
@@ -110,9 +112,22 @@ pub fn separate_responses(
     let rows = vectors.ncols();
     let fresh = Fresh { points: fresh, exact, rows };
     let (expansion, map) = expand(&mut small, &maps, &fresh, tolerance, listener)?;
+    let seen = RefCell::new(vec![]);
     let measure = |u: &Separated| -> Result<f64, ParametricError> {
         listener.checkpoint(u.n_terms(), max_terms)?;
-        Ok(fresh.error(&fresh.points.par_iter().map(|p| u.evaluate(p)).collect::<Result<Vec<_>, _>>()?))
+        let error =
+            fresh.error(&fresh.points.par_iter().map(|p| u.evaluate(p)).collect::<Result<Vec<_>, _>>()?);
+        let mut seen = seen.borrow_mut();
+        seen.push((u.n_terms(), error));
+        if let Some(end) = foreseen(&seen, max_terms).filter(|end| *end > 10.0 * tolerance) {
+            listener.note(&format!(
+                "the build is about to miss its tolerance: the separated maps have an error of {error:.1e} with {} of at \
+                 most {max_terms} terms, which falls to about {end:.0e} at the end, and `tolerance.map` is {tolerance:.1e}; \
+                 raise `tolerance.max_terms` or `tolerance.map`, or narrow the ranges",
+                u.n_terms()
+            ));
+        }
+        Ok(error)
     };
     let (mut goal, mut seed) = (SHARE * tolerance, CERTIFY_SEED);
     loop {
@@ -168,6 +183,19 @@ const LEAST_SHARE: f64 = 1e-2;
 fn next_goal(own: f64, certified: f64, tolerance: f64) -> Option<f64> {
     let goal = SHARE * own * tolerance / certified;
     (goal >= LEAST_SHARE * tolerance).then_some(goal)
+}
+
+/// The error that a separation of at most so many terms will have at its end, told once, when the first half
+/// of them is there: the second half lowers it by as many decades as the second quarter did, twice.
+fn foreseen(seen: &[(usize, f64)], max_terms: usize) -> Option<f64> {
+    let half = max_terms.div_ceil(2);
+    let [.., before, last] = seen else { return None };
+    if !(before.0 < half && last.0 >= half) {
+        return None;
+    }
+    let quarter = seen.iter().rev().find(|(terms, _)| *terms <= last.0 / 2)?;
+    let decades = (quarter.1 / last.1).log10() / (last.0 - quarter.0) as f64;
+    Some(last.1 * 10_f64.powf(-decades * max_terms.saturating_sub(last.0) as f64))
 }
 
 /// Points at which the full space is sampled: the corners of the user's box in the first and last stage, and

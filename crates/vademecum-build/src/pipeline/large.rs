@@ -76,7 +76,7 @@ pub(super) fn build(
     plan.memory_bytes = plan.memory_bytes.max(memory);
     plan.work = full.work(push, ((CHOOSING + 3 * certifying) * steps) as f64, listener)?;
     plan.work.check(context.options.long, || "pushes at full order".into())?;
-    listener.note(&format!("ahead: {}; and shapes of least energy beside them", in_words(&plan)));
+    listener.note(&format!("estimate: {}, and shapes of least energy", in_words(&plan)));
     let learner = StrainLearner::new(body, symbolic, &options, kept)?;
     let priors = watch.stage(SHAPES, || learner.priors())?;
     let march = || full.references(&drawn, (CHOOSING, SEEDS[0]), steps, kept);

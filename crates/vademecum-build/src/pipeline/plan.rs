@@ -189,7 +189,7 @@ pub(super) fn checked(
 pub(super) fn in_words(plan: &BuildPlan) -> String {
     let memory = memory_in_words(plan.memory_bytes as u64);
     if plan.work.steps == 0.0 {
-        return format!("nothing is marched; {memory} of memory at least");
+        return format!("no time integration needed, at least {memory} of memory");
     }
     format!("{}; {memory} of memory at least", plan.work.in_words())
 }

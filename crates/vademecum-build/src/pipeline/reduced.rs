@@ -44,7 +44,7 @@ impl ReducedModel {
         watch: &mut Stopwatch<'_>,
     ) -> Result<Self, BuildError> {
         let BuildContext { prepared, full, runs, kept, .. } = *context;
-        kept.listener.note(&format!("ahead: {}", in_words(plan)));
+        kept.listener.note(&format!("estimate: {}", in_words(plan)));
         let find = || find_basis(problem, prepared, full, runs, kept);
         let (basis, snapshots) = watch.stage("snapshots and basis", find)?;
         let residual = residual(context, problem, &basis, watch)?;

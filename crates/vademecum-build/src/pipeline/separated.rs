@@ -8,11 +8,12 @@ use super::staged::march;
 use super::{BuildContext, BuildError, ReducedModel};
 use crate::basis::Basis;
 use crate::certificate::{StructureMeasured, StructureReport, certify_box};
-use crate::input::Problem;
+use crate::input::{Problem, Tolerances};
 use crate::parametric::{Parametric, SeparationOptions, SeparationRecord, separate_responses};
 use crate::prepared::Prepared;
 use crate::progress::Stopwatch;
 use crate::report::CertificateReport;
+use crate::separated::StopReason;
 use crate::store::Inputs;
 
 /// Separations of one file at most, after the first.
@@ -65,6 +66,9 @@ fn stable(
     loop {
         let separate = || separate(context, &model.basis, &asked);
         let parametric = watch.stage("separate over the parameters", separate)?;
+        if let Some(note) = missed_maps(&parametric, tolerance) {
+            context.kept.listener.note(&note);
+        }
         let certify = || over_box(context, problem, model, &parametric);
         let (measured, mut record) = watch.stage("certificate", certify)?;
         let radius = measured.block.certificate.spectral_radius;
@@ -87,6 +91,25 @@ fn stable(
         context.kept.listener.note(&done);
         repairs.push(done);
     }
+}
+
+/// Note that a separation misses the tolerance of its maps: what follows takes long, and cannot mend it.
+fn missed_maps(parametric: &Parametric, tolerance: &Tolerances) -> Option<String> {
+    let (rms, worst) = parametric.map_error;
+    let kept = rms <= tolerance.map && worst <= 10.0 * tolerance.map;
+    (!kept).then(|| {
+        format!(
+            "the separated maps of {} terms miss their tolerance: error {rms:.1e} rms, {worst:.1e} at worst, \
+             `tolerance.map` is {:.1e}; {}. What follows measures them, and no file is written unless a larger basis \
+             keeps the tolerance or `--keep-missed` is given",
+            parametric.record().terms,
+            tolerance.map,
+            match parametric.record().stop {
+                StopReason::MaxTerms => "raise `tolerance.max_terms` or `tolerance.map`, or narrow the ranges",
+                _ => "more terms did not lower it: raise `tolerance.map`, or narrow the ranges",
+            }
+        )
+    })
 }
 
 fn separate(

@@ -15,6 +15,8 @@ pub enum Kind {
     Html,
     /// A picture.
     Svg,
+    /// A picture on a page.
+    Pdf,
     /// Fields on a mesh.
     Vtu,
     /// A collection of VTU files.
@@ -60,6 +62,7 @@ impl fmt::Display for Kind {
             Self::Vademecum => "a vademecum file",
             Self::Html => "an HTML page",
             Self::Svg => "an SVG picture",
+            Self::Pdf => "a PDF document",
             Self::Vtu => "a VTU file",
             Self::Pvd => "a PVD file",
             Self::Json => "a JSON object",
@@ -107,7 +110,7 @@ const MARKS: [(&[u8], Signature); 14] = [
     (b"MZ", Signature::Other("a program")),
     (b"#!", Signature::Other("a script")),
     (b"\x89PNG", Signature::Other("a PNG picture")),
-    (b"%PDF", Signature::Other("a PDF document")),
+    (b"%PDF", Signature::Of(Kind::Pdf)),
     (ZIP, Signature::Other("a ZIP archive")),
     (b"\x1f\x8b", Signature::Other("a gzip archive")),
     (b"$", Signature::Other("a Gmsh mesh")),

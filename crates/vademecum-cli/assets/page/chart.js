@@ -46,6 +46,7 @@ export function drawStrip(canvas, history, { columns, names, unit, span, now, po
   context.fillText(`${Number((now - span).toFixed(digits))} s`, left, height - 4);
   context.textAlign = "right";
   context.fillText(`${now.toFixed(digits)} s`, width - right, height - 4);
+  let written = left + 6;
   columns.forEach((column, k) => {
     context.strokeStyle = style.series[k % style.series.length];
     context.lineWidth = 1.5;
@@ -57,9 +58,10 @@ export function drawStrip(canvas, history, { columns, names, unit, span, now, po
     context.textAlign = "left";
     context.strokeStyle = style.panel;
     context.lineWidth = 4;
-    context.strokeText(names[k], left + 6 + 90 * k, top + 9);
+    context.strokeText(names[k], written, top + 9);
     context.lineWidth = 1;
-    context.fillText(names[k], left + 6 + 90 * k, top + 9);
+    context.fillText(names[k], written, top + 9);
+    written += context.measureText(names[k]).width + 14;
   });
 }
 
@@ -70,6 +72,7 @@ export function drawBars(canvas, values, labels, style) {
   const bar = (width - 8) / values.length;
   context.font = "10px system-ui, sans-serif";
   context.textAlign = "center";
+  let free = 0;
   values.forEach((value, k) => {
     const h = (height - 26) * Math.sqrt(value / total);
     context.fillStyle = style.line;
@@ -77,8 +80,12 @@ export function drawBars(canvas, values, labels, style) {
     context.fillStyle = style.series[0];
     context.fillRect(4 + k * bar + 1, height - 16 - h, Math.max(bar - 2, 1), h);
     context.fillStyle = style.soft;
-    const every = Math.ceil(34 / bar);
-    if (k % every === 0) context.fillText(labels[k], Math.max(4 + (k + 0.5) * bar, 14), height - 4);
+    // Whole, within the picture, and apart from the one before.
+    const half = context.measureText(labels[k]).width / 2;
+    const at = Math.min(Math.max(4 + (k + 0.5) * bar, half + 2), width - half - 2);
+    if (at - half < free) return;
+    context.fillText(labels[k], at, height - 4);
+    free = at + half + 6;
   });
 }
 

@@ -2,13 +2,22 @@
 import { gradient } from "vademecum/colors";
 import { short } from "vademecum/chart";
 import { element, find, range } from "vademecum/elements";
+import { SECTION } from "vademecum/evaluator";
 import { round125 } from "vademecum/body";
 import { Parameters } from "vademecum/parameters";
 
-const FIELDS = { u: ["displacement", "m"], v: ["velocity", "m/s"], s: ["von Mises stress", "Pa"], b: ["largest error of a push here", ""] };
+const FIELDS = { u: ["displacement", "m"], v: ["velocity", "m/s"], s: ["von Mises stress", "Pa"], b: ["error bound for a push here, worst direction", ""] };
 
 /** A share in percent. */
 const percent = (x) => `${Number((100 * x).toPrecision(2))} %`;
+
+/** What the file says about the error of a push that a user may apply. */
+function bounds(evaluator) {
+  const known = evaluator.section(SECTION.staticBound);
+  if (!known) return "no bound: contacts have no residual flexibility";
+  const [rigorous, worst, median, p95] = known;
+  return `${rigorous === 1 ? "bound" : "estimate"}: median ${percent(median)}, 95th percentile ${percent(p95)}, worst ${percent(worst)}`;
+}
 
 export class Controls {
   constructor(player, renderer, camera) {
@@ -69,13 +78,19 @@ export class Controls {
     on("throw", () => player.toss(this.camera.up, this.firstFrequency()));
     on("true-scale", () => this.magnify(this.magnification === 1 ? this.usual() : 1));
     on("theme", () => this.theme(!document.documentElement.classList.contains("dark")));
-    for (const id of ["wire", "ghost", "supports"]) {
+    on("help", () => (find("keys").open ? find("keys").close() : find("keys").showModal()));
+    find("keys").addEventListener("click", () => find("keys").close());
+    for (const id of ["wire", "ghost", "supports", "ground"]) {
       find(id).checked = renderer[id];
       find(id).addEventListener("change", (event) => (renderer[id] = event.target.checked));
     }
     find("held").hidden = player.body.loadTriangles === player.body.triangles.length / 3;
-    find("color").querySelector('[value="b"]').hidden = !player.body.bound;
-    find("color").querySelector('[value="s"]').hidden = !player.body.young;
+    // Some browsers show hidden options.
+    for (const [value, known] of [["b", player.body.bound], ["s", player.body.young]]) {
+      const option = find("color").querySelector(`[value="${value}"]`);
+      if (known) option.hidden = false;
+      else option.remove();
+    }
     const dark = matchMedia("(prefers-color-scheme: dark)");
     dark.addEventListener("change", () => this.theme(dark.matches));
     this.theme(dark.matches);
@@ -172,7 +187,7 @@ export class Controls {
       loadable: `${e.counts.loadNodes} nodes, ${e.counts.loadTriangles} of ${e.counts.triangles} triangles`,
       modes: e.counts.modes, scheme: `${e.scheme}, Δt ${short(e.built.timeStep, "s")}`,
       structures: [e.has.diagonal && (e.exact ? "exact" : "diagonal"), e.has.block && `block (${e.counts.terms} terms)`].filter(Boolean).join(", "),
-      "certified error": `${Number(of.error.toPrecision(3))} (floor ${Number(of.floor.toPrecision(3))})`, units: e.units,
+      "error of any push": bounds(e), "error in test runs": `${percent(of.error)} of the motion (measured, no bound)`, units: e.units,
       "first mode": `${Number(this.firstFrequency().toPrecision(4))} Hz`,
     };
     for (const [name, value] of Object.entries(rows)) {
@@ -197,8 +212,8 @@ export class Controls {
     find("magnification-out").textContent = `× ${drawn}`;
     find("true-scale").textContent = drawn === 1 ? "true scale" : `motion drawn × ${drawn}`;
     const [name] = FIELDS[kind];
-    const also = bound && !bound.rigorous ? " (estimate; logarithmic)" : " (logarithmic)";
-    find("quantity").textContent = bound ? name + also : component === undefined ? name : `${name} ${"xyz"[component]}`;
+    const bounded = bound?.rigorous ? name : name.replace("bound", "estimate");
+    find("quantity").textContent = bound ? `${bounded} (log scale)` : component === undefined ? name : `${name} ${"xyz"[component]}`;
     find("ramp").style.background = gradient(component !== undefined);
     this.unit = FIELDS[kind][1];
     this.peak = 0;
@@ -234,7 +249,7 @@ export class Controls {
     find("modes").textContent = `${evaluator.counts.modes}, ${{ 1: "diagonal", 4: "exact", 5: "large displacements" }[evaluator.structure] ?? `block, ${evaluator.counts.terms} terms`}, ${evaluator.options.double ? 64 : 32} bit`;
     const touches = player.tool ? evaluator.tool().touches : [];
     const total = [0, 1, 2].map((i) => touches.reduce((sum, { force }) => sum + force[i], 0));
-    find("tool-force").textContent = touches.length === 0 ? "nothing" : `${short(Math.hypot(...total), "N")} at ${touches.length} place${touches.length === 1 ? "" : "s"}`;
+    find("tool-force").textContent = touches.length === 0 ? "none" : `${short(Math.hypot(...total), "N")} (${touches.length} contact${touches.length === 1 ? "" : "s"})`;
     find("time").textContent = player.time < 1 ? short(player.time, "s") : `${player.time.toFixed(2)} s`;
   }
 

@@ -65,7 +65,7 @@ export class Hands {
   /** Why a press moves nothing. */
   refused() {
     if (this.player.body.loadTriangles === 0) return "This file has no loadable surface: nothing of it can be pushed.";
-    return "Not loadable here: the problem's [load] leaves this part out. Press on the part without stripes.";
+    return "This part was not made pushable when the body was built. Press where there are no stripes.";
   }
 
   move(event) {
@@ -165,7 +165,7 @@ export class Hands {
     const turn = { ArrowLeft: [-20, 0], ArrowRight: [20, 0], ArrowUp: [0, -20], ArrowDown: [0, 20] }[event.key];
     const acts = {
       " ": () => controls.pause(!player.paused), ".": () => find("step").click(), "0": () => controls.rest(), r: () => find("home").click(), u: () => find("undo").click(),
-      w: () => find("wire").click(), "+": () => this.closer(1.15), "=": () => this.closer(1.15), "-": () => this.closer(1 / 1.15),
+      w: () => find("wire").click(), "?": () => find("help").click(), "+": () => this.closer(1.15), "=": () => this.closer(1.15), "-": () => this.closer(1 / 1.15),
       Enter: () => this.pushByKey(event),
     };
     const turns = () => {

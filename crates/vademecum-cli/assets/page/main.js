@@ -7,7 +7,7 @@ import { Controls } from "vademecum/controls";
 import { find } from "vademecum/elements";
 import { Greeting } from "vademecum/greet";
 import { Hands } from "vademecum/hands";
-import { drawOver, drawnTool } from "vademecum/overlay";
+import { drawOver, drawnTool, Trail } from "vademecum/overlay";
 import { Modes } from "vademecum/modes";
 import { Player } from "vademecum/player";
 import { Recorder } from "vademecum/record";
@@ -48,13 +48,14 @@ async function start() {
   page.sound = new Sound(player, bytes);
   page.recorder = new Recorder(controls, page.sound);
   page.greeting = new Greeting(player, controls);
+  page.trail = new Trail(player, body);
   offer(page);
   let last = performance.now();
   const frame = (now) => {
     // A page that was hidden does not catch up, and the greeting lets go in the right frame.
     const seconds = Math.min(Math.max((now - last) / 1000, 0), page.greeting.id === null ? 0.25 : 0.02);
     last = now;
-    show(page, seconds);
+    show(page, seconds, now);
     requestAnimationFrame(frame);
   };
   requestAnimationFrame(frame);
@@ -62,7 +63,7 @@ async function start() {
 }
 
 /** One frame: march, reconstruct, draw. */
-function show(page, seconds) {
+function show(page, seconds, now) {
   const { evaluator, body, player, renderer, camera, controls, pace } = page;
   const start = performance.now();
   const mode = page.shown.frame(seconds);
@@ -70,7 +71,7 @@ function show(page, seconds) {
     if (!mode) player.advance(seconds);
     page.greeting.frame();
   } catch (error) {
-    // Numbers that are not finite any more: say so and stand still, "Rest" begins anew.
+    // Numbers that are not finite any more: say so and stand still, "Restart" begins anew.
     controls.refusal = `Stopped: ${error.message}`;
     controls.pause(true);
   }
@@ -88,7 +89,8 @@ function show(page, seconds) {
   const component = mode ? -1 : controls.component;
   const tool = player.tool && drawnTool(player, magnification);
   renderer.draw(camera, { magnification, component, dark, tool, scale: mode ? 1 : controls.scale(field, seconds) });
-  drawOver(find("over"), player, camera, controls, find("view").matches(".keys:focus"));
+  page.trail.frame(mode !== null, now);
+  drawOver(find("over"), player, camera, controls, { focused: find("view").matches(".keys:focus"), trail: find("trail").checked ? page.trail : null });
   page.recorder.frame();
   signals(page);
   const own = controls.component === -1 && !controls.velocity && !controls.stress;
@@ -182,6 +184,7 @@ function offer(page) {
     sound: page.sound,
     /** Natural modes as pictures: `shown.show(k)`. */
     shown: page.shown,
+    trail: page.trail,
     recorder: page.recorder,
     camera,
     controls,

@@ -3,15 +3,54 @@ import { round125 } from "vademecum/body";
 import { short } from "vademecum/chart";
 import { add, AXES, dot, scaled, unit } from "vademecum/vectors";
 
+/** A trail lasts so long [s]. */
+const LASTS = 1.5;
+
+/** The way that the point of the last push goes, as it is drawn. */
+export class Trail {
+  constructor(player, body) {
+    Object.assign(this, { player, body, point: null, way: [] });
+  }
+
+  /** Called for each frame, `now` in milliseconds; a mode that is shown has no trail. */
+  frame(mode, now) {
+    const last = [...this.player.contacts.values()].at(-1);
+    if (mode || this.player.atRest) this.way = [];
+    if (last && last.point !== this.point) Object.assign(this, { point: last.point, way: [] });
+    if (!this.point || mode || this.player.paused) return;
+    this.way.push({ now, place: this.body.place(this.point) });
+    while (now - this.way[0].now > 1000 * LASTS) this.way.shift();
+  }
+
+  /** Paler where it is older. */
+  draw(context, camera, color) {
+    const { way } = this;
+    if (way.length < 2) return;
+    const newest = way.at(-1).now;
+    Object.assign(context, { strokeStyle: color, lineWidth: 1.5 });
+    for (let i = 1; i < way.length; i++) {
+      const [from, to] = [camera.pixel(way[i - 1].place), camera.pixel(way[i].place)];
+      if (!from || !to) continue;
+      context.globalAlpha = 0.7 * Math.max(0, 1 - (newest - way[i].now) / (1000 * LASTS));
+      context.beginPath();
+      context.moveTo(...from);
+      context.lineTo(...to);
+      context.stroke();
+    }
+    context.globalAlpha = 1;
+  }
+}
+
 /** Draws all of it. */
-export function drawOver(canvas, player, camera, controls, focused) {
-  const ratio = Math.min(window.devicePixelRatio || 1, 2);
+export function drawOver(canvas, player, camera, controls, { focused, trail }) {
+  const { ratio } = controls.renderer;
   const [w, h] = [Math.round(canvas.clientWidth * ratio), Math.round(canvas.clientHeight * ratio)];
   if (canvas.width !== w || canvas.height !== h) [canvas.width, canvas.height] = [w, h];
   const context = canvas.getContext("2d");
   context.setTransform(ratio, 0, 0, ratio, 0, 0);
   context.clearRect(0, 0, w, h);
   const { body } = player;
+  trail?.draw(context, camera, controls.style.arrow);
   for (const { point, force } of player.contacts.values()) arrow(context, camera, body.place(point), force, body, controls.style.arrow);
   const tool = player.tool && player.evaluator.tool();
   if (tool) pushes(context, camera, tool, drawnTool(player, controls.magnification), body, controls.style.arrow);

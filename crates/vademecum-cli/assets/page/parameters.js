@@ -62,11 +62,16 @@ export class Parameters {
     const { timeStep } = evaluator.options;
     const count = Number((1 / timeStep).toPrecision(3));
     const steps = `${count} step${count === 1 ? "" : "s"} a second of motion. `;
-    const made = `The certificate was made for ${short(asBuilt.timeStep, "s")}${evaluator.exact ? "" : ` by “${evaluator.scheme}”`}.`;
+    // A file whose Δt is one of its own parameters is certified over a range of it.
+    const own = evaluator.parameters.find(({ key }) => key === "timeStep");
+    const [low, high] = own ? [own.lower, own.upper] : [asBuilt.timeStep, asBuilt.timeStep];
+    const range = own ? `${short(low, "s")} to ${short(high, "s")}` : short(low, "s");
+    const made = `The certificate was made for ${range}${evaluator.exact ? "" : ` by “${evaluator.scheme}”`}.`;
     if (evaluator.structure === 4) {
-      return `${steps}Steps are exact: there is no time error at any Δt; it says how often loads can change.${evaluator.exact ? "" : ` ${made}`}`;
+      const often = `now ${count} time${count === 1 ? "" : "s"} per second`;
+      return `Exact time integration: Δt only sets how often loads can change (${often}).${evaluator.exact ? "" : ` ${made}`}`;
     }
-    const other = Math.abs(timeStep / asBuilt.timeStep - 1) > 1e-9;
+    const other = timeStep < low * (1 - 1e-9) || timeStep > high * (1 + 1e-9);
     return `${steps}Steps of “${evaluator.scheme}” have an error that grows with Δt. ${made}${other ? " At this Δt it does not hold." : ""}`;
   }
 

@@ -5,6 +5,8 @@ import { find, say } from "vademecum/elements";
 /** Kinds of clips, best first; a browser writes at least one. */
 const KINDS = ["video/webm;codecs=vp9,opus", "video/webm", "video/mp4"];
 const FRAMES = 30;
+/** Pixels of a picture for each of the page. */
+const FINE = 4;
 
 export class Recorder {
   constructor(controls, sound) {
@@ -15,6 +17,8 @@ export class Recorder {
 
   /** The next frame that is drawn, as a PNG. */
   picture() {
+    // Fine enough for print; clips keep their size.
+    if (!this.clip) this.controls.renderer.finer = FINE;
     return new Promise((done) => this.pictures.push(done));
   }
 
@@ -47,6 +51,7 @@ export class Recorder {
     if (!this.clip && this.pictures.length === 0) return;
     this.compose();
     for (const done of this.pictures.splice(0)) this.canvas.toBlob(done, "image/png");
+    this.controls.renderer.finer = null;
   }
 
   /** Background, body, arrows, and the words that the page has beside them. */

@@ -1,4 +1,5 @@
 // Draws the body with WebGL2: smooth shading from the deformed shape, a colour ramp, edges, supports, the shape at rest.
+import { round125 } from "vademecum/body";
 import { ramp } from "vademecum/colors";
 
 const VERTEX = `#version 300 es
@@ -10,6 +11,8 @@ uniform float scale;
 uniform float point_size;
 uniform bool dots;
 uniform vec4 ball;
+uniform highp int floor_axis;
+uniform float floor_at;
 in vec3 rest;
 in vec3 displacement;
 in vec3 field;
@@ -20,6 +23,9 @@ out float value;
 out float bright;
 void main() {
   vec3 at = ball.w > 0.0 ? ball.xyz + ball.w * rest : rest + magnification * displacement;
+  if (floor_axis == 0) at.x = floor_at;
+  if (floor_axis == 1) at.y = floor_at;
+  if (floor_axis == 2) at.z = floor_at;
   gl_Position = view * vec4(at, 1.0);
   gl_PointSize = point_size;
   // Dots lie on the surface: a little nearer, so that it does not cut them.
@@ -64,21 +70,24 @@ void main() {
 /** Colours of edges on the body, and of supports and the shape at rest on the background, in dark and in light. */
 const INK = { dark: [0.02, 0.04, 0.08, 0.4], light: [0.03, 0.06, 0.12, 0.28] };
 const SUPPORT = { dark: [0.62, 0.66, 0.75, 1], light: [0.33, 0.37, 0.46, 1] };
+/** The ground's lines, and the shadow on it. */
+const GROUND = { dark: [0.62, 0.66, 0.75, 0.18], light: [0.33, 0.37, 0.46, 0.16] };
+const SHADOW = { dark: [0, 0, 0, 0.4], light: [0.1, 0.13, 0.2, 0.13] };
 /** The sphere that presses. */
 const BALL = { dark: [0.72, 0.75, 0.8], light: [0.6, 0.64, 0.7] };
 
 export class Renderer {
   /** Throws if the browser has no WebGL2. */
   constructor(canvas, body) {
-    const gl = canvas.getContext("webgl2", { antialias: true, alpha: true, preserveDrawingBuffer: false });
+    const gl = canvas.getContext("webgl2", { antialias: true, alpha: true, stencil: true, preserveDrawingBuffer: false });
     if (!gl) throw new Error("this browser does not offer WebGL2");
-    Object.assign(this, { canvas, gl, body, ghost: false });
+    Object.assign(this, { canvas, gl, body, ghost: false, ground: true, grid: null, finer: null });
     // Edges and supports help where they are few; of a fine mesh they would hide the body.
     this.wire = body.edges.length < 6000;
     this.supports = body.held.length < 150;
     this.dot = body.held.length < 50 ? 5 : 3;
     this.program = link(gl);
-    const uniforms = ["view", "magnification", "component", "scale", "point_size", "ramp", "flat_color", "eye", "above", "stripe", "dots", "ball", "ball_color"];
+    const uniforms = ["view", "magnification", "component", "scale", "point_size", "ramp", "flat_color", "eye", "above", "stripe", "dots", "ball", "ball_color", "floor_axis", "floor_at"];
     this.at = Object.fromEntries(uniforms.map((name) => [name, gl.getUniformLocation(this.program, name)]));
     const vertices = body.vertexNode.length;
     this.arrays = { displacement: new Float32Array(3 * vertices), field: new Float32Array(3 * vertices) };
@@ -117,6 +126,52 @@ export class Renderer {
     this.gl.bindVertexArray(vao);
     this.attribute("rest", 3, Float32Array.from(places), this.gl.STATIC_DRAW);
     return { vao, corners: this.indices(Uint32Array.from(corners)) };
+  }
+
+  /** Lines on the ground under the body at rest, a little below it; anew when another axis points upwards. */
+  lay(up) {
+    const { box, size } = this.body;
+    const [a, b] = [(up + 1) % 3, (up + 2) % 3];
+    const at = box.low[up] - 0.02 * size;
+    const step = round125(size / 4);
+    const half = 6;
+    const places = [];
+    const middle = [a, b].map((axis) => step * Math.round((box.low[axis] + box.high[axis]) / 2 / step));
+    for (let i = -half; i <= half; i++) {
+      for (const [across, along, c, d] of [[a, b, 0, 1], [b, a, 1, 0]]) {
+        for (const end of [-half, half]) {
+          const place = [0, 0, 0];
+          [place[up], place[across], place[along]] = [at, middle[c] + step * i, middle[d] + step * end];
+          places.push(...place);
+        }
+      }
+    }
+    const vao = this.gl.createVertexArray();
+    this.gl.bindVertexArray(vao);
+    this.attribute("rest", 3, Float32Array.from(places), this.gl.STATIC_DRAW);
+    return { vao, up, at, lines: this.indices(Uint32Array.from({ length: places.length / 3 }, (_, i) => i)) };
+  }
+
+  /** The ground and the shadow of the body on it, each place once however many triangles are over it. */
+  under(camera, theme, magnification) {
+    const { gl, at } = this;
+    if (this.grid?.up !== camera.up) this.grid = this.lay(camera.up);
+    // Behind the body, whatever is drawn later.
+    gl.disable(gl.DEPTH_TEST);
+    gl.uniform1f(at.magnification, 0);
+    gl.bindVertexArray(this.grid.vao);
+    this.elements(gl.LINES, this.grid.lines, GROUND[theme]);
+    gl.bindVertexArray(this.vao);
+    gl.uniform1f(at.magnification, magnification);
+    gl.uniform1i(at.floor_axis, camera.up);
+    gl.uniform1f(at.floor_at, this.grid.at);
+    gl.enable(gl.STENCIL_TEST);
+    gl.stencilFunc(gl.EQUAL, 0, 255);
+    gl.stencilOp(gl.KEEP, gl.KEEP, gl.INCR);
+    this.elements(gl.TRIANGLES, this.faces, SHADOW[theme]);
+    gl.disable(gl.STENCIL_TEST);
+    gl.enable(gl.DEPTH_TEST);
+    gl.uniform1i(at.floor_axis, -1);
   }
 
   attribute(name, size, data, usage) {
@@ -170,8 +225,9 @@ export class Renderer {
   /** Fits the canvas to its place on the page; its size in CSS pixels. */
   resize() {
     const { canvas, gl } = this;
-    const ratio = Math.min(window.devicePixelRatio || 1, 2);
     const [width, height] = [canvas.clientWidth, canvas.clientHeight];
+    // No browser has larger canvases everywhere.
+    const ratio = Math.min(this.finer ?? Math.min(window.devicePixelRatio || 1, 2), 8000 / Math.max(width, height, 1));
     const [w, h] = [Math.max(1, Math.round(width * ratio)), Math.max(1, Math.round(height * ratio))];
     if (canvas.width !== w || canvas.height !== h) [canvas.width, canvas.height] = [w, h];
     gl.viewport(0, 0, w, h);
@@ -184,7 +240,7 @@ export class Renderer {
     const { gl, at } = this;
     const theme = dark ? "dark" : "light";
     gl.clearColor(0, 0, 0, 0);
-    gl.clear(gl.COLOR_BUFFER_BIT | gl.DEPTH_BUFFER_BIT);
+    gl.clear(gl.COLOR_BUFFER_BIT | gl.DEPTH_BUFFER_BIT | gl.STENCIL_BUFFER_BIT);
     gl.enable(gl.DEPTH_TEST);
     gl.enable(gl.BLEND);
     gl.blendFunc(gl.ONE, gl.ONE_MINUS_SRC_ALPHA);
@@ -199,6 +255,8 @@ export class Renderer {
     gl.uniform3fv(at.above, [0, 1, 2].map((axis) => (axis === camera.up ? 1 : 0)));
     gl.uniform1f(at.stripe, 9 * this.ratio);
     gl.uniform4fv(at.ball, [0, 0, 0, 0]);
+    gl.uniform1i(at.floor_axis, -1);
+    if (this.ground) this.under(camera, theme, magnification);
     gl.bindTexture(gl.TEXTURE_2D, this.ramps[component < 0 ? 0 : 1]);
     gl.enable(gl.POLYGON_OFFSET_FILL);
     gl.polygonOffset(1, 1);

@@ -10,13 +10,15 @@ use vademecum_build::prepared::FactorPrecision;
 use vademecum_build::progress::Listener;
 use vademecum_build::store::{Kind, OutputError, Outputs, Store, goes_through, is_same_place, read_regular};
 use vademecum_chapter::build;
+use vademecum_format::File;
+use vademecum_study::FileError;
 use vademecum_study::sweep::{Meshes, State, look};
 
 use crate::arguments::{OutputArguments, size};
 use crate::console::Console;
 use crate::failure::{Cause, Failure};
 use crate::files::{check_output, outputs, write_bytes};
-use crate::print::{bytes, print_json, print_report};
+use crate::print::{print_json, print_report, print_summary};
 
 /// Computes a vademecum from a problem file.
 #[derive(clap::Args)]
@@ -38,6 +40,9 @@ pub(crate) struct Build {
     /// Print the report as JSON.
     #[arg(long)]
     json: bool,
+    /// Print modes, certificate and stages, too.
+    #[arg(long)]
+    verbose: bool,
     /// Write the file even if no structure keeps the tolerance; its certificate says so.
     #[arg(long)]
     keep_missed: bool,
@@ -166,8 +171,13 @@ impl Build {
         if self.json {
             print_json(&built.report);
         } else {
-            print_report(&built.report);
-            println!("wrote {} ({})", self.output.display(), bytes(built.report.file_bytes));
+            if self.verbose {
+                print_report(&built.report);
+            }
+            let unread = |error: FileError| Failure::file(&self.output, error);
+            let file = File::parse(&built.bytes).map_err(FileError::from).map_err(unread)?;
+            print_summary(&built.report, &file, &self.output).map_err(unread)?;
+            println!("next: vademecum view {}", self.output.display());
         }
         Ok(())
     }

@@ -9,7 +9,8 @@ use vademecum_study::sweep::{Meshes, Outcome, Plan, PlannedJob, State, VERSION, 
 use crate::arguments::OutputArguments;
 use crate::failure::{Cause, Failure, UNREAD};
 use crate::files::{check_output, outputs, write_bytes};
-use crate::print::{bytes, print_json};
+use crate::print::print_json;
+use crate::words::bytes;
 
 /// Checks the files that the jobs of `plan` have built and collects their figures in one table.
 #[derive(clap::Args)]

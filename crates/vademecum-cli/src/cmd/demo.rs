@@ -2,9 +2,10 @@
 
 mod large;
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use serde::Serialize;
+use vademecum_build::input::Problem;
 use vademecum_build::pipeline::{BuildOptions, build};
 use vademecum_build::prepared::prepare;
 use vademecum_build::progress::{Listener, Silent, Stopwatch};
@@ -22,7 +23,8 @@ use crate::failure::Failure;
 use crate::files::{check_own, open, outputs, write_bytes, write_own, write_picture};
 use crate::outline::{Outline, outline};
 use crate::pictures::{Chart, ComparedLines, Series, compared_chart, line_chart};
-use crate::print::{json, print_json, print_report, print_verification};
+use crate::print::{json, print_json, print_report, print_summary, print_verification};
+use crate::words::{duration, percent};
 
 /// Steps of the long run.
 const MANY: usize = 1_000_000;
@@ -43,13 +45,17 @@ pub(crate) struct Demo {
     /// Print what `demo.json` holds.
     #[arg(long)]
     json: bool,
+    /// Print modes, certificate and verification, too.
+    #[arg(long)]
+    verbose: bool,
     #[command(flatten)]
     outputs: OutputArguments,
 }
 
 /// Files written, beside problem and scenario.
-const FILES: [(&str, Kind); 5] = [
+const FILES: [(&str, Kind); 6] = [
     ("demo.vdm", Kind::Vademecum),
+    ("touch.vdm", Kind::Vademecum),
     ("demo.json", Kind::Json),
     ("mesh.svg", Kind::Svg),
     ("tip.svg", Kind::Svg),
@@ -68,7 +74,7 @@ impl Demo {
     pub(crate) fn run(&self, console: &Console) -> Result<(), Failure> {
         let outputs = outputs(&self.outputs, &[], None);
         if self.large {
-            return large::run(&self.output, self.json, &outputs, console);
+            return large::run(&self.output, [self.json, self.verbose], &outputs, console);
         }
         outputs.check_in(&self.output, &FILES)?;
         outputs.make_folder(&self.output)?;
@@ -87,6 +93,9 @@ impl Demo {
         let prepared = prepare(&problem, &mut Stopwatch::new(&Silent), &Silent)?;
         let verified =
             verify_linear(&file, &options, &problem, &prepared, &scenario, console).map_err(about)?;
+        let touch = build(&touchable()?, &BuildOptions::default(), console)?.kept()?;
+        let touch_path = self.output.join("touch.vdm");
+        write_bytes(&outputs, &touch_path, Kind::Vademecum, &touch.bytes)?;
         console.stage("a million steps");
         let track = Track::bind(&file, &scenario).map_err(about)?;
         let long = long_run(&file, &options, &track, MANY, console).map_err(about)?;
@@ -103,7 +112,14 @@ impl Demo {
         if self.json {
             print_json(&report);
         } else {
-            self.print(&built.report, &verified, &long);
+            if self.verbose {
+                print_report(&built.report);
+                println!();
+                print_verification(&verified.figures);
+            }
+            print_summary(&built.report, &file, &path).map_err(unread)?;
+            print_comparison(&verified.figures, &long, &self.output);
+            println!("next: vademecum view {} (1.5 % damping, loadable everywhere)", touch_path.display());
         }
         Ok(())
     }
@@ -117,9 +133,9 @@ impl Demo {
         forces: &[([f64; 3], [f64; 3])],
     ) -> Result<(), Failure> {
         let write = |name: &str, drawn| write_picture(outputs, &self.output.join(name), drawn).map(|_| ());
-        let title = "mesh (blue: held nodes, red: pushes)";
+        let title = "Mesh (blue: clamped nodes, red: pushes)";
         let Geometry { nodes, triangles } = geometry;
-        write("mesh.svg", outline(&Outline { title, marks, forces }, nodes, triangles))?;
+        write("mesh.svg", outline(&Outline { title, marks, unit: "m", forces }, nodes, triangles))?;
 
         let [full, file] = &verified.probe_series;
         let tip = Chart { title: "tip displacement", x: "time [s]", y: "displacement [m]", log_y: false };
@@ -138,19 +154,25 @@ impl Demo {
             vec![over_time("exact motion", full, 1, verified), over_time("vademecum", file, 1, verified)];
         write("energy.svg", line_chart(&energy, lines))
     }
+}
 
-    fn print(&self, report: &BuildReport, verified: &VerificationRecord<Verification>, long: &LongRun) {
-        print_report(report);
-        println!();
-        print_verification(&verified.figures);
-        println!(
-            "a million steps        {:.3e} s each; energy left {:.3e}, never above {:.9} of that at release",
-            long.seconds_per_step, long.energy_left, long.energy_ratio
-        );
-        println!("\nwrote to {}:", self.output.display());
-        println!("  demo.vdm, demo.json, problem.toml, scenario.toml");
-        println!("  mesh.svg, tip.svg, energy.svg");
-    }
+/// Prints what the comparison with the full order and the long run have found, and what else was written.
+fn print_comparison(verified: &Verification, long: &LongRun, folder: &Path) {
+    println!(
+        "compared with the exact motion at full order: {} of it apart; a step takes {}, at full order {}",
+        percent(verified.truth.total_error),
+        duration(long.seconds_per_step),
+        duration(verified.full_order_seconds_per_step)
+    );
+    println!("pictures in {}: mesh.svg, tip.svg, energy.svg; figures: demo.json", folder.display());
+}
+
+/// The demo's beam for the page: loadable everywhere, and damped so that one push can be told from the next.
+fn touchable() -> Result<Problem, Failure> {
+    let text = PROBLEM
+        .replace("surface = { group = \"z_max\" }\n", "")
+        .replace("[time]\n", "[damping]\nratio = 0.015\n\n[time]\n");
+    Ok(Problem::parse(&text, "the demo's problem for the page", PathBuf::new())?)
 }
 
 /// The part of a line up to `end` \[s\].
@@ -167,4 +189,18 @@ fn over_time<'a>(
 ) -> Series<'a> {
     let points = values.iter().step_by(width.max(1)).enumerate();
     Series { name, points: points.map(|(i, &v)| (i as f64 * verified.time_step, v)).collect() }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_beam_of_the_page_is_damped_and_loadable_everywhere() {
+        let text =
+            |problem: Result<Problem, Failure>| problem.map_or_else(|_| panic!("a problem"), |p| p.text);
+        let [plain, touched] = [demo_problem(), touchable()].map(text);
+        assert!(plain.contains("z_max") && !touched.contains("z_max"), "{touched}");
+        assert!(!plain.contains("[damping]") && touched.contains("ratio = 0.015"), "{touched}");
+    }
 }

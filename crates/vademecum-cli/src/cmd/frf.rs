@@ -1,4 +1,4 @@
-//! `vademecum frf`: how a body answers a force that swings.
+//! `vademecum frf`: the response of a body to a harmonic force.
 
 use std::fmt::Write as _;
 use std::path::PathBuf;
@@ -16,7 +16,7 @@ use vademecum_study::parameters::{self, ParameterValue};
 use crate::arguments::{Limit, OutputArguments, setting};
 use crate::console::Console;
 use crate::failure::{Cause, Failure};
-use crate::files::{is_stepped, open_or_map, outputs, usable_file};
+use crate::files::{chart_kind, is_stepped, open_or_map, outputs, usable_file, write_chart};
 use crate::pictures::{Series, response_chart};
 use crate::print::print_json;
 
@@ -26,13 +26,13 @@ use crate::print::print_json;
   vademecum frf beam.vdm --in 1,0.04,0.1,-z --out tip --range 1,500 -o tip.csv --plot tip.svg
   vademecum frf beam.vdm --in gravity --out tip --out 0.5,0.04,0.1,0,0,1 --range 1,500 --quantity acceleration
   vademecum frf beam.vdm --in 1,0.04,0.1,-z --out tip --range 1,500 --problem beam.toml --compare 50 --json
-A channel is X,Y,Z,DIRECTION (m; x, -x, y, -y, z, -z, or three numbers), or a name: of a probe behind
-`--out`, of a load pattern behind `--in`. The table has the real and the imaginary part of each output, for
-an input of amplitude 1 (N, or the pattern once).")]
+A channel is X,Y,Z,DIRECTION (m; x, -x, y, -y, z, -z, or three numbers), or a name: of a probe, or behind
+`--in` of a load pattern, too. The table has the real and the imaginary part of each output, for an input of
+amplitude 1 (N, or the pattern once).")]
 pub(crate) struct Frf {
     /// The vademecum file.
     file: PathBuf,
-    /// Point and direction of the force, or a load pattern.
+    /// Point and direction of the force, a load pattern, or a probe of the problem on the loadable surface.
     #[arg(long = "in", value_name = "CHANNEL", value_parser = str::parse::<Channel>, allow_hyphen_values = true)]
     input: Channel,
     /// Point and direction of an output, or a probe; may be given several times.
@@ -61,7 +61,7 @@ pub(crate) struct Frf {
     /// Write the table here (CSV).
     #[arg(short, long)]
     output: Option<PathBuf>,
-    /// Draw amplitude and phase here (SVG).
+    /// Draw amplitude and phase here (SVG, or PDF by its name).
     #[arg(long)]
     plot: Option<PathBuf>,
     /// The problem the file was built from, to compare with.
@@ -81,8 +81,8 @@ pub(crate) struct Frf {
 }
 
 /// Remedy for a channel that the file does not have.
-const CHANNEL: &str = "a channel is X,Y,Z,DIRECTION near the surface, such as 1,0.04,0.1,-z, or the name of a load \
-                       pattern behind `--in`, of a probe behind `--out`";
+const CHANNEL: &str = "a channel is X,Y,Z,DIRECTION near the surface, such as 1,0.04,0.1,-z, or the name of a probe, \
+                       behind `--in` also of a load pattern";
 
 #[derive(Clone, Copy, clap::ValueEnum)]
 enum QuantityArgument {
@@ -95,11 +95,23 @@ enum QuantityArgument {
 }
 
 impl QuantityArgument {
-    const fn meaning(self) -> (Quantity, &'static str) {
+    const fn quantity(self) -> Quantity {
         match self {
-            Self::Displacement => (Quantity::Displacement, "m"),
-            Self::Velocity => (Quantity::Velocity, "m/s"),
-            Self::Acceleration => (Quantity::Acceleration, "m/s²"),
+            Self::Displacement => Quantity::Displacement,
+            Self::Velocity => Quantity::Velocity,
+            Self::Acceleration => Quantity::Acceleration,
+        }
+    }
+
+    /// Unit of the outputs, to a force of 1 N or to a load pattern.
+    const fn unit(self, by_pattern: bool) -> &'static str {
+        match (self, by_pattern) {
+            (Self::Displacement, false) => "m/N",
+            (Self::Velocity, false) => "m/(N s)",
+            (Self::Acceleration, false) => "m/(N s²)",
+            (Self::Displacement, true) => "m",
+            (Self::Velocity, true) => "m/s",
+            (Self::Acceleration, true) => "m/s²",
         }
     }
 }
@@ -122,8 +134,8 @@ struct ResponseOutput {
 impl Frf {
     pub(crate) fn run(&self, console: &Console) -> Result<(), Failure> {
         let outputs = outputs(&self.force, &[Some(&self.file), self.problem.as_deref()], None);
-        let written = [(&self.output, Kind::Csv), (&self.plot, Kind::Svg)];
-        let written = written.into_iter().filter_map(|(path, kind)| Some((path.clone()?, kind)));
+        let tables = self.output.iter().map(|path| (path.clone(), Kind::Csv));
+        let written = tables.chain(self.plot.iter().map(|path| (path.clone(), chart_kind(path))));
         outputs.check(&written.collect::<Vec<_>>())?;
         let problem = self.problem.as_ref().map(|path| Problem::read(path)).transpose()?;
         let mapped = open_or_map(&self.file, false)?;
@@ -138,7 +150,7 @@ impl Frf {
             error => Failure::from(error).about(&self.file),
         };
         parameters::set(&mut options, file.metadata(), &self.set).map_err(about)?;
-        let (quantity, unit) = self.quantity.meaning();
+        let quantity = self.quantity.quantity();
         let mut grid = frequencies(self.range, self.points as usize, self.log);
         if !self.no_poles {
             grid = with_poles(&file, &options, grid).map_err(about)?;
@@ -150,6 +162,7 @@ impl Frf {
             quantity,
         };
         let found = frequency_response(&file, &options, &question).map_err(about)?;
+        let unit = self.quantity.unit(found.by_pattern);
         let names: Vec<String> = self.outputs.iter().map(Channel::to_string).collect();
         for &output in &found.by_modes_alone {
             console.note(&format!(
@@ -170,10 +183,12 @@ impl Frf {
                 amplitudes.push(Series { name, points: line(amplitude) });
                 phases.push(Series { name, points: line(phase) });
             }
-            let title = format!("Answer to a force of amplitude 1 at {}", self.input);
-            let svg = response_chart(&title, &format!("amplitude [{unit}]"), self.log, amplitudes, phases);
-            let svg = svg.map_err(|error| Failure::new(Cause::Numerics, error.to_string()))?;
-            outputs.write(path, Kind::Svg, |out| out.write_all(svg.as_bytes()))?;
+            let title = match found.by_pattern {
+                true => format!("Response to the load pattern {}", self.input),
+                false => format!("Response to a force of 1 N at {}", self.input),
+            };
+            let chart = response_chart(&title, &format!("amplitude [{unit}]"), self.log, amplitudes, phases);
+            write_chart(&outputs, path, chart)?;
         }
         let grid = question.frequencies.clone();
         let compared = match (&problem, self.compare) {
@@ -206,11 +221,11 @@ impl Frf {
 
 impl Frf {
     fn print(&self, names: &[String], found: &FrequencyResponse, compared: Option<ResponseError>) {
-        let (_, unit) = self.quantity.meaning();
-        println!("output                        largest amplitude       at");
+        let unit = self.quantity.unit(found.by_pattern);
+        println!("output                        largest amplitude          at");
         for (name, peak) in names.iter().zip(&found.peaks) {
             let Peak { amplitude, frequency_hz } = peak;
-            println!("{name:<28}  {amplitude:>13.6e} {unit:<5}  {frequency_hz:.4} Hz");
+            println!("{name:<28}  {amplitude:>13.6e} {unit:<8}  {frequency_hz:.4} Hz");
         }
         println!("\nhighest mode of the file: {:.2} Hz; good up to about half of it", found.highest_mode_hz);
         if let Some(error) = compared {

@@ -17,6 +17,7 @@ use vademecum_study::FileError;
 use vademecum_study::contents::{Bound, bound, figures, lines, mesh_errors, mode_table, numbers};
 use vademecum_study::separation::{Enrichment, enrichment_history, radius_samples, repairs};
 
+use crate::accuracy::Accuracy;
 use crate::arguments::{Limit, rounding};
 use crate::failure::Failure;
 use crate::files::{open, usable_bytes};
@@ -94,6 +95,9 @@ struct Contents {
     radius_samples: Vec<RadiusSample>,
     sections: Vec<SectionReport>,
     problem: String,
+    /// What is said first of its certificate.
+    #[serde(skip)]
+    accuracy: Vec<String>,
 }
 
 #[derive(Serialize)]
@@ -222,14 +226,14 @@ impl Certificates {
             let Some(c) = certificate else { continue };
             if is_large {
                 println!(
-                    "certificate, strain: largest error {:.3e}, largest floor {:.3e} over {} steps",
+                    "test runs, strain: largest error {:.3e}, projection error {:.3e} over {} steps",
                     c.trajectory_error, c.projection_floor, c.steps
                 );
                 continue;
             }
             println!(
-                "certificate, {name}: largest error {:.3e}, largest floor {:.3e}, largest ratio {:.3} over {} steps; \
-                 spectral radius 1 {:+.1e}; energy ratio {:.9}{}",
+                "test runs, {name}: largest error {:.3e}, projection error {:.3e}, ratio {:.3} over {} steps; spectral radius \
+                 1{:+.1e}; energy ratio {:.9}{}",
                 c.trajectory_error,
                 c.projection_floor,
                 c.floor_ratio,
@@ -240,18 +244,11 @@ impl Certificates {
             );
         }
         if let Some(c) = &self.canonical {
-            println!("certificate, canonical:");
+            println!("test runs, canonical:");
             print_chapter(c);
         }
         if let Some(steps) = self.good_for_steps {
             println!("{}", endurance(steps));
-        }
-        if let Some(Bound { worst, median, p95, kind }) = &self.bound {
-            println!(
-                "{kind}: truncation error after a step load, as a share of the static response: at most {worst:.1e} at the \
-                 worst loadable node, median {median:.1e}, 95th percentile {p95:.1e} (mass norm, without residual \
-                 flexibility)"
-            );
         }
         if !self.mesh_error.is_empty() {
             println!("mesh error of the lowest frequencies, estimated:");
@@ -419,6 +416,7 @@ impl Info {
             radius_samples: radius_samples(file)?,
             sections: SectionKind::ALL.iter().copied().filter_map(section).collect(),
             problem: m.problem.into(),
+            accuracy: Accuracy::of(file)?.lines(),
         })
     }
 }
@@ -466,6 +464,7 @@ impl Contents {
             list(&self.load_patterns)
         );
         self.print_axes();
+        self.accuracy.iter().for_each(|line| println!("{line}"));
         self.certificate.print(self.is_large());
         self.print_separation();
         self.print_sections();
@@ -551,7 +550,7 @@ impl Contents {
         if !self.radius_samples.is_empty() {
             let (low, high) = radii.fold((f64::INFINITY, 0.0_f64), |(a, b), r| (a.min(r), b.max(r)));
             println!(
-                "spectral radius at {} points of the parameter domain: 1 {:+.1e} to 1 {:+.1e}",
+                "spectral radius at {} points of the parameter domain: 1{:+.1e} to 1{:+.1e}",
                 self.radius_samples.len(),
                 low - 1.0,
                 high - 1.0
@@ -577,7 +576,8 @@ fn endurance(steps: f64) -> String {
     if steps == 0.0 {
         return "the tolerance was exceeded within the certified steps".into();
     }
-    format!("tolerance kept for at least {steps:.1e} steps (extrapolated from the drift)")
+    let count = if steps < 1e6 { format!("{steps:.0}") } else { format!("{steps:.1e}") };
+    format!("tolerance verified for at least {count} steps (extrapolated from the drift)")
 }
 
 /// From the stored errors and the tolerance of the stored problem; absent without either, or when it is

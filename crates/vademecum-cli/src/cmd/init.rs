@@ -10,6 +10,7 @@ use crate::console::Console;
 use crate::failure::{Cause, Failure};
 use crate::files::{check_output, outputs, write_bytes};
 use crate::print::print_json;
+use crate::words::{duration, hertz, quantity};
 
 /// Writes a problem file for a mesh: unit, support, material, time step and modes are proposed and explained.
 #[derive(clap::Args)]
@@ -91,15 +92,25 @@ impl Init {
         if self.json {
             print_json(&proposed);
         } else {
-            println!("{}", summary(&problem, &proposed));
+            let Starter { dofs, longest_side, support, frequency, time_step, modes, .. } = &proposed;
+            let order = if proposed.raised { ", mid-side nodes added" } else { "" };
+            let material = &proposed.material;
+            println!(
+                "body: {dofs} free dofs{order}, longest side {}, {material}",
+                quantity(*longest_side, "m")
+            );
+            println!("support: {support}");
+            println!(
+                "first natural frequency {}; time step {}, {modes} modes",
+                hertz(*frequency),
+                duration(*time_step)
+            );
+            println!("wrote {}", problem.display());
             if !self.view {
                 println!("next: vademecum build {} -o {}", problem.display(), lines.1.display());
             }
             if proposed.doubtful_scale {
-                println!(
-                    "{:.1} m long? If the mesh is in millimetres, add --scale 0.001",
-                    proposed.longest_side
-                );
+                println!("{longest_side:.1} m long? If the mesh is in millimetres, add --scale 0.001");
             }
         }
         Ok(if self.view { lines.0 } else { vec![] })
@@ -125,18 +136,6 @@ impl Init {
         let build = vec!["vademecum".into(), "build".into(), problem.into(), "-o".into(), file.clone()];
         (vec![build, vec!["vademecum".into(), "view".into(), file.clone()]], file)
     }
-}
-
-/// Proposal in a sentence.
-fn summary(problem: &Path, proposed: &Starter) -> String {
-    let Starter { dofs, longest_side, support, frequency, time_step, modes, .. } = proposed;
-    let order = if proposed.raised { ", mid-side nodes added" } else { "" };
-    format!(
-        "wrote {}: {}, {dofs} free dofs{order}, longest side {longest_side:.4} m, held: {support}, first frequency \
-         {frequency:.4} Hz, step {time_step:e} s, {modes} modes",
-        problem.display(),
-        proposed.material
-    )
 }
 
 /// A path as a file at `from` names it: relative where both lie in one folder, whole otherwise.

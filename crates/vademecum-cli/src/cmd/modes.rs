@@ -113,17 +113,23 @@ fn print(modes: &NaturalModes) {
     if modes.rigid_motions > 0 {
         println!("free body: {} rigid motions of no frequency, and these elastic modes", modes.rigid_motions);
     }
+    // Exact steps neither damp a mode nor stretch its period.
+    let said = |values: &[Option<f64>]| values.iter().any(|value| *value != Some(0.0));
+    let scheme = said(&modes.scheme_damping) || said(&modes.period_elongation);
+    let of_scheme = |text: String| if scheme { text } else { String::new() };
     println!(
-        "{} free dofs\n\nmode  frequency [Hz]  damping: material  scheme     period     residual  mass x, y, z [%]",
-        modes.dofs
+        "{} free dofs\n\nmode  frequency [Hz]  damping ratio{}   residual  mass x, y, z [%]",
+        modes.dofs,
+        of_scheme(format!("  {:>9}  {:>9}", "scheme", "period"))
     );
     for (k, frequency) in modes.frequencies_hz.iter().enumerate() {
-        let scheme = modes.scheme_damping[k].map_or("over".into(), |d| format!("{d:.2e}"));
+        let damping = modes.scheme_damping[k].map_or("over".into(), |d| format!("{d:.2e}"));
         let period = modes.period_elongation[k].map_or("-".into(), |p| format!("{p:+.2e}"));
         println!(
-            "{:>4}  {frequency:>14.6}  {:>17.3e}  {scheme:>9}  {period:>9}  {:>9.1e}  {}",
+            "{:>4}  {frequency:>14.6}  {:>13.3e}{}  {:>9.1e}  {}",
             k + 1,
             modes.material_damping[k],
+            of_scheme(format!("  {damping:>9}  {period:>9}")),
             modes.residuals[k],
             modes.effective_mass[k].map(|share| format!("{:5.1}", 100.0 * share)).join(" ")
         );

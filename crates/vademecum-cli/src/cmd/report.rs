@@ -81,8 +81,12 @@ struct ReportOutput {
 }
 
 /// Figures of every report.
-const FIGURES: [(&str, Kind); 4] =
-    [("mesh.svg", Kind::Svg), ("modes.svg", Kind::Svg), ("free-run.svg", Kind::Svg), ("file.svg", Kind::Svg)];
+const FIGURES: [(&str, Kind); 4] = [
+    ("mesh.svg", Kind::Svg),
+    ("shape-1.svg", Kind::Svg),
+    ("free-run.svg", Kind::Svg),
+    ("file.svg", Kind::Svg),
+];
 
 /// Writes the page of a file, as `vademecum report` does, with the figures beside it; `compared` is the
 /// problem and the scenario of a comparison with the full order.
@@ -102,6 +106,7 @@ pub fn report(
         problem,
         scenario,
         build: None,
+        timings: false,
         json: false,
         outputs: OutputArguments { force: false },
         limit: Limit::default(),
@@ -162,6 +167,7 @@ impl Report {
         let verified = self.compare(compared, &file, console)?;
         let content = Content {
             title: title(&self.file, &file),
+            command: self.command(),
             path: &self.file,
             bytes,
             file: &file,
@@ -193,6 +199,16 @@ impl Report {
             figures: figures.len(),
             figures_folder: beside.then(|| folder.display().to_string()),
         })
+    }
+
+    /// The command that writes this page.
+    fn command(&self) -> String {
+        let given = [("--problem", &self.problem), ("--scenario", &self.scenario), ("--build", &self.build)];
+        let given = given
+            .into_iter()
+            .filter_map(|(name, path)| Some(format!(" {name} {}", path.as_ref()?.display())));
+        let given: String = given.collect();
+        format!("vademecum report {}{given} -o {}", self.file.display(), self.output.display())
     }
 
     /// The problem and the scenario to compare on, if they are given.

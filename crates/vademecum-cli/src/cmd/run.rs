@@ -20,7 +20,8 @@ use vademecum_study::{FileError, StudyError, run};
 use crate::arguments::{Limit, OutputArguments, StructureArgument, positive, setting};
 use crate::console::Console;
 use crate::failure::Failure;
-use crate::files::{is_stepped, open_or_map, outputs, usable_file};
+use crate::files::{chart_kind, is_stepped, open_or_map, outputs, usable_file, write_chart};
+use crate::pictures::{Drawn, Panel, Series, Thinned, panels_chart};
 use crate::print::print_json;
 use list::{FILES, RunList, field_name};
 
@@ -28,6 +29,7 @@ use list::{FILES, RunList, field_name};
 #[derive(clap::Args)]
 #[command(after_help = "Examples:
   vademecum run body.vdm --scenario push.toml -o out/
+  vademecum run body.vdm --scenario push.toml --plot out/probes.svg
   vademecum run body.vdm --scenario push.toml --set \"tip stiffness=1.5\" --set damping=1e-4
 Rows and fields are written while they are computed: what was there before Ctrl-C or a full disk is kept.
 Keys of the scenario file: `vademecum help scenario`")]
@@ -40,6 +42,10 @@ pub(crate) struct Run {
     /// Folder for the results; made if missing.
     #[arg(short, long, default_value = "out")]
     output: PathBuf,
+    /// Draw the columns of probes.csv over time here (SVG, or PDF by its name); the energy if there are no
+    /// others.
+    #[arg(long)]
+    plot: Option<PathBuf>,
     /// Structure of the step.
     #[arg(long, value_enum, default_value_t = StructureArgument::Auto)]
     structure: StructureArgument,
@@ -59,7 +65,7 @@ pub(crate) struct Run {
     #[arg(long)]
     terms: Option<usize>,
     /// Map the file into memory instead of copying it, for files too large to copy. Nobody may shorten or
-    /// overwrite it meanwhile: that would end the program or give wrong numbers.
+    /// overwrite it meanwhile: the program would crash or give wrong numbers.
     #[arg(long)]
     map: bool,
     /// The default.
@@ -82,6 +88,8 @@ impl Run {
         let scenario = Scenario::read(&self.scenario)?;
         let outputs = outputs(&self.outputs, &[Some(&self.file), Some(&self.scenario)], None);
         RunList::check(&outputs, &self.output)?;
+        let plot = self.plot.iter().map(|path| (path.clone(), chart_kind(path)));
+        outputs.check(&plot.collect::<Vec<_>>())?;
         let mapped = open_or_map(&self.file, self.map)?;
         let mut memory = vec![];
         let shown = &scenario.output;
@@ -113,7 +121,9 @@ impl Run {
         let played = run.play(console, |moment: &Moment<'_>| {
             if let Some(geometry) = geometry.take() {
                 outputs.make_folder(&self.output)?;
-                results = Some(Results::begin(&outputs, &self.output, &run, geometry, shown)?);
+                let mut begun = Results::begin(&outputs, &self.output, &run, geometry, shown)?;
+                begun.curves = self.plot.is_some().then(|| Curves::of(&run));
+                results = Some(begun);
             }
             results.as_mut().map_or(Ok(()), |results| results.show(moment))
         });
@@ -125,17 +135,21 @@ impl Run {
         let written = results.finish();
         let failed = |failure: Failure| failure.about(&self.file).kept(results.kept());
         played.and(written).map_err(failed)?;
-        results.print(&run, self.json);
+        if let (Some(path), Some(curves)) = (&self.plot, results.curves.take()) {
+            write_chart(&outputs, path, curves.draw(&run))?;
+        }
+        results.print(&run, self.plot.as_deref(), self.json);
         Ok(())
     }
 }
 
-/// Tables and fields of a run, and the largest stress seen.
+/// Tables, fields and curves of a run, and the largest stress seen.
 struct Results<'a> {
     list: RunList<'a>,
     probes: ProbeTable,
     stresses: Option<StressTable<'a>>,
     fields: Option<FieldSeries<'a>>,
+    curves: Option<Curves>,
     largest: Option<LargestStress>,
 }
 
@@ -158,12 +172,15 @@ impl<'a> Results<'a> {
             .transpose()?;
         let probes = ProbeTable::begin(outputs, folder.join("probes.csv"), run)?;
         let fields = geometry.map(|geometry| FieldSeries::begin(outputs, folder, geometry)).transpose()?;
-        Ok(Self { list, probes, stresses, fields, largest: None })
+        Ok(Self { list, probes, stresses, fields, curves: None, largest: None })
     }
 
     /// Adds an instant.
     fn show(&mut self, moment: &Moment<'_>) -> Result<(), Failure> {
         self.probes.show(moment)?;
+        if let Some(curves) = &mut self.curves {
+            curves.add(moment);
+        }
         if let Some(stresses) = &mut self.stresses {
             stresses.show(moment)?;
         }
@@ -190,15 +207,17 @@ impl<'a> Results<'a> {
         [Some(self.probes.kept()), stresses, fields].into_iter().flatten().collect::<Vec<_>>().join("; ")
     }
 
-    fn print(&self, run: &run::Run<'_>, json: bool) {
+    fn print(&self, run: &run::Run<'_>, plot: Option<&Path>, json: bool) {
         if json {
-            let columns: Vec<String> = run.probes().iter().cloned().chain(run.flight_columns()).collect();
+            let probes: Vec<String> = run.probes().iter().cloned().chain(run.flight_columns()).collect();
             return print_json(&RunOutput {
                 steps: run.steps,
                 time_step: run.time_step,
-                probes: &columns,
+                probes: &probes,
+                columns: columns(run),
                 supports: run.supports(),
                 quantities: run.quantities(),
+                plot_file: plot.map(|path| path.display().to_string()),
                 rows: self.probes.rows.lines(),
                 probes_file: self.probes.path.display().to_string(),
                 fields: self.fields.as_ref().map_or(0, |series| series.collection.lines()),
@@ -208,6 +227,9 @@ impl<'a> Results<'a> {
             });
         }
         println!("{} steps of {} s; {}", run.steps, run.time_step, self.kept());
+        if let Some(path) = plot {
+            println!("wrote {}", path.display());
+        }
         if let Some(LargestStress { von_mises, place, time }) = self.largest {
             println!("largest von Mises stress {von_mises:.4e} Pa at node {} after {time:.4e} s", place.id);
         }
@@ -220,11 +242,16 @@ struct RunOutput<'a> {
     steps: usize,
     time_step: f64,
     probes: &'a [String],
+    /// Names of all columns of the table, as in its first line.
+    columns: Vec<String>,
     /// Supports whose reactions are columns of the table.
     supports: &'a [String],
     /// Scalars of the whole body that are columns of the table, too.
     #[serde(skip_serializing_if = "<[Total]>::is_empty")]
     quantities: &'a [Total],
+    /// None without a picture.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    plot_file: Option<String>,
     rows: usize,
     probes_file: String,
     fields: usize,
@@ -236,6 +263,15 @@ struct RunOutput<'a> {
     largest_stress: Option<LargestStress>,
 }
 
+/// Names of the columns of the table of probes, with their units.
+fn columns(run: &run::Run<'_>) -> Vec<String> {
+    let named = run.columns().into_iter().map(|(name, unit)| match unit {
+        "" => name,
+        unit => format!("{name} [{unit}]"),
+    });
+    ["time_s", "energy_J"].map(String::from).into_iter().chain(named).collect()
+}
+
 /// Time, energy and every probe, one line an instant; on the disk soon after they are computed.
 struct ProbeTable {
     path: PathBuf,
@@ -245,7 +281,7 @@ struct ProbeTable {
 
 impl ProbeTable {
     fn begin(outputs: &Outputs, path: PathBuf, run: &run::Run<'_>) -> Result<Self, Failure> {
-        let head = format!("{}\n", run.columns().join(","));
+        let head = columns(run).join(",") + "\n";
         let rows = outputs.grow(&path, Kind::Csv, &head, "")?;
         Ok(Self { path, rows, line: String::new() })
     }
@@ -318,8 +354,80 @@ fn write_row(line: &mut String, time: f64, probed: &ProbeRow<'_>) -> std::fmt::R
     probed.values.iter().chain(reactions).try_for_each(|value| write!(line, ",{value:.9e}"))?;
     // Far from the origin a place in space needs all of its digits.
     probed.flight.iter().try_for_each(|value| write!(line, ",{value:e}"))?;
-    probed.quantities.iter().try_for_each(|value| write!(line, ",{value:.9e}"))?;
+    let rest = probed.quantities.iter().chain(probed.contacts.as_flattened());
+    rest.into_iter().try_for_each(|value| write!(line, ",{value:.9e}"))?;
     line.write_char('\n')
+}
+
+/// The columns of the table of probes over time, thinned out to what a picture shows.
+struct Curves {
+    names: Vec<(String, &'static str)>,
+    lines: Vec<Thinned>,
+    energy: Thinned,
+}
+
+impl Curves {
+    /// Columns of a picture that a point falls into: half a pixel each.
+    const COLUMNS: f64 = 1240.0;
+
+    fn of(run: &run::Run<'_>) -> Self {
+        let column = || Thinned::new(run.steps as f64 * run.time_step / Self::COLUMNS);
+        let names = run.columns();
+        Self { lines: names.iter().map(|_| column()).collect(), names, energy: column() }
+    }
+
+    fn add(&mut self, moment: &Moment<'_>) {
+        let Some(probed) = &moment.probes else { return };
+        let parts = [
+            probed.values,
+            probed.reactions.as_flattened(),
+            probed.flight,
+            probed.quantities,
+            probed.contacts.as_flattened(),
+        ];
+        let values = parts.into_iter().flatten();
+        self.lines.iter_mut().zip(values).for_each(|(line, &value)| line.push((moment.time, value)));
+        self.energy.push((moment.time, probed.energy));
+    }
+
+    /// An area for each unit.
+    fn draw(self, run: &run::Run<'_>) -> Drawn {
+        let mut panels: Vec<Panel<'_>> = vec![];
+        for ((name, unit), line) in self.names.iter().zip(self.lines) {
+            let y = match *unit {
+                "" => name.clone(),
+                "1" => "dimensionless".into(),
+                unit => format!("{} [{unit}]", quantity(unit)),
+            };
+            let series = Series { name, points: line.finish() };
+            match panels.iter_mut().find(|panel| panel.y == y) {
+                Some(panel) => panel.series.push(series),
+                None => panels.push(Panel { y, log_y: false, range: None, series: vec![series] }),
+            }
+        }
+        if panels.is_empty() {
+            let series = vec![Series { name: "energy", points: self.energy.finish() }];
+            panels.push(Panel { y: "energy [J]".into(), log_y: false, range: None, series });
+        }
+        let one = match &panels[..] {
+            [panel] if panel.series.len() == 1 => panel.series[0].name.to_string(),
+            _ => "probes".into(),
+        };
+        panels_chart(&one, ("time [s]", false), panels, run.acting())
+    }
+}
+
+/// What is measured in a unit.
+fn quantity(unit: &str) -> &'static str {
+    match unit {
+        "m" => "displacement",
+        "m/s" => "velocity",
+        "m/s²" => "acceleration",
+        "Pa" => "stress",
+        "N" => "force",
+        "N m" => "moment",
+        _ => "value",
+    }
 }
 
 /// A series of VTU files over the surface or all nodes of the file, and the collection that ParaView opens,

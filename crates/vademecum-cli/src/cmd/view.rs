@@ -95,7 +95,7 @@ pub(crate) struct View {
     #[arg(long, requires = "export")]
     json: bool,
     /// Map the file into memory instead of copying it, for files too large to copy. Nobody may shorten or
-    /// overwrite it meanwhile: that would end the program or give wrong numbers.
+    /// overwrite it meanwhile: the program would crash or give wrong numbers.
     #[arg(long)]
     map: bool,
     /// The default.

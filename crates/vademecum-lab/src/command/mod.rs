@@ -18,7 +18,7 @@ use vademecum_cli::{Cause, Failure};
 use vademecum_lab::{BenchOptions, LargeBenchOptions, compare_large_methods, compare_methods};
 use vademecum_study::scenario::Scenario;
 
-/// Compares every way to get the answer: seconds offline, time per step, and error, on the same scenario.
+/// Benchmark of all methods on one scenario: offline time, time per step, error.
 #[derive(clap::Args)]
 #[command(after_help = "Examples:
   vademecum-lab bench -o bench --quick                  the demo's beam and scenario, under two minutes

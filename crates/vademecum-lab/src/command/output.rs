@@ -82,7 +82,7 @@ fn conditions(table: &BenchTable) -> String {
          is about {:.0e}.\n\
          Time scheme error against it (in brackets with loads at their mean where they jump): {}.\n\
          Reduced steps timed in bursts of {}, {} rounds by turns; clock and loop {:.2} ns per step, not \
-         taken off; medians of the rounds {:.1} % apart.\n\n",
+         taken off; medians of the rounds {:.1} % apart.\n{}\n",
         table.title,
         table.dofs,
         table.steps,
@@ -94,8 +94,22 @@ fn conditions(table: &BenchTable) -> String {
         table.burst,
         table.rounds,
         table.clock_ns_per_step,
-        100.0 * table.noise
+        100.0 * table.noise,
+        unsteady(table.methods.iter().map(|row| (row.name.to_string(), row.step_spread)))
     )
+}
+
+/// Rounds further apart than this share say that something else ran beside them.
+const STEADY: f64 = 0.5;
+
+/// A warning that the times are not those of an idle machine; nothing if they are.
+fn unsteady(spreads: impl Iterator<Item = (String, f64)>) -> String {
+    let worst = spreads.filter(|(_, spread)| *spread > STEADY).max_by(|a, b| a.1.total_cmp(&b.1));
+    worst.map_or(String::new(), |(name, spread)| {
+        let share = 100.0 * spread;
+        format!("warning: the machine was busy: the rounds of `{name}` are {share:.0} % apart, so times and ratios of times \
+                 are no measurement. Errors are not affected.\n")
+    })
 }
 
 /// The chapter's rows against ours in words, one line each; nothing where there is no canonical row.
@@ -135,6 +149,17 @@ mod tests {
     use super::*;
     use vademecum_build::input::BasisKind;
     use vademecum_lab::{Identity, Precision, Way};
+
+    #[test]
+    fn times_of_a_busy_machine_are_warned_of() {
+        let rows = |spread| [("a".to_string(), 0.18), ("full order".into(), spread)].into_iter();
+        assert_eq!(unsteady(rows(0.4)), "");
+        let said = unsteady(rows(31.0));
+        assert!(
+            said.starts_with("warning: the machine was busy: the rounds of `full order` are 3100 % apart"),
+            "{said}"
+        );
+    }
 
     #[test]
     fn every_row_of_the_chapter_has_its_line() {

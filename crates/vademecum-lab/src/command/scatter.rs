@@ -1,7 +1,6 @@
 //! A chart of methods: points on two logarithmic axes with a word beside each.
 
-use plotters::prelude::*;
-use vademecum_cli::front::{COLORS, Chart, DrawResult, axes, named};
+use vademecum_cli::front::{Anchor, Axis, COLORS, Chart, DrawResult, Frame, Picture, Shape};
 
 /// Points of one method in a [`scatter`].
 pub struct Cloud {
@@ -20,41 +19,44 @@ pub fn scatter(chart: &Chart<'_>, clouds: &[Cloud], front: &[(f64, f64)]) -> Dra
         return Err("nothing to draw".into());
     }
     // Whole decades, with room for the words beside the points: part of one gets a label at every tenth.
-    let range = |value: fn(&(f64, f64, String)) -> f64| {
+    let axis = |value: fn(&(f64, f64, String)) -> f64| {
         let (low, high) =
             all.iter().fold((f64::MAX, f64::MIN), |(a, b), p| (a.min(value(p)), b.max(value(p))));
-        10f64.powf((low / 1.2).log10().floor())..10f64.powf((high * 1.6).log10().ceil())
+        let power = |exponent: f64| 10f64.powf(exponent);
+        Axis { low: power((low / 1.2).log10().floor()), high: power((high * 1.6).log10().ceil()), log: true }
     };
-    let mut svg = String::new();
-    let root = SVGBackend::with_string(&mut svg, (900 + LEGEND, 600)).into_drawing_area();
-    root.fill(&WHITE)?;
-    let (area, beside) = named(&root, chart, &[])?.split_horizontally(900);
-    let mut context = axes(&area, chart, range(|p| p.0).log_scale(), range(|p| p.1).log_scale())?;
-    let pale = RGBColor(215, 215, 215);
-    context.draw_series(LineSeries::new(front.iter().copied(), pale.stroke_width(9)))?;
+    let mut picture = Picture::new(900.0 + LEGEND, 600.0);
+    picture.text((20.0, 26.0), 16.0, Anchor::Start, chart.title);
+    let frame = Frame { ends: [86.0, 42.0, 882.0, 554.0], x: axis(|p| p.0), y: axis(|p| p.1) };
+    frame.draw(&mut picture, chart.x, chart.y);
+    frame.line(&mut picture, front, [215; 3], 9.0, &[]);
     for (i, cloud) in clouds.iter().enumerate() {
         // Colours repeat after five clouds; hollow marks tell the second five from the first.
-        let (color, solid) = (COLORS[i % COLORS.len()], i < COLORS.len());
-        let style = if solid { color.filled() } else { color.stroke_width(2) };
-        let points: Vec<&(f64, f64, String)> = cloud.points.iter().filter(usable).collect();
-        context.draw_series(LineSeries::new(points.iter().map(|p| (p.0, p.1)), color.stroke_width(1)))?;
-        context.draw_series(points.iter().map(|p| Circle::new((p.0, p.1), 4, style)))?;
-        let y = 20 + 22 * i as i32;
-        beside.draw(&Circle::new((8, y), 4, style))?;
-        beside.draw(&Text::new(cloud.name.as_str(), (20, y - 8), ("sans-serif", 14)))?;
+        let (color, hollow) = (COLORS[i % COLORS.len()], i >= COLORS.len());
+        let points = cloud.points.iter().filter(usable).map(|p| frame.at((p.0, p.1)));
+        let points: Vec<(f64, f64)> = points.collect();
+        let dot = |at| Shape::Dot { at, radius: 4.0, color, hollow };
+        picture.add(Shape::Line { points: points.clone(), color, width: 1.0, dash: &[] });
+        points.into_iter().for_each(|at| picture.add(dot(at)));
+        let y = 62.0 + 22.0 * i as f64;
+        picture.add(dot((908.0, y)));
+        picture.text((920.0, y + 4.0), 12.0, Anchor::Start, cloud.name.as_str());
     }
-    let marked: Vec<((i32, i32), &str)> =
-        all.iter().map(|p| (context.backend_coord(&(p.0, p.1)), p.2.as_str())).collect();
-    for (place, word) in words_beside(&marked) {
-        root.draw(&Text::new(word, place, ("sans-serif", WORD as u32)))?;
+    let pixel = |x: f64| x.round() as i32;
+    let marked: Vec<((i32, i32), &str)> = all
+        .iter()
+        .map(|p| (frame.at((p.0, p.1)), p.2.as_str()))
+        .map(|((x, y), word)| ((pixel(x), pixel(y)), word))
+        .collect();
+    for ((x, y), word) in words_beside(&marked) {
+        let base = (f64::from(x), f64::from(y) + 0.8 * f64::from(WORD));
+        picture.text(base, f64::from(WORD), Anchor::Start, word);
     }
-    root.present()?;
-    drop((context, area, beside, root));
-    Ok(svg)
+    Ok(picture.svg())
 }
 
 /// Width of the names beside a scatter \[px\].
-const LEGEND: u32 = 240;
+const LEGEND: f64 = 240.0;
 /// Height of the words beside points \[px\].
 const WORD: i32 = 12;
 

@@ -8,12 +8,10 @@ use vademecum_fmu::variables::Variable;
 use vademecum_format::{Metadata, Parameter};
 
 use super::version::FmiVersion;
+use crate::contents::SI;
 
 /// Internal steps of the default experiment.
 const STEPS: f64 = 1000.0;
-
-/// Units of a file whose numbers mean what FMI says they do.
-const SI: &str = "SI: m, kg, s, N, Pa";
 
 /// Contents of a description.
 pub(super) struct Description<'a> {

@@ -122,16 +122,16 @@ pub trait Playable {
     fn reaction(&self, _support: usize) -> Result<[f64; 6], FileError> {
         Err(FileError::Missing { kind: SectionKind::ReactionBasis })
     }
-    /// Displacement of a node of the file \[m\].
+    /// Displacement or velocity of a node of the file \[m, m/s\].
     ///
     /// # Errors
     /// A file that does not show the node.
-    fn node(&self, node: usize) -> Result<[f64; 3], FileError>;
-    /// Displacement of a point of the surface \[m\].
+    fn node(&self, node: usize, field: Field) -> Result<[f64; 3], FileError>;
+    /// Displacement or velocity of a point of the surface \[m, m/s\].
     ///
     /// # Errors
     /// A file without its surface.
-    fn point(&self, point: &SurfacePoint) -> Result<[f64; 3], FileError>;
+    fn point(&self, point: &SurfacePoint, field: Field) -> Result<[f64; 3], FileError>;
     /// A field of the surface, shape (n_surface_nodes, 3), with the static answer of the whole body where the
     /// body has room for it.
     ///
@@ -243,12 +243,12 @@ impl<T: Scalar> Playable for Body<'_, T> {
         Ok(self.scene().reaction(self.state(), support)?.total())
     }
 
-    fn node(&self, node: usize) -> Result<[f64; 3], FileError> {
-        Ok(self.node(node, Field::Displacement)?)
+    fn node(&self, node: usize, field: Field) -> Result<[f64; 3], FileError> {
+        Ok(self.node(node, field)?)
     }
 
-    fn point(&self, point: &SurfacePoint) -> Result<[f64; 3], FileError> {
-        Ok(self.point(point, Field::Displacement)?)
+    fn point(&self, point: &SurfacePoint, field: Field) -> Result<[f64; 3], FileError> {
+        Ok(self.point(point, field)?)
     }
 
     fn surface_into(&mut self, field: Field, out: &mut [T]) -> Result<(), FileError> {

@@ -101,12 +101,12 @@ impl Playable for ChapterBody<'_, '_> {
         Ok(self.scene.probe(&self.state, index, Field::Displacement)?)
     }
 
-    fn node(&self, node: usize) -> Result<[f64; 3], FileError> {
-        Ok(self.scene.node(&self.state, node, Field::Displacement)?)
+    fn node(&self, node: usize, field: Field) -> Result<[f64; 3], FileError> {
+        Ok(self.scene.node(&self.state, node, field)?)
     }
 
-    fn point(&self, point: &SurfacePoint) -> Result<[f64; 3], FileError> {
-        Ok(self.scene.point(&self.state, point, Field::Displacement)?)
+    fn point(&self, point: &SurfacePoint, field: Field) -> Result<[f64; 3], FileError> {
+        Ok(self.scene.point(&self.state, point, field)?)
     }
 
     fn surface_into(&mut self, field: Field, out: &mut [f64]) -> Result<(), FileError> {

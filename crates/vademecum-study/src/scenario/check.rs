@@ -1,13 +1,13 @@
 //! Values of a scenario that cannot be.
 
 use vademecum_build::dynamics::Interval;
-use vademecum_build::input::ProbeEntry;
 use vademecum_build::input::toml_file::{self, TomlError};
 
 use super::ScenarioError;
 use super::courses::TimeCourse;
 use super::entries::{
-    ChirpEntry, ContactEntry, FreeEntry, OutputPlan, PatternUse, Scenario, SinusoidEntry, StressEntry,
+    ChirpEntry, ContactEntry, FreeEntry, OutputPlan, OutputProbe, PatternUse, Scenario, SinusoidEntry,
+    StressEntry,
 };
 use super::tables::LARGEST;
 
@@ -113,8 +113,8 @@ impl ContactEntry {
 }
 
 /// The first value of a probe that cannot be.
-fn probe_fault(probes: &[ProbeEntry], index: usize) -> Option<Fault> {
-    let ProbeEntry { name, point, direction } = &probes[index];
+fn probe_fault(probes: &[OutputProbe], index: usize) -> Option<Fault> {
+    let OutputProbe { name, point, direction, .. } = &probes[index];
     let fault = |key: &str, found, expected| {
         Some(Fault { key: format!("output.probe[{index}].{key}"), found, expected })
     };

@@ -7,7 +7,6 @@ use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
 use serde::de::Error as _;
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
 use vademecum_build::dynamics::LoadTable;
-use vademecum_build::input::ProbeEntry;
 use vademecum_eval::Quantity;
 
 use super::tables::Rows;
@@ -170,16 +169,62 @@ pub struct OutputPlan {
     pub fields: FieldChoice,
     /// Named values beside those of the file.
     #[serde(rename = "probe", default)]
-    pub probes: Vec<ProbeEntry>,
+    pub probes: Vec<OutputProbe>,
     /// Named stresses.
     #[serde(rename = "stress", default)]
     pub(crate) stresses: Vec<StressEntry>,
     /// The stress of every point of the file every so many steps; 0: never.
     #[serde(default)]
     pub stress_every: usize,
+    /// True: the displacement under each contact, three columns of the table of probes.
+    #[serde(default)]
+    pub contacts: bool,
     /// Scalars of the whole body, columns of the table of probes.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub(crate) quantities: Vec<Total>,
+}
+
+/// A component of the motion at a point.
+#[derive(Clone, Debug, Deserialize, Serialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct OutputProbe {
+    /// Its name.
+    pub name: String,
+    /// Position.
+    pub(crate) point: [f64; 3],
+    /// Component; normalised.
+    pub(crate) direction: [f64; 3],
+    /// Quantity.
+    #[serde(default)]
+    pub(crate) quantity: ProbeQuantity,
+    /// `"node"`: the nearest node that the file shows, `"surface"`: the nearest point of the loadable
+    /// surface.
+    #[serde(default)]
+    pub(crate) at: ProbePlace,
+}
+
+/// Quantity of a probe.
+#[derive(Clone, Copy, Debug, Default, Deserialize, Serialize, PartialEq, Eq, JsonSchema)]
+#[serde(rename_all = "lowercase")]
+pub(crate) enum ProbeQuantity {
+    /// Displacement \[m\].
+    #[default]
+    Displacement,
+    /// Velocity \[m/s\].
+    Velocity,
+    /// Mean acceleration of the step that ends \[m/s²\].
+    Acceleration,
+}
+
+/// Place of a probe.
+#[derive(Clone, Copy, Debug, Default, Deserialize, Serialize, PartialEq, Eq, JsonSchema)]
+#[serde(rename_all = "lowercase")]
+pub(crate) enum ProbePlace {
+    /// The nearest node.
+    #[default]
+    Node,
+    /// The nearest point of the loadable surface.
+    Surface,
 }
 
 /// A scalar of the whole body, one of [`Quantity::totals`], by its name there.
@@ -279,6 +324,7 @@ impl Default for OutputPlan {
             probes: vec![],
             stresses: vec![],
             stress_every: 0,
+            contacts: false,
             quantities: vec![],
         }
     }

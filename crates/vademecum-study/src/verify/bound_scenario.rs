@@ -5,7 +5,7 @@ use vademecum_build::dynamics::TimedLoad;
 use vademecum_build::input::Problem;
 use vademecum_build::prepared::{Body, Prepared, Setting};
 use vademecum_build::progress::Listener;
-use vademecum_eval::Tensor;
+use vademecum_eval::{Field, Tensor};
 use vademecum_format::{File, SectionKind};
 
 use super::model::{file_nodes, free_basis, full_order_loads};
@@ -196,7 +196,7 @@ impl PlayedSeries {
             }
             finite(step, time_step, body.zeta(), energy, &values, &names)?;
             for placed in &track.contacts {
-                let moved = body.point(&placed.point)?;
+                let moved = body.point(&placed.point, Field::Displacement)?;
                 let along = moved.iter().zip(placed.contact.force).map(|(u, f)| u * f).sum();
                 self.under_contacts.push(along);
             }

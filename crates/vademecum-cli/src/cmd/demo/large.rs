@@ -10,14 +10,15 @@ use vademecum_build::progress::Listener;
 use vademecum_build::report::BuildReport;
 use vademecum_build::store::{Kind, Outputs};
 use vademecum_format::FormatError;
-use vademecum_study::StudyError;
 use vademecum_study::player::{LongRun, PlayOptions, Track, long_run};
 use vademecum_study::scenario::Scenario;
+use vademecum_study::{FileError, StudyError};
 
 use crate::console::Console;
 use crate::failure::Failure;
 use crate::files::{check_own, open, write_bytes, write_own};
-use crate::print::{json, print_json, print_report};
+use crate::print::{json, print_json, print_report, print_summary};
+use crate::words::{duration, percent};
 
 const PROBLEM: &str = include_str!("../../../assets/bending-beam.toml");
 const SCENARIO: &str = include_str!("../../../assets/bend.toml");
@@ -48,7 +49,12 @@ struct PushFigures {
 }
 
 /// Builds the beam, writes its file and what was measured.
-pub(crate) fn run(folder: &Path, as_json: bool, outputs: &Outputs, console: &Console) -> Result<(), Failure> {
+pub(crate) fn run(
+    folder: &Path,
+    [as_json, verbose]: [bool; 2],
+    outputs: &Outputs,
+    console: &Console,
+) -> Result<(), Failure> {
     outputs.check_in(folder, &FILES)?;
     outputs.make_folder(folder)?;
     let own = [("problem.toml", PROBLEM), ("scenario.toml", SCENARIO)];
@@ -83,16 +89,22 @@ pub(crate) fn run(folder: &Path, as_json: bool, outputs: &Outputs, console: &Con
     if as_json {
         print_json(&report);
     } else {
-        print_report(&built.report);
+        if verbose {
+            print_report(&built.report);
+        }
+        let unread = |error: FileError| Failure::file(&path, error);
+        print_summary(&built.report, &file, &path).map_err(unread)?;
         print(&report.figures);
-        println!("\nwrote to {}:\n  demo.vdm, demo.json, problem.toml, scenario.toml", folder.display());
+        println!("next: vademecum view {}", path.display());
     }
     Ok(())
 }
 
 fn print(figures: &PushFigures) {
     println!(
-        "a step                 {:.3e} s, at full order {:.3e} s",
-        figures.vademecum_seconds_per_step, figures.full_order_seconds_per_step
+        "a step takes {}, at full order {}; the linear model is {} of the motion off",
+        duration(figures.vademecum_seconds_per_step),
+        duration(figures.full_order_seconds_per_step),
+        percent(figures.linear_error)
     );
 }

@@ -7,7 +7,7 @@ use vademecum_build::dynamics::ModeRow;
 use vademecum_build::parametric::RadiusSample;
 use vademecum_format::{File, SectionKind};
 use vademecum_study::FileError;
-use vademecum_study::contents::{lines, numbers};
+use vademecum_study::contents::{is_si, lines, numbers};
 use vademecum_study::free_run::FreeRun;
 use vademecum_study::separation::Enrichment;
 use vademecum_study::timings::Timings;
@@ -20,6 +20,8 @@ use crate::failure::Failure;
 pub(crate) struct Content<'a> {
     /// Title of the page.
     pub(crate) title: String,
+    /// The command that wrote the page.
+    pub(crate) command: String,
     /// The file.
     pub(crate) path: &'a Path,
     /// Its length.
@@ -54,6 +56,11 @@ impl Content<'_> {
     /// Numbers of a section; none if the file does not have it.
     pub(crate) fn numbers(&self, kind: SectionKind) -> Result<Vec<f64>, Failure> {
         numbers(self.file, kind).map_err(|error| Failure::file(self.path, error))
+    }
+
+    /// Unit of lengths; empty of a file in units that are not known.
+    pub(crate) fn length_unit(&self) -> &'static str {
+        if is_si(self.file) { "m" } else { "" }
     }
 
     /// Names of probes or patterns, in one line.

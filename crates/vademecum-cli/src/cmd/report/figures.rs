@@ -7,17 +7,19 @@ use vademecum_build::store::{Kind, Outputs};
 use vademecum_format::{AxisKind, SectionKind};
 use vademecum_study::FileError;
 use vademecum_study::contents::{Geometry, bound, bound_map};
+use vademecum_study::shapes::{ModeShape, mode_shape};
 use vademecum_study::verify::{AnyVerification, Figures as Measured};
 
 use super::build_times::Stage;
 use super::content::Content;
-use super::words::{file_name, hertz, size, with_unit};
+use super::words::{file_name, with_unit};
+use crate::accuracy::bound_words;
 use crate::failure::{Cause, Failure};
 use crate::files::write_bytes;
 use crate::outline::{Outline, outline};
-use crate::percent::percent;
 use crate::pictures::{Chart, ComparedLines, DrawResult, Series, bars, compared_chart, line_chart};
-use crate::surface_picture::colored;
+use crate::surface_picture::{colored, shape};
+use crate::words::{bytes, duration, hertz, percent, sentence};
 
 /// A drawn figure.
 pub(crate) struct Figure {
@@ -27,6 +29,8 @@ pub(crate) struct Figure {
     pub(crate) svg: String,
     /// Caption.
     pub(crate) caption: String,
+    /// True of a picture that stands beside others of its kind.
+    pub(crate) small: bool,
 }
 
 /// All figures that the file gives rise to, by the part of the page they stand in.
@@ -41,6 +45,7 @@ impl Figures {
         let mut figures = Self::default();
         figures.body(content)?;
         figures.basis(content)?;
+        figures.shapes(content)?;
         figures.bound(content)?;
         figures.energy(content)?;
         figures.enrichment(content)?;
@@ -82,7 +87,7 @@ impl Figures {
     ) -> Result<(), Failure> {
         let failed = |error| Failure::new(Cause::Numerics, format!("figure `{name}`: not drawn: {error}"));
         let svg = drawn.map_err(failed)?;
-        self.drawn.push((part, Figure { name: name.into(), svg, caption }));
+        self.drawn.push((part, Figure { name: name.into(), svg, caption, small: false }));
         Ok(())
     }
 
@@ -95,12 +100,16 @@ impl Figures {
             "The surface of the body at rest. Dots: its {} held surface nodes, which no mode moves.",
             marks.len()
         );
-        let title = if marks.is_empty() { "surface" } else { "surface and supports" };
+        let title = if marks.is_empty() { "Surface" } else { "Surface and supports" };
         self.add(
             "body",
             "mesh",
             caption,
-            outline(&Outline { title, marks: &marks, forces: &[] }, &geometry.nodes, &geometry.triangles),
+            outline(
+                &Outline { title, marks: &marks, unit: content.length_unit(), forces: &[] },
+                &geometry.nodes,
+                &geometry.triangles,
+            ),
         )
     }
 
@@ -123,12 +132,7 @@ impl Figures {
         }
         if content.modes.iter().all(|mode| mode.energy.is_nan()) {
             // Natural modes without snapshots carry no share of them.
-            let row = |(k, mode): (usize, &ModeRow)| {
-                (format!("mode {}", k + 1), mode.frequency_hz, hertz(mode.frequency_hz))
-            };
-            let rows: Vec<_> = content.modes.iter().enumerate().map(row).take(32).collect();
-            let caption = "How fast each natural mode of the body swings.".into();
-            return self.add("basis", "modes", caption, bars("frequency of each mode", &rows));
+            return Ok(());
         }
         let share = |(k, mode): (usize, &ModeRow)| {
             (
@@ -140,6 +144,33 @@ impl Figures {
         let rows: Vec<_> = content.modes.iter().enumerate().map(share).take(32).collect();
         let caption = "How much of the snapshots' energy each mode carries.".into();
         self.add("basis", "modes", caption, bars("share of the snapshots' energy", &rows))
+    }
+
+    /// Pictures of the first modes.
+    fn shapes(&mut self, content: &Content<'_>) -> Result<(), Failure> {
+        /// Modes drawn at most, and triangles of all of their pictures.
+        const MOST: usize = 6;
+        const TRIANGLES: usize = 120_000;
+        let unread = |error: FileError| Failure::file(content.path, error);
+        let geometry = Geometry::of(content.file).map_err(unread)?;
+        let basis = content.numbers(SectionKind::SurfaceBasis)?;
+        let r = content.file.metadata().n_modes as usize;
+        let fit = (TRIANGLES / geometry.triangles.len().max(1)).clamp(1, MOST);
+        for (k, mode) in content.modes.iter().enumerate().take(fit) {
+            let ModeShape { nodes, values } = mode_shape(&geometry, &basis, (k, r));
+            let title = format!("Mode {}: {}", k + 1, hertz(mode.frequency_hz));
+            let caption = format!("{title}; yellow: largest displacement.");
+            self.add(
+                "basis",
+                &format!("shape-{}", k + 1),
+                caption,
+                shape(&title, &values, &nodes, &geometry.triangles),
+            )?;
+            if let Some((_, figure)) = self.drawn.last_mut() {
+                figure.small = true;
+            }
+        }
+        Ok(())
     }
 
     /// Colours of the truncation error of a push at each point.
@@ -160,15 +191,12 @@ impl Figures {
             _ => "The modes are not natural ones moved exactly, so this is an estimate and not a bound.",
         };
         let caption = format!(
-            "How much of a push the modes leave out at each place, in its worst direction, as a share of the \
-             static answer: worst {}, median over places and directions {}, 95 % of them below {}. {holds} \
-             Grey: cannot be pushed. The displacement under the push itself is better: the file adds what the \
-             modes leave out there.",
-            percent(bound.worst),
-            percent(bound.median),
-            percent(bound.p95),
+            "{} of the static response. The picture shows the worst direction at each place, on a logarithmic \
+             scale. {holds} Grey: not loadable. The displacement under the push itself is better: the file adds \
+             its residual flexibility there.",
+            sentence(&bound_words(&bound)),
         );
-        let title = "largest error of a push here";
+        let title = "Error bound for a push here";
         let drawn = colored(title, &percent, &map, &geometry.nodes, geometry.triangles.split_at(loadable));
         self.add("certificate", "bound", caption, drawn)
     }
@@ -237,8 +265,9 @@ impl Figures {
         let rest = content.bytes as f64 - sections.iter().map(|s| s.1).sum::<f64>();
         sections.push(("header, metadata, padding".into(), rest));
         sections.sort_by(|a, b| b.1.total_cmp(&a.1));
-        let row = |(name, bytes): (String, f64)| {
-            (name, bytes, format!("{} ({:.1} %)", size(bytes), 100.0 * bytes / content.bytes as f64))
+        let row = |(name, length): (String, f64)| {
+            let share = 100.0 * length / content.bytes as f64;
+            (name, length, format!("{} ({share:.1} %)", bytes(length as usize)))
         };
         let rows: Vec<_> = sections.into_iter().map(row).collect();
         let caption = "What the bytes of the file are for. The basis at interior nodes is touched only by \
@@ -249,8 +278,9 @@ impl Figures {
     fn build_times(&mut self, content: &Content<'_>) -> Result<(), Failure> {
         let Some(build) = &content.build else { return Ok(()) };
         let row = |stage: &Stage| {
-            let memory = stage.peak_memory_bytes.map_or(String::new(), |b| format!(", {}", size(b as f64)));
-            (stage.stage.clone(), stage.seconds, format!("{:.2} s{memory}", stage.seconds))
+            let memory =
+                stage.peak_memory_bytes.map_or(String::new(), |b| format!(", {}", bytes(b as usize)));
+            (stage.stage.clone(), stage.seconds, format!("{}{memory}", duration(stage.seconds)))
         };
         let rows: Vec<_> = build.timings.iter().map(row).collect();
         let caption = "Where the build spent its time, stage by stage in order, and the most memory the \

@@ -5,15 +5,17 @@ use std::fmt::Write as _;
 use vademecum_build::certificate::StructureReport;
 use vademecum_build::dynamics::ModeRow;
 use vademecum_format::SectionKind;
-use vademecum_study::contents::{bound, mesh_errors};
+use vademecum_study::contents::{Geometry, mesh_errors};
+use vademecum_study::shapes::smallest_angles;
 use vademecum_study::timings::machine;
 use vademecum_study::verify::{Figures as Measured, LargeVerification};
 
 use super::content::Content;
-use super::figures::Figures;
-use super::words::{hertz, size};
+use super::figures::{Figure, Figures};
+use super::words::file_name;
+use crate::accuracy::Accuracy;
 use crate::html::escaped;
-use crate::percent::percent;
+use crate::words::{bytes, duration, hertz, percent, sentence};
 
 const STYLE: &str = include_str!("../../../assets/report.css");
 
@@ -24,7 +26,7 @@ pub(crate) fn page(content: &Content<'_>, figures: &Figures) -> String {
         ("The body", "body", body(content)),
         ("The basis", "basis", basis(content)),
         ("The certificate", "certificate", certificate(content)),
-        ("Against the truth", "full order", full_order(content)),
+        ("Comparison with the full order", "full order", full_order(content)),
         ("A free run", "energy", String::new()),
         ("Live parameters", "axes", parameters(content)),
         ("The file", "file", file(content)),
@@ -41,24 +43,39 @@ pub(crate) fn page(content: &Content<'_>, figures: &Figures) -> String {
          <h1>{title}</h1>\n{}",
         summary(content)
     );
-    for (heading, part, text) in parts {
-        let drawn: Vec<_> = figures.of(part).collect();
-        if text.is_empty() && drawn.is_empty() {
-            continue;
-        }
-        let _ = write!(html, "<section>\n<h2>{heading}</h2>\n{text}");
-        for figure in drawn {
-            let svg = figure.svg.trim_start_matches(|c| c != '<');
-            let _ = write!(
-                html,
-                "<figure>\n{svg}\n<figcaption>{}</figcaption>\n</figure>\n",
-                escaped(&figure.caption)
-            );
+    let shown = |part: &str, text: &str| !text.is_empty() || figures.of(part).next().is_some();
+    html.push_str("<nav aria-label=\"contents\"><ol>\n");
+    for (heading, part, _) in parts.iter().filter(|(_, part, text)| shown(part, text)) {
+        let _ = writeln!(html, "<li><a href=\"#{}\">{heading}</a></li>", file_name(part));
+    }
+    html.push_str("</ol></nav>\n");
+    for (heading, part, text) in parts.iter().filter(|(_, part, text)| shown(part, text)) {
+        let _ = write!(html, "<section id=\"{}\">\n<h2>{heading}</h2>\n{text}", file_name(part));
+        for (small, same) in by_size(figures.of(part)) {
+            html.push_str(if small { "<div class=\"shapes\">\n" } else { "" });
+            for figure in same {
+                let svg = figure.svg.trim_start_matches(|c| c != '<');
+                let caption = escaped(&figure.caption);
+                let _ = write!(html, "<figure>\n{svg}\n<figcaption>{caption}</figcaption>\n</figure>\n");
+            }
+            html.push_str(if small { "</div>\n" } else { "" });
         }
         html.push_str("</section>\n");
     }
     html.push_str("</body>\n</html>\n");
     html
+}
+
+/// Figures in order, those of one size that follow each other together.
+fn by_size<'a>(figures: impl Iterator<Item = &'a Figure>) -> Vec<(bool, Vec<&'a Figure>)> {
+    let mut groups: Vec<(bool, Vec<&Figure>)> = vec![];
+    for figure in figures {
+        match groups.last_mut() {
+            Some((small, same)) if *small == figure.small => same.push(figure),
+            _ => groups.push((figure.small, vec![figure])),
+        }
+    }
+    groups
 }
 
 /// Summary of the file.
@@ -76,7 +93,7 @@ fn summary(content: &Content<'_>) -> String {
     let lowest = content.modes.iter().map(|mode| mode.frequency_hz).fold(f64::INFINITY, f64::min);
     format!(
         "<p class=\"lead\">This file steps a body of {} nodes ({} displacement components) with {} numbers \
-         of state. Its lowest mode swings at {}.{pace}</p>\n",
+         of state. Its lowest natural frequency is {}.{pace}</p>\n",
         m.n_nodes,
         3 * m.n_nodes,
         if m.scheme.is_exact() { 2 * m.n_modes } else { 3 * m.n_modes },
@@ -97,15 +114,6 @@ fn good_for(content: &Content<'_>) -> String {
     if m.n_load_nodes > 0 {
         good += &format!(", and forces at {} nodes of the surface", m.n_load_nodes);
     }
-    if let Ok(Some(bound)) = bound(content.file) {
-        let kind = if bound.kind == "bound" { "at most" } else { "about" };
-        good += &format!(
-            ". A sudden push at one of them misses {kind} {} of its static answer in the median, and {} at 95 % of \
-             places and directions",
-            percent(bound.median),
-            percent(bound.p95)
-        );
-    }
     if let Ok([first, ..]) = mesh_errors(content.file).as_deref() {
         good += &format!(
             ". The mesh makes the first frequency about {} too {} (95 % bound {})",
@@ -115,19 +123,26 @@ fn good_for(content: &Content<'_>) -> String {
         );
     }
     let mut not = if is_strain(content) {
-        "plastic strain and stress: the law is that of St. Venant and Kirchhoff, and under strong compression it \
-         lets elements collapse; displacements beyond those of its training"
+        "plasticity: the material is that of St. Venant and Kirchhoff, which lets elements collapse under strong \
+         compression; displacements beyond those of its training"
             .to_string()
     } else {
-        "large rotations, plastic strain and stress: displacements are small, and the material is linear"
-            .to_string()
+        "large rotations or plasticity: displacements are small, and the material is linear".to_string()
     };
     if m.n_load_nodes == 0 {
         not += "; forces at single points, which the file does not know";
     } else if m.n_load_triangles < m.n_triangles {
         not += "; forces at the rest of the surface, which the file does not know";
     }
-    format!("<p><b>Good for</b> {good}.</p>\n<p><b>Not for</b> {not}.</p>\n")
+    let accuracy: String =
+        accuracy(content).iter().map(|line| format!("<p>{}</p>\n", escaped(line))).collect();
+    format!("{accuracy}<p><b>Good for</b> {good}.</p>\n<p><b>Not for</b> {not}.</p>\n")
+}
+
+/// What is known of the error, a sentence each.
+fn accuracy(content: &Content<'_>) -> Vec<String> {
+    let lines = Accuracy::of(content.file).map(|accuracy| accuracy.lines()).unwrap_or_default();
+    lines.iter().map(|line| sentence(line) + ".").collect()
 }
 
 fn body(content: &Content<'_>) -> String {
@@ -143,6 +158,7 @@ fn body(content: &Content<'_>) -> String {
                 m.n_load_nodes, m.n_load_triangles, m.n_triangles
             ),
         ),
+        ("shape of the surface's triangles", surface_quality(content)),
         ("load patterns", listed(SectionKind::PatternNames)),
         ("probes", listed(SectionKind::ProbeNames)),
         ("units", m.units.into()),
@@ -150,17 +166,38 @@ fn body(content: &Content<'_>) -> String {
     ])
 }
 
+/// Smallest angles of the triangles.
+fn surface_quality(content: &Content<'_>) -> String {
+    let Ok(geometry) = Geometry::of(content.file) else { return "not readable".into() };
+    let angles = smallest_angles(&geometry);
+    let (Some(worst), Some(median)) = (angles.first(), angles.get(angles.len() / 2)) else {
+        return "no triangles".into();
+    };
+    format!("smallest angle {worst:.1}° in the worst, {median:.1}° in the median triangle (60° at best)")
+}
+
 fn basis(content: &Content<'_>) -> String {
+    let table = &content.modes;
+    let [with_share, damps, stretches] = [
+        table.iter().any(|mode| !mode.energy.is_nan()),
+        table.iter().any(|mode| mode.numerical_damping != 0.0),
+        table.iter().any(|mode| mode.period_elongation != 0.0),
+    ];
+    type Column = (&'static str, bool, fn(&ModeRow) -> f64);
+    let columns: [Column; 5] = [
+        ("frequency [Hz]", true, |mode| mode.frequency_hz),
+        ("energy share", with_share, |mode| mode.energy),
+        ("damping ratio, material", true, |mode| mode.physical_damping),
+        ("damping ratio, scheme", damps, |mode| mode.numerical_damping),
+        ("period elongation", stretches, |mode| mode.period_elongation),
+    ];
+    let columns: Vec<Column> = columns.into_iter().filter(|column| column.1).collect();
+    let heads: String = columns.iter().map(|(name, ..)| format!("<th>{name}</th>")).collect();
     let mut rows = String::new();
     for (k, mode) in content.modes.iter().enumerate() {
-        let ModeRow { frequency_hz, energy, physical_damping, numerical_damping, .. } = *mode;
-        let cells = [frequency_hz, energy, physical_damping, numerical_damping, mode.period_elongation];
-        let [frequency, share, material, scheme, period] = cells.map(figure);
-        let _ = writeln!(
-            rows,
-            "<tr><td>{}</td><td>{frequency}</td><td>{share}</td><td>{material}</td><td>{scheme}</td><td>{period}</td></tr>",
-            k + 1
-        );
+        let cells: String =
+            columns.iter().map(|(.., value)| format!("<td>{}</td>", figure(value(mode)))).collect();
+        let _ = writeln!(rows, "<tr><td>{}</td>{cells}</tr>", k + 1);
     }
     let scheme = if is_strain(content) {
         "At large displacements all of them interact; the frequencies are those of small motions. The strain \
@@ -173,8 +210,7 @@ fn basis(content: &Content<'_>) -> String {
     };
     format!(
         "<p>The body moves in {} shapes, its modes. {scheme}</p>\n<div class=\"wide\"><table>\
-         <thead><tr><th>mode</th><th>frequency [Hz]</th><th>energy share</th><th>damping ratio, material</th>\
-         <th>damping ratio, scheme</th><th>period elongation</th></tr></thead>\n\
+         <thead><tr><th>mode</th>{heads}</tr></thead>\n\
          <tbody>\n{rows}</tbody></table></div>\n",
         content.modes.len()
     )
@@ -185,26 +221,31 @@ fn certificate(content: &Content<'_>) -> String {
     let of =
         |present: bool, certificate, figures| present.then(|| StructureReport::new(certificate, figures));
     let figures = &content.figures;
-    let columns = [
-        of(m.diagonal, &m.certificate.diagonal, &figures.diagonal),
-        of(m.block, &m.certificate.block, &figures.block),
+    let both = [
+        (moved_by(content), of(m.diagonal, &m.certificate.diagonal, &figures.diagonal)),
+        ("block", of(m.block, &m.certificate.block, &figures.block)),
     ];
+    let columns: Vec<(&str, StructureReport)> =
+        both.into_iter().filter_map(|(name, column)| Some((name, column?))).collect();
+    let heads: String = columns.iter().map(|(name, _)| format!("<th>{name} structure</th>")).collect();
+    // A row without a number in any column says nothing.
     let row = |name: &str, value: &dyn Fn(&StructureReport) -> f64| {
-        let cell = |column: &Option<StructureReport>| {
-            column.as_ref().map_or("not in the file".into(), |c| figure(value(c)))
-        };
-        format!("<tr><td>{name}</td><td>{}</td><td>{}</td></tr>\n", cell(&columns[0]), cell(&columns[1]))
+        if columns.iter().all(|(_, column)| value(column).is_nan()) {
+            return String::new();
+        }
+        let cells = columns.iter().map(|(_, column)| format!("<td>{}</td>", figure(value(column))));
+        format!("<tr><td>{name}</td>{}</tr>\n", cells.collect::<String>())
     };
     let rows = [
-        row("largest error over marches with unseen loads", &|c| c.trajectory_error),
-        row("largest floor: what the basis cannot show of one", &|c| c.projection_floor),
-        row("largest error ÷ floor", &|c| c.floor_ratio),
+        row("largest error of the test runs", &|c| c.trajectory_error),
+        row("largest projection error: what the basis cannot show of one", &|c| c.projection_floor),
+        row("largest error ÷ projection error", &|c| c.floor_ratio),
         row("spectral radius − 1 (must not be positive)", &|c| c.spectral_radius - 1.0),
         row("largest energy after release ÷ that at release − 1", &|c| c.energy_ratio - 1.0),
         row("largest energy of free motions ÷ that at their start − 1, in a million steps", &|c| {
             c.energy_growth - 1.0
         }),
-        row("defect of reciprocity (response at A to a force at B, and the reverse)", &|c| c.reciprocity),
+        row("reciprocity error (response at A to a force at B, and the reverse)", &|c| c.reciprocity),
         row("error of the stage maps at fresh parameters, mean", &|c| c.map_error_rms),
         row("error of the stage maps at fresh parameters, worst", &|c| c.map_error_max),
         row("steps marched", &|c| c.steps),
@@ -212,14 +253,14 @@ fn certificate(content: &Content<'_>) -> String {
     let repaired = |done: &String| format!("<p>Repaired by the build: {}.</p>\n", escaped(done));
     let repairs: String = content.repairs.iter().map(repaired).collect();
     format!(
-        "<p>Measured when the file was built, on loads that no snapshot had seen. Errors are relative, over \
-         all displacement components and all steps, in the norm of the mass. An error close to its floor \
-         says that more could be gained only with more modes. The scene takes the cheaper structure that \
-         keeps the tolerance; here the {} one.</p>\n<div class=\"wide\">\
-         <table><thead><tr><th></th><th>{} structure</th><th>block structure</th></tr></thead>\n\
+        "{}<p>The test runs were marched when the file was built, under loads that it was not made from; \
+         another load can do worse. Errors are relative, over all displacement components and all steps, in \
+         the norm of the mass. An error close to the projection error says that more could be gained only \
+         with more modes. The scene takes the cheaper structure that keeps the tolerance; here the {} \
+         one.</p>\n<div class=\"wide\"><table><thead><tr><th></th>{heads}</tr></thead>\n\
          <tbody>\n{}</tbody></table></div>\n{repairs}",
+        accuracy(content).iter().map(|line| format!("<p>{}</p>\n", escaped(line))).collect::<String>(),
         content.structure,
-        moved_by(content),
         rows.concat()
     )
 }
@@ -359,7 +400,7 @@ fn file(content: &Content<'_>) -> String {
     let m = content.file.metadata();
     table(&[
         ("name", content.path.file_name().unwrap_or_default().to_string_lossy().into_owned()),
-        ("size", size(content.bytes as f64)),
+        ("size", bytes(content.bytes)),
         ("format", format!("{}.{}, written by {}", vademecum_format::MAJOR, content.file.minor(), m.program)),
         (
             "time scheme",
@@ -370,6 +411,7 @@ fn file(content: &Content<'_>) -> String {
         ),
         ("Rayleigh damping", format!("α {} 1/s, β {} s", figure(m.alpha), figure(m.beta))),
         ("separated terms", m.n_terms.to_string()),
+        ("this page", content.command.clone()),
     ])
 }
 
@@ -431,23 +473,6 @@ fn times(ratio: f64) -> String {
     if ratio >= 10.0 { format!("{rounded:.0}") } else { format!("{rounded:.1}") }
 }
 
-/// Seconds with a unit.
-fn duration(seconds: f64) -> String {
-    let units = [(1.0, "s"), (1e-3, "ms"), (1e-6, "µs"), (1e-9, "ns")];
-    let (scale, unit) = units.into_iter().find(|(scale, _)| seconds >= *scale).unwrap_or((1e-9, "ns"));
-    let value = seconds / scale;
-    let digits = if value >= 100.0 {
-        0
-    } else if value >= 10.0 {
-        1
-    } else {
-        2
-    };
-    let text = format!("{value:.digits$}");
-    let text = if text.contains('.') { text.trim_end_matches('0').trim_end_matches('.') } else { &text };
-    format!("{text} {unit}")
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -457,9 +482,5 @@ mod tests {
         assert_eq!([1.0, 0.25, 0.0, 1234.5, 1e-7].map(figure), ["1", "0.25", "0", "1234.5", "1.000e-7"]);
         assert_eq!(figure(f64::NAN), "–");
         assert_eq!([20001.0, 1.26, 34.9].map(times), ["20000", "1.3", "35"]);
-        assert_eq!(
-            [2.0, 0.0581, 1e-3, 2.04e-7, 3.3e-10].map(duration),
-            ["2 s", "58.1 ms", "1 ms", "204 ns", "0.33 ns"]
-        );
     }
 }

@@ -1,0 +1,139 @@
+//! What a certificate says to a user, in this order: the bound for loads that a user may apply, the errors of
+//! the test runs of the build, and a warning where contacts have neither bound nor residual flexibility.
+
+use vademecum_format::{File, ParameterRole, SectionKind};
+use vademecum_study::FileError;
+use vademecum_study::contents::{Bound, bound};
+
+use crate::words::percent;
+
+/// What a file says about the error of its motion.
+pub(crate) struct Accuracy {
+    bound: Option<Bound>,
+    /// Trajectory error and projection error, the worst of the test runs.
+    measured: Option<[f64; 2]>,
+    /// True if point loads can act.
+    loadable: bool,
+    /// True if what the modes leave out under a contact is kept beside them.
+    residual: bool,
+    /// What stands against a bound; empty of a file with one.
+    obstacle: &'static str,
+}
+
+impl Accuracy {
+    /// What the file says.
+    ///
+    /// # Errors
+    /// As [`bound`].
+    pub(crate) fn of(file: &File<'_>) -> Result<Self, FileError> {
+        let m = file.metadata();
+        let has = |kind| file.section(kind).is_some();
+        let live = m.active_parameters();
+        let obstacle = if has(SectionKind::StrainSizes) {
+            " (large displacements)"
+        } else if live.iter().any(|p| is_region(p.role)) {
+            " (live regions)"
+        } else if !live.is_empty() {
+            " (live parameters)"
+        } else {
+            ""
+        };
+        let certificate = if m.block { &m.certificate.block } else { &m.certificate.diagonal };
+        let measured = [certificate.trajectory_error, certificate.projection_floor];
+        let large = has(SectionKind::StrainSizes);
+        Ok(Self {
+            bound: bound(file)?,
+            measured: (m.block || m.diagonal || large).then_some(measured),
+            loadable: m.n_load_nodes > 0,
+            residual: has(SectionKind::ContactResidual),
+            obstacle,
+        })
+    }
+
+    /// The bound, or that there is none; empty of a file without point loads.
+    pub(crate) fn bound(&self) -> Option<String> {
+        match &self.bound {
+            Some(bound) => Some(bound_words(bound)),
+            None if self.loadable => Some(format!("no error bound for point loads{}", self.obstacle)),
+            None => None,
+        }
+    }
+
+    /// Errors of the test runs.
+    pub(crate) fn measured(&self) -> Option<String> {
+        let [error, floor] = self.measured?;
+        let known = error.is_finite() && floor.is_finite();
+        known.then(|| {
+            format!(
+                "test runs of the build: error up to {} of the motion, projection error up to {} (measured, no bound)",
+                percent(error),
+                percent(floor)
+            )
+        })
+    }
+
+    /// The warning of a file whose contacts have no residual flexibility.
+    pub(crate) fn warning(&self) -> Option<String> {
+        (self.loadable && !self.residual).then(|| {
+            format!(
+                "warning: contacts have no residual flexibility and no error bound{}: the displacement under a contact is \
+                 that of the modes alone, and its error can be as large as itself",
+                self.obstacle
+            )
+        })
+    }
+
+    /// All of that, a line each.
+    pub(crate) fn lines(&self) -> Vec<String> {
+        let unless_warned = |bound: &String| self.warning().is_none() || !bound.starts_with("no ");
+        [self.bound().filter(unless_warned), self.measured(), self.warning()].into_iter().flatten().collect()
+    }
+}
+
+/// True of the stiffness or the density of regions.
+fn is_region(role: ParameterRole) -> bool {
+    matches!(role, ParameterRole::RegionStiffness { .. } | ParameterRole::RegionDensity { .. })
+}
+
+/// The bound of the error of point loads.
+pub(crate) fn bound_words(bound: &Bound) -> String {
+    let Bound { worst, median, p95, kind } = bound;
+    let [median, p95, worst] = [median, p95, worst].map(|&share| percent(share));
+    format!("error {kind} for any point load: median {median}, 95th percentile {p95}, worst {worst}")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn of(bound: Option<Bound>, residual: bool) -> Accuracy {
+        let measured = Some([3.3e-3, 3.2e-3]);
+        Accuracy { bound, measured, loadable: true, residual, obstacle: " (live regions)" }
+    }
+
+    #[test]
+    fn the_bound_stands_first_and_the_runs_are_no_bound() {
+        let bound = Bound { worst: 0.52, median: 4.6e-4, p95: 1.1e-2, kind: "bound" };
+        let lines = of(Some(bound), true).lines();
+        assert_eq!(
+            lines[0],
+            "error bound for any point load: median 0.046 %, 95th percentile 1.1 %, worst 52 %"
+        );
+        assert!(
+            lines[1].contains("error up to 0.33 %") && lines[1].ends_with("(measured, no bound)"),
+            "{lines:?}"
+        );
+        assert_eq!(lines.len(), 2);
+    }
+
+    #[test]
+    fn contacts_without_residual_flexibility_are_warned_of() {
+        let lines = of(None, false).lines();
+        assert_eq!(lines.len(), 2);
+        assert!(
+            lines[1].starts_with(
+                "warning: contacts have no residual flexibility and no error bound (live regions)"
+            )
+        );
+    }
+}
