@@ -7,6 +7,7 @@ use std::sync::Arc;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use vademecum_build::mesh::{inspect, parse};
+use vademecum_build::mesh_error::DiscRequest;
 use vademecum_build::pipeline::BuildOptions;
 use vademecum_build::prepared::prepare;
 use vademecum_build::progress::Stopwatch;
@@ -21,7 +22,7 @@ use vademecum_study::modes::natural_modes;
 use vademecum_study::player::PlayOptions;
 use vademecum_study::run::{Moment, Run};
 use vademecum_study::soundness::check_file;
-use vademecum_study::starter::{NamedMaterial, StarterOptions, starter};
+use vademecum_study::starter::{NamedMaterial, SMALLEST_PART, StarterOptions, starter};
 use vademecum_study::verify::verify as verified;
 
 use crate::arrays::owned;
@@ -194,11 +195,16 @@ pub fn modes(
     py: Python<'_>,
     problem: Given,
     count: usize,
+    (mesh_error, disc): (bool, Option<f64>),
     progress: Option<&Bound<'_, PyAny>>,
 ) -> PyResult<String> {
+    if disc.is_some_and(|radius| !(radius > 0.0 && radius.is_finite())) {
+        return Err(Refusal::usage("disc is not a positive number; expected a radius [m]").into());
+    }
     watched(py, Told { progress, warn: false }, |listener| {
         let problem = problem.problem()?;
-        json(&natural_modes(&problem, count, None, listener)?.0)
+        let mesh_error = mesh_error.then_some(DiscRequest::Radius(disc));
+        json(&natural_modes(&problem, count, mesh_error, listener)?.0)
     })
 }
 
@@ -284,18 +290,25 @@ pub fn mesh(py: Python<'_>, path: PathBuf) -> PyResult<String> {
 pub fn init(
     py: Python<'_>,
     mesh: PathBuf,
-    material: &str,
+    material: Option<&str>,
     scale: Option<f64>,
+    (hold, up): (Option<String>, Option<String>),
     progress: Option<&Bound<'_, PyAny>>,
 ) -> PyResult<String> {
-    let material = NamedMaterial::find(material).map_err(Refusal::usage)?;
+    let material = material.map(NamedMaterial::find).transpose().map_err(Refusal::usage)?;
+    let axis = |name: &String| {
+        let axis = ["x", "y", "z"].iter().position(|known| known == name);
+        axis.ok_or_else(|| Refusal::usage(format!("up is `{name}`; expected x, y or z")))
+    };
+    let up = up.as_ref().map(axis).transpose()?;
     if scale.is_some_and(|scale| !(scale > 0.0 && scale.is_finite())) {
         return Err(
             Refusal::usage("scale is not a positive number; expected metres in a unit of the mesh").into()
         );
     }
     watched(py, Told { progress, warn: false }, |listener| {
-        let options = StarterOptions { material, scale, mesh_name: mesh.display().to_string() };
+        let (mesh_name, smallest_part) = (mesh.display().to_string(), SMALLEST_PART);
+        let options = StarterOptions { material, scale, hold, up, smallest_part, mesh_name };
         json(&starter(&mesh, &options, listener)?)
     })
 }

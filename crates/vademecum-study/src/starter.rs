@@ -71,6 +71,9 @@ pub struct StarterOptions {
     pub mesh_name: String,
 }
 
+/// Share of the elements below which a loose part is left out unless somebody asks for another.
+pub const SMALLEST_PART: f64 = 0.01;
+
 /// A proposed problem.
 #[derive(Clone, Debug, serde::Serialize)]
 pub struct Starter {

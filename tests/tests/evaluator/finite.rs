@@ -80,7 +80,7 @@ fn life<T: Scalar>(file: &File<'_>, dice: &mut Dice, name: &str) {
     let Ok(length) = Body::<T>::len_for(file, &options) else { return };
     let mut memory = vec![0.0; length];
     let Ok(mut body) = Body::<T>::bind(file, &options, &mut memory) else { return };
-    let place = body.locate([0.1, 0.05, 0.0]).map(|point| point.place);
+    let place = body.locate([0.1, 0.05, 0.0]).ok().map(|point| point.place);
     let r = body.scene().n_modes();
     for _ in 0..12 {
         let before = body.state().zeta().to_vec();

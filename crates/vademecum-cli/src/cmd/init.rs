@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use vademecum_build::store::Kind;
-use vademecum_study::starter::{NamedMaterial, Starter, StarterError, StarterOptions, starter};
+use vademecum_study::starter::{NamedMaterial, SMALLEST_PART, Starter, StarterError, StarterOptions, starter};
 
 use crate::arguments::{OutputArguments, positive};
 use crate::console::Console;
@@ -41,7 +41,7 @@ pub(crate) struct Init {
     #[arg(long)]
     up: Option<Axis>,
     /// Leave out parts that share no facet with the rest and have less than this share of the elements.
-    #[arg(long, value_name = "SHARE", default_value = "0.01", value_parser = share)]
+    #[arg(long, value_name = "SHARE", default_value_t = SMALLEST_PART, value_parser = share)]
     smallest_part: f64,
     /// Build the body and open it in the browser.
     #[arg(long)]

@@ -32,6 +32,8 @@ from ._data import (
     Axis,
     Bound,
     Certificate,
+    DiscDisplacement,
+    DiscretisationEstimate,
     FreeBody,
     Group,
     Info,
@@ -42,6 +44,7 @@ from ._data import (
     Peak,
     Quality,
     Quantity,
+    RefinedValue,
     Region,
     Section,
     Soundness,
@@ -67,11 +70,12 @@ from ._native import Batch, Body, Motion, SurfacePoint
 __version__ = _native.__version__
 
 __all__ = [
-    "Axis", "Batch", "Body", "Bound", "Certificate", "Error", "File", "FileError", "FreeBody", "FrequencyResponse",
-    "Group", "Info", "InputError", "MachineError", "MeshError", "MeshReport", "MissingFile", "Motion", "NaturalModes",
-    "Note", "NumericsError", "Page", "Parameter", "ParameterValue", "Peak", "Played", "Quality", "Quantity", "Region",
-    "Section", "Soundness", "Starter", "Structure", "Support", "SurfacePoint", "ToleranceMissed", "Verification",
-    "build", "frf", "from_bytes", "init", "mesh", "modes", "open", "report", "run", "verify",
+    "Axis", "Batch", "Body", "Bound", "Certificate", "DiscDisplacement", "DiscretisationEstimate", "Error", "File",
+    "FileError", "FreeBody", "FrequencyResponse", "Group", "Info", "InputError", "MachineError", "MeshError",
+    "MeshReport", "MissingFile", "Motion", "NaturalModes", "Note", "NumericsError", "Page", "Parameter",
+    "ParameterValue", "Peak", "Played", "Quality", "Quantity", "RefinedValue", "Region", "Section", "Soundness",
+    "Starter", "Structure", "Support", "SurfacePoint", "ToleranceMissed", "Verification", "build", "frf",
+    "from_bytes", "init", "mesh", "modes", "open", "report", "run", "verify",
 ]
 
 
@@ -422,21 +426,40 @@ def mesh(path: PathLike) -> MeshReport:
 
 
 def init(
-    mesh: PathLike, *, material: str = "steel", scale: Optional[float] = None, progress: Optional[Progress] = None
+    mesh: PathLike,
+    *,
+    material: Optional[str] = None,
+    scale: Optional[float] = None,
+    hold: Optional[str] = None,
+    up: Optional[str] = None,
+    progress: Optional[Progress] = None,
 ) -> Starter:
     """Proposes a problem for a mesh, as `vademecum init` does: unit, support, material, time step and modes.
 
     `scale` is how many metres a unit of the mesh has; without it, it is guessed from the size of the body.
+    `material` is steel by default, or rubber where no face is flat. `hold` is `bottom`, `x_min` to `z_max`,
+    `none` or the name of a group, `up` the axis that points up; both are proposed without them.
     """
     path = os.path.abspath(os.fspath(mesh))
-    return read(Starter, json.loads(_native.init(path, material, scale, progress)))
+    return read(Starter, json.loads(_native.init(path, material, scale, (hold, up), progress)))
 
 
 def modes(
-    problem: Input, count: int = 12, *, folder: Optional[PathLike] = None, progress: Optional[Progress] = None
+    problem: Input,
+    count: int = 12,
+    *,
+    mesh_error: bool = False,
+    disc: Optional[float] = None,
+    folder: Optional[PathLike] = None,
+    progress: Optional[Progress] = None,
 ) -> NaturalModes:
-    """The lowest natural frequencies of a problem, and the damping that each mode receives."""
-    return read(NaturalModes, json.loads(_native.modes(_given(problem, folder), count, progress)))
+    """The lowest natural frequencies of a problem, and the damping that each mode receives.
+
+    With `mesh_error` the discretisation error of the lowest six is estimated, and that of the displacement
+    under one newton on a disc of radius `disc` [m] (three mean edges without it).
+    """
+    asked = (mesh_error or disc is not None, disc)
+    return read(NaturalModes, json.loads(_native.modes(_given(problem, folder), count, asked, progress)))
 
 
 def _given(source: Input, folder: Optional[PathLike] = None) -> tuple[str, str, str]:

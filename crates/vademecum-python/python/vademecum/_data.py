@@ -239,6 +239,41 @@ class Info:
 
 
 @dataclass(frozen=True)
+class RefinedValue:
+    """A value of the mesh beside the one without discretisation error, as estimated."""
+
+    mesh: float
+    refined: float
+    #: Relative error of the value on this mesh; positive is too high.
+    error: float
+    #: Magnitude that the error does not exceed in 95 %.
+    bound: float
+
+
+@dataclass(frozen=True)
+class DiscDisplacement(RefinedValue):
+    """The mean displacement [m] of a disc of the surface under one newton along its normal."""
+
+    point: tuple[float, float, float]
+    normal: tuple[float, float, float]
+    radius: float
+
+
+@dataclass(frozen=True)
+class DiscretisationEstimate:
+    """The discretisation error of a body, or the reason why it is not known."""
+
+    #: The lowest natural frequencies [Hz].
+    frequencies: tuple[RefinedValue, ...] = ()
+    displacement: Optional[DiscDisplacement] = None
+    #: A support ends inside a smooth face.
+    smooth_rim: bool = False
+    #: Held nodes in no held face.
+    nodes_without_area: int = 0
+    reason: Optional[str] = None
+
+
+@dataclass(frozen=True)
 class NaturalModes:
     """The lowest natural modes of a problem, one number per mode in each tuple."""
 
@@ -256,6 +291,8 @@ class NaturalModes:
     participation: tuple[tuple[float, float, float], ...]
     #: Effective modal masses along x, y and z, as shares of the free mass.
     effective_mass: tuple[tuple[float, float, float], ...]
+    #: Where it was asked for.
+    mesh_error: Optional[DiscretisationEstimate] = None
 
 
 @dataclass(frozen=True)
@@ -326,6 +363,11 @@ class Starter:
     scale: float
     longest_side: float
     support: str
+    #: Axis that points up.
+    up: str
+    material: str
+    #: Linear tetrahedra get mid-side nodes.
+    raised: bool
     #: First natural frequency in Hz.
     frequency: float
     time_step: float
