@@ -18,7 +18,7 @@ use vademecum_eval::SceneOptions;
 use vademecum_format::File;
 use vademecum_study::contents::{figures, mode_table};
 use vademecum_study::free_run::free_run;
-use vademecum_study::player::{PlayOptions, elastic, with_body};
+use vademecum_study::player::{PlayOptions, elastic, structure_name, with_body};
 use vademecum_study::scenario::Scenario;
 use vademecum_study::separation::{enrichment_history, radius_samples, repairs};
 use vademecum_study::timings::timings;
@@ -152,7 +152,7 @@ impl Report {
         let unread = |error: FileError| Failure::file(&self.file, error);
         let modes = mode_table(&file).map_err(unread)?;
         let structure = with_body::<f64, _>(&file, &elastic(&SceneOptions::default()), |body| {
-            Ok(format!("{:?}", body.structure()).to_lowercase())
+            Ok(structure_name(body.structure()))
         });
         let structure = structure.map_err(about)?;
         let timings = if self.timings {

@@ -9,7 +9,7 @@ use vademecum_format::SectionKind;
 use crate::error::FileError;
 
 /// Name of a structure on the command line and in reports.
-pub(crate) fn structure_name(structure: Structure) -> &'static str {
+pub fn structure_name(structure: Structure) -> &'static str {
     match structure {
         Structure::Diagonal => "diagonal",
         Structure::Block => "block",

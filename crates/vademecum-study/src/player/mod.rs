@@ -18,8 +18,7 @@ use vademecum_eval::{
 };
 use vademecum_format::{Chapter, File, SectionKind};
 
-pub use body::Playable;
-pub(crate) use body::structure_name;
+pub use body::{Playable, structure_name};
 pub use chapter::ChapterBody;
 use chapter::{nearest_position, positions_of};
 

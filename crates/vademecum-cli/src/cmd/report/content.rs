@@ -33,7 +33,7 @@ pub(crate) struct Content<'a> {
     /// Its modes.
     pub(crate) modes: Vec<ModeRow>,
     /// Name of the structure that a scene takes.
-    pub(crate) structure: String,
+    pub(crate) structure: &'static str,
     /// Times of the online work on this machine, if they were asked for.
     pub(crate) timings: Option<Timings>,
     /// A long free run.
