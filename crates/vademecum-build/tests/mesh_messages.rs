@@ -87,7 +87,7 @@ fn surfaces_and_shapes_are_told_to_be_meshed_first() {
     let mut binary = vec![b'b'; 80];
     binary.extend(2u32.to_le_bytes());
     binary.extend([0; 100]);
-    let cases: [(&str, &[u8], &str); 10] = [
+    let cases: [(&str, &[u8], &str); 11] = [
         ("a.stl", b"solid cube\nfacet normal 0 0 1\n", "an STL file"),
         ("renamed.dat", b"solid cube\n facet normal 0 0 1\n", "an STL file"),
         ("binary.stl", &binary, "an STL file"),

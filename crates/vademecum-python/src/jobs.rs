@@ -195,9 +195,10 @@ pub fn modes(
     py: Python<'_>,
     problem: Given,
     count: usize,
-    (mesh_error, disc): (bool, Option<f64>),
+    mesh_error: (bool, Option<f64>),
     progress: Option<&Bound<'_, PyAny>>,
 ) -> PyResult<String> {
+    let (mesh_error, disc) = mesh_error;
     if disc.is_some_and(|radius| !(radius > 0.0 && radius.is_finite())) {
         return Err(Refusal::usage("disc is not a positive number; expected a radius [m]").into());
     }
@@ -292,9 +293,10 @@ pub fn init(
     mesh: PathBuf,
     material: Option<&str>,
     scale: Option<f64>,
-    (hold, up): (Option<String>, Option<String>),
+    support: (Option<String>, Option<String>),
     progress: Option<&Bound<'_, PyAny>>,
 ) -> PyResult<String> {
+    let (hold, up) = support;
     let material = material.map(NamedMaterial::find).transpose().map_err(Refusal::usage)?;
     let axis = |name: &String| {
         let axis = ["x", "y", "z"].iter().position(|known| known == name);

@@ -3,7 +3,9 @@
 use std::path::{Path, PathBuf};
 
 use vademecum_build::store::Kind;
-use vademecum_study::starter::{NamedMaterial, SMALLEST_PART, Starter, StarterError, StarterOptions, starter};
+use vademecum_study::starter::{
+    NamedMaterial, SMALLEST_PART, Starter, StarterError, StarterOptions, starter,
+};
 
 use crate::arguments::{OutputArguments, positive};
 use crate::console::Console;
