@@ -162,7 +162,8 @@ fn parameters_beyond_the_precision_are_refused_by_name() {
             .map(|_| ())
             .map_err(|error| error.to_string())
     };
-    let cases: [(&dyn Fn(&mut SceneOptions), &str); 6] = [
+    type Change<'a> = &'a dyn Fn(&mut SceneOptions);
+    let cases: [(Change<'_>, &str); 6] = [
         (&|options| options.time_step = Some(1e300), "time step"),
         (&|options| options.time_step = Some(1e-300), "time step"),
         (&|options| options.alpha = Some(1e300), "alpha"),
