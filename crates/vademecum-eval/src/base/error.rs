@@ -359,6 +359,9 @@ pub enum OutputError {
     /// The state was made for a scene of another shape.
     #[error("this state belongs to a scene of another shape")]
     Mismatch,
+    /// The number overflows: the motion is too large for it.
+    #[error("the motion is so large that this number is not finite")]
+    NotFinite,
     /// A reaction of a scene, or a state, that does not remember the forces of its last step.
     #[error(
         "the forces of the last step, which reactions are made of, are not remembered: bind the scene \
