@@ -29,3 +29,15 @@ pub mod synthetic;
 pub mod textbook;
 pub mod total_error;
 pub mod witness;
+
+/// The lowest minor version of the format that has everything a file is stepped and shown with: the
+/// discretisation error of a build is beside that.
+#[must_use]
+pub fn needed_minor(file: &vademecum_format::File<'_>) -> u16 {
+    let kinds = file.sections().map(|section| section.kind());
+    kinds
+        .filter(|kind| *kind != vademecum_format::SectionKind::MeshError)
+        .map(|kind| kind.since())
+        .max()
+        .unwrap_or(0)
+}

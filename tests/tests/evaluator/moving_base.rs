@@ -9,6 +9,7 @@ use vademecum_eval::format::{BASE_PATTERNS, File, base_field};
 use vademecum_eval::{BaseMotion, Field, LoadError, SceneOptions};
 use vademecum_rewrite::{Keep, check, strip};
 use vademecum_tests::held_rows::Full;
+use vademecum_tests::needed_minor;
 use vademecum_tests::page::block;
 use vademecum_tests::program::{repository, vademecum};
 use vademecum_tests::stage::with_scene;
@@ -56,7 +57,7 @@ fn a_file_on_a_base_has_its_motions_as_last_patterns() {
     let bytes = built(BEAM);
     check(&bytes).expect("sound");
     let file = File::parse(&bytes).expect("a file");
-    assert_eq!(file.minor(), 5);
+    assert_eq!(needed_minor(&file), 5);
     let names: Vec<&str> = file.pattern_names().collect();
     assert_eq!(names[0], "gravity");
     assert_eq!(names[1..], BASE_PATTERNS);

@@ -466,7 +466,7 @@ fn the_page_does_what_it_says() {
         table.lines().last().expect("rows").split(',').map(|x| x.parse().expect("a number")).collect();
     // The damped shelf has come to rest under its load, as the page says.
     let column = |name: &str| last[head.iter().position(|known| *known == name).expect("a column")];
-    let [left, right] = ["left", "right"].map(|name| column(&format!("reaction.{name}.fz")));
+    let [left, right] = ["left", "right"].map(|name| column(&format!("reaction.{name}.fz [N]")));
     assert!((left + right - 30.0).abs() < 1e-3, "{left} {right}");
     let said = block(&page, "text\nfz at rest");
     for (name, value) in [("left", left), ("right", right)] {

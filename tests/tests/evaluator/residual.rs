@@ -7,6 +7,7 @@ use std::sync::OnceLock;
 use vademecum_eval::{Contact, Field, Place, SceneOptions, StructureChoice};
 use vademecum_format::{Element, File, FormatError, SectionKind as S};
 use vademecum_rewrite::{Fault, Keep, RewriteError, check, pack, strip, unpack};
+use vademecum_tests::needed_minor;
 use vademecum_tests::program::{Ran, repository, vademecum};
 use vademecum_tests::stage::with_scene;
 use vademecum_tests::synthetic::rewritten;
@@ -76,7 +77,7 @@ fn info(bytes: &[u8], arguments: &[&str]) -> Ran {
 fn a_build_keeps_the_residual_unless_it_is_told_not_to() {
     assert_eq!(present(with()), ALL);
     assert_eq!(present(without()), []);
-    assert_eq!([with(), without()].map(|bytes| File::parse(bytes).expect("a file").minor()), [3, 2]);
+    assert_eq!([with(), without()].map(|bytes| needed_minor(&File::parse(bytes).expect("a file"))), [3, 2]);
     check(with()).expect("sound");
     check(without()).expect("sound");
     let single = built(&with_output("residual = true\nprecision = \"f32\""));

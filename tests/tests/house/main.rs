@@ -161,8 +161,8 @@ fn unsafe_is_where_contributing_says() {
 
 const BROWSER_MODULE: &str = "crates/vademecum-cli/assets/evaluator.wasm";
 /// The size that the browser module may have, in bytes. It reads every quantity and filters residuals, in
-/// both precisions.
-const BROWSER_MODULE_LIMIT: usize = 540_000;
+/// both precisions, and names what it refuses.
+const BROWSER_MODULE_LIMIT: usize = 555_000;
 
 #[test]
 fn the_browser_module_is_small() {

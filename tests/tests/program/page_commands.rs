@@ -23,6 +23,7 @@ const PAGES: [Page; 7] = [
             ("cargo", "installs or tests; steps of the gate"),
             ("vademecum init YOUR.msh --view", "serves until it is stopped; a test of `init` runs it"),
             ("vademecum view beam.vdm  ", "serves until it is stopped"),
+            ("vademecum view demo/touch.vdm", "serves until it is stopped"),
         ],
         given: &[("YOUR.msh", "fixtures/meshes/bar/gmsh41.msh")],
     },

@@ -345,7 +345,8 @@ fn a_build_that_will_miss_its_tolerance_says_so_before_its_certificate_and_that_
     let problem = two_regions(None).replace("max_terms = 80", "max_terms = 12");
     let problem = text(folder.path(), "p.toml", &problem);
     let file = folder.path().join("p.vdm");
-    let ran = run([&"build", &problem, &"-o", &file, &"--keep-missed"]);
+    let told = [Path::new("build"), &problem, Path::new("-o"), &file, Path::new("--keep-missed")];
+    let ran = Ran::new(&std::process::Command::new(program()).args(told).output().expect("run"));
     assert_eq!(ran.code, Some(0), "{}", ran.stderr);
     let at = |words: &str| ran.stderr.find(words).unwrap_or_else(|| panic!("no `{words}` in {}", ran.stderr));
     let (early, late) =

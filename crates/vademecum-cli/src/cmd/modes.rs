@@ -40,7 +40,7 @@ pub(crate) struct Modes {
     /// traction on a disc.
     #[arg(long)]
     mesh_error: bool,
-    /// Radius of that disc \[m\]; three mean edges if absent. It lies at the loadable node of largest
+    /// Radius of that disc in m; three mean edges if absent. It lies at the loadable node of largest
     /// compliance.
     #[arg(long, value_name = "R", requires = "mesh_error", value_parser = positive, allow_negative_numbers = true)]
     disc: Option<f64>,

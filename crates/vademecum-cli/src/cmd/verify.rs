@@ -53,7 +53,7 @@ pub(crate) struct Verify {
     /// displacement under a traction on a disc.
     #[arg(long, conflicts_with = "file_only")]
     mesh: bool,
-    /// Radius of that disc \[m\]; three mean edges if absent. It lies at the loadable node of largest
+    /// Radius of that disc in m; three mean edges if absent. It lies at the loadable node of largest
     /// compliance.
     #[arg(long, value_name = "R", requires = "mesh", value_parser = positive, allow_negative_numbers = true)]
     disc: Option<f64>,
