@@ -121,8 +121,8 @@ fn exported_matrices_build_the_file_of_the_mesh() {
     let (a, b) = (built(&from_matrices), built(&from_mesh));
     let difference = distance(&trajectory(&a, push), &trajectory(&b, push));
     assert!(difference <= 1e-9, "{difference:e}");
-    // The numbers are the same and are taken in the same order: so are their bits. Matrices have no mesh whose
-    // error could be estimated.
+    // The numbers are the same and are taken in the same order: so are their bits. Matrices have no mesh
+    // whose error could be estimated.
     let (a, b) = (File::parse(&a).expect("a file"), File::parse(&b).expect("a file"));
     for section in b.sections().filter(|section| section.kind() != SectionKind::MeshError) {
         let kind = section.kind();
