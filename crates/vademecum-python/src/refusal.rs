@@ -23,7 +23,12 @@ impl<E: Into<Failure>> From<E> for Refusal {
     fn from(error: E) -> Self {
         let failure: Failure = error.into();
         let words = failure.to_string();
-        Self { cause: failure.cause(), words: words.strip_prefix("error: ").unwrap_or(&words).to_string() }
+        // What is a slip on a command line is an input here.
+        let cause = match failure.cause() {
+            Cause::Usage => Cause::Input,
+            cause => cause,
+        };
+        Self { cause, words: words.strip_prefix("error: ").unwrap_or(&words).to_string() }
     }
 }
 
