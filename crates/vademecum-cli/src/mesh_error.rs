@@ -23,6 +23,23 @@ pub(crate) fn frequency_lines(frequencies: &[RefinedValue]) -> Vec<String> {
     frequencies.iter().enumerate().map(line).collect()
 }
 
+/// The frequencies in one line: the first in full, of the others the error.
+pub(crate) fn in_a_line(estimate: &MeshEstimate) -> String {
+    let error = match estimate {
+        MeshEstimate::Known(error) => error,
+        MeshEstimate::Unknown { reason } => return format!("mesh error: not estimated: {reason}"),
+    };
+    let Some((first, others)) = error.frequencies.split_first() else {
+        return "mesh error: not estimated: no frequency".to_string();
+    };
+    let others: Vec<String> = others.iter().map(|value| percent(value.error.abs())).collect();
+    let others = match others.len() {
+        0 => String::new(),
+        n => format!("; modes 2 to {}: {}", n + 1, others.join(", ")),
+    };
+    format!("mesh error: {}{others}", in_words(first, "Hz", 4))
+}
+
 /// The error of a reduction beside that of its mesh: of the displacement under a traction, else of the first
 /// frequency.
 pub(crate) fn beside(reduction: f64, estimate: &MeshEstimate) -> Option<String> {

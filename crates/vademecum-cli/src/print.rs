@@ -43,6 +43,7 @@ pub(crate) fn print_summary(report: &BuildReport, file: &File<'_>, path: &Path) 
         if m.scheme.is_exact() { ", exact at any step" } else { "" }
     );
     Accuracy::of(file)?.lines().iter().for_each(|line| println!("{line}"));
+    report.mesh_error.iter().for_each(|estimate| println!("{}", mesh_error::in_a_line(estimate)));
     let seconds = report.timings.iter().map(|timing| timing.seconds).sum();
     let path = path.display();
     println!("wrote {path} ({}) in {}", bytes(report.file_bytes), duration(seconds));
