@@ -1,4 +1,4 @@
-//! What a certificate says to a user, in this order: the bound for loads that a user may apply, the errors of
+//! The statements of a certificate in the order in which a user needs them: the bound for loads that a user may apply, the errors of
 //! the test runs of the build, and a warning where contacts have neither bound nor residual flexibility.
 
 use vademecum_format::{File, ParameterRole, SectionKind};
@@ -7,7 +7,7 @@ use vademecum_study::contents::{Bound, bound};
 
 use crate::words::percent;
 
-/// What a file says about the error of its motion.
+/// Statements of a file about the error of its motion.
 pub(crate) struct Accuracy {
     bound: Option<Bound>,
     /// Trajectory error and projection error, the worst of the test runs.
@@ -16,12 +16,12 @@ pub(crate) struct Accuracy {
     loadable: bool,
     /// True if what the modes leave out under a contact is kept beside them.
     residual: bool,
-    /// What stands against a bound; empty of a file with one.
+    /// The reason why there is no bound; empty of a file with one.
     obstacle: &'static str,
 }
 
 impl Accuracy {
-    /// What the file says.
+    /// The statements of a file.
     ///
     /// # Errors
     /// As [`bound`].

@@ -59,9 +59,9 @@ const GRID: Color = [225, 228, 234];
 /// Of the times at which loads act.
 const SHADE: Color = [236, 243, 250];
 
-/// What is drawn, or why nothing could be.
+/// A picture, or the reason why there is none.
 pub type Drawn = Result<Picture, Box<dyn Error>>;
-/// The SVG of a picture, or why nothing could be drawn.
+/// The SVG of a picture, or the reason why there is none.
 pub type DrawResult = Result<String, Box<dyn Error>>;
 
 /// An area of a chart and its axes.

@@ -95,7 +95,7 @@ struct Contents {
     radius_samples: Vec<RadiusSample>,
     sections: Vec<SectionReport>,
     problem: String,
-    /// What is said first of its certificate.
+    /// First lines on its certificate.
     #[serde(skip)]
     accuracy: Vec<String>,
 }

@@ -417,7 +417,7 @@ impl Curves {
     }
 }
 
-/// What is measured in a unit.
+/// Quantity that has a unit.
 fn quantity(unit: &str) -> &'static str {
     match unit {
         "m" => "displacement",

@@ -63,7 +63,7 @@ pub enum Shape {
         text: String,
         /// Height of the letters' body.
         size: f64,
-        /// What of it is at `at`.
+        /// The part of it that is at `at`.
         anchor: Anchor,
         /// True of a text that runs upwards.
         upwards: bool,
@@ -77,7 +77,7 @@ pub struct Picture {
     pub width: f64,
     /// Its height \[px\].
     pub height: f64,
-    /// What is drawn, in order.
+    /// Its shapes, in the order of drawing.
     shapes: Vec<Shape>,
 }
 

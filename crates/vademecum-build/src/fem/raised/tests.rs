@@ -109,7 +109,7 @@ fn a_quadratic_mesh_raised_holds_cubic_fields() {
 }
 
 #[test]
-fn the_preconditioner_is_symmetric_and_exact_where_the_increment_does_not_couple() {
+fn the_preconditioner_is_symmetric_and_positive() {
     let mesh = block([1.0, 1.0, 1.0], [2, 2, 2], Order::Quadratic);
     let held = hold(&mesh, |p| p[0] == 0.0);
     let model = Model::assemble(mesh, &[MATERIAL], &held).unwrap();

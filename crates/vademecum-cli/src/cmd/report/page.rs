@@ -139,7 +139,7 @@ fn good_for(content: &Content<'_>) -> String {
     format!("{accuracy}<p><b>Good for</b> {good}.</p>\n<p><b>Not for</b> {not}.</p>\n")
 }
 
-/// What is known of the error, a sentence each.
+/// Sentences on the error of the file.
 fn accuracy(content: &Content<'_>) -> Vec<String> {
     let lines = Accuracy::of(content.file).map(|accuracy| accuracy.lines()).unwrap_or_default();
     lines.iter().map(|line| sentence(line) + ".").collect()
