@@ -11,10 +11,8 @@ use super::assembly::element_nodes;
 use super::element::{EDGES, ElementKernel};
 use super::model::Model;
 use crate::linalg::vec3::cross;
+use crate::mesh::quality::FACES;
 use crate::mesh::{Mesh, Order};
-
-/// Corners of the four faces of a tetrahedron, seen counter-clockwise from outside.
-const FACES: [[usize; 3]; 4] = [[0, 2, 1], [0, 1, 3], [1, 2, 3], [0, 3, 2]];
 
 /// A triangle of the body's surface with all its nodes, counter-clockwise seen from outside.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -4,17 +4,16 @@ use faer::MatRef;
 use serde::{Deserialize, Serialize};
 
 use crate::fem::{RaisedSpace, facet_shapes};
-use crate::linalg::vec3::{cross, norm, sub};
+use crate::linalg::vec3::{cross, dot, norm, sub};
 use crate::mesh::Order;
 use crate::mesh::surface::Surface;
 use crate::prepared::Body;
 
-/// Radius of a disc where nobody asks for one, in mean edges of the mesh.
-const EDGES: f64 = 3.0;
 /// Cosine between the normals of the disc and of a facet that carries it: the other side of a plate does not.
 const SAME_SIDE: f64 = 0.5;
-/// Halvings of the edges of a facet, whose parts lie in the disc or do not.
-const HALVINGS: usize = 3;
+/// Halvings of the edges of a facet, whose parts lie in the disc or do not: at least the first of them, and as
+/// many as make eight parts of a radius, up to the second.
+const HALVINGS: [f64; 2] = [3.0, 8.0];
 
 /// A disc of the surface that carries a uniform traction along its normal, one newton in all.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
@@ -30,11 +29,11 @@ pub struct DiscLoad {
 /// The disc at the loadable node of largest compliance along its normal, as far as the modes tell, which a
 /// single force at a node would not (it has no limit). With the facets of the surface; nothing where no
 /// node is loadable.
-pub(super) fn stiffest_answer(
+pub(super) fn softest_place(
     body: &Body,
     eigenvalues: &[f64],
     vectors: MatRef<'_, f64>,
-    radius: Option<f64>,
+    radius: f64,
 ) -> Option<(DiscLoad, Surface)> {
     let (mesh, dofs) = (body.model.mesh(), body.model.dofs());
     let surface = Surface::of(mesh);
@@ -42,33 +41,14 @@ pub(super) fn stiffest_answer(
         let (node, normal) = (surface.nodes[place] as usize, surface.normals[place]);
         let modes = eigenvalues.iter().enumerate().map(|(k, lambda)| {
             let moved = |c: usize| dofs.free(3 * node + c).map_or(0.0, |row| vectors[(row as usize, k)]);
-            (0..3).map(|c| moved(c) * normal[c]).sum::<f64>().powi(2) / lambda
+            dot(std::array::from_fn(moved), normal).powi(2) / lambda
         });
         modes.sum()
     };
     let places = body.load_nodes.iter().filter_map(|&node| surface.position(node));
     let place = places.max_by(|&a, &b| compliance(a).total_cmp(&compliance(b)).then(b.cmp(&a)))?;
-    let radius = radius.unwrap_or_else(|| EDGES * mean_edge(body));
     let point = mesh.nodes[surface.nodes[place] as usize];
     Some((DiscLoad { point, normal: surface.normals[place], radius }, surface))
-}
-
-/// Mean length of the edges of all elements, corner to corner.
-fn mean_edge(body: &Body) -> f64 {
-    let mesh = body.model.mesh();
-    let per = mesh.order.nodes_per_element();
-    let mut edges: Vec<[u32; 2]> = mesh
-        .elements
-        .chunks_exact(per)
-        .flat_map(|e| {
-            [[0, 1], [0, 2], [0, 3], [1, 2], [1, 3], [2, 3]]
-                .map(|[a, b]: [usize; 2]| [e[a].min(e[b]), e[a].max(e[b])])
-        })
-        .collect();
-    edges.sort_unstable();
-    edges.dedup();
-    let length = |&[a, b]: &[u32; 2]| norm(sub(mesh.nodes[a as usize], mesh.nodes[b as usize]));
-    edges.iter().map(length).sum::<f64>() / edges.len() as f64
 }
 
 /// The load over the raised space; nothing where the disc meets no facet that can move.
@@ -90,8 +70,7 @@ fn load_on(
 ) -> Option<Vec<f64>> {
     let (mesh, dofs) = (body.model.mesh(), body.model.dofs());
     let (mut load, mut area) = (vec![0.0; space.n()], 0.0);
-    let points = parts(HALVINGS);
-    let along = |a: [f64; 3], b: [f64; 3]| (0..3).map(|k| a[k] * b[k]).sum::<f64>();
+    let mut points: Vec<Vec<([f64; 3], f64)>> = vec![];
     for index in 0..surface.facet_count() {
         let facet = surface.facet(index);
         let corners: [u32; 3] = std::array::from_fn(|i| facet[i]);
@@ -99,10 +78,15 @@ fn load_on(
         let flat = cross(sub(at[1], at[0]), sub(at[2], at[0]));
         let reach = (0..3).map(|i| norm(sub(at[i], at[(i + 1) % 3]))).fold(disc.radius, |r, e| r + e);
         let is_held = corners.iter().all(|&node| (0..3).all(|c| dofs.free(3 * node as usize + c).is_none()));
-        if is_held || norm(sub(at[0], disc.point)) > reach || along(flat, disc.normal) <= side * norm(flat) {
+        if is_held || norm(sub(at[0], disc.point)) > reach || dot(flat, disc.normal) <= side * norm(flat) {
             continue;
         }
-        for (l, weight) in &points {
+        let longest = (0..3).map(|i| norm(sub(at[i], at[(i + 1) % 3]))).fold(0.0, f64::max);
+        let halvings = (8.0 * longest / disc.radius).log2().ceil().clamp(HALVINGS[0], HALVINGS[1]) as usize;
+        while points.len() <= halvings {
+            points.push(parts(points.len()));
+        }
+        for (l, weight) in &points[halvings] {
             let (values, slopes) = facet_shapes(mesh.order, *l);
             let (mut x, mut tangents) = ([0.0; 3], [[0.0; 3]; 2]);
             for (a, &node) in facet.iter().enumerate() {

@@ -21,8 +21,6 @@ const DEPENDENT: f64 = 1e-10;
 pub(super) struct Change {
     /// `1/λ` of each mode, or the compliance.
     pub(super) values: Vec<f64>,
-    /// The compliance of the mesh.
-    pub(super) mesh: f64,
     /// Steps that were taken.
     pub(super) steps: usize,
 }
@@ -43,13 +41,13 @@ fn is_settled(order: Order, now: &[f64], before: &[f64], sizes: &[f64]) -> bool 
     })
 }
 
-/// The change of the compliance of a load over the raised space.
+/// The compliance of a load on the mesh, and its change over the raised space.
 pub(super) fn compliance_change(
     space: &RaisedSpace<'_>,
     factor: &Factor,
     load: &[f64],
     listener: &dyn Listener,
-) -> Result<Change, MeshErrorFailure> {
+) -> Result<(f64, Change), MeshErrorFailure> {
     let n = space.n();
     let mut solve = Solve::new(factor.symbolic(), 1, false);
     let force = MatRef::from_column_major_slice(load, n, 1);
@@ -80,20 +78,20 @@ pub(super) fn compliance_change(
             break;
         }
         let length = size / curvature;
-        add(x.as_mut().col_mut(0).try_as_col_major_mut(), direction.col_as_slice(0), length);
-        add(residual.as_mut().col_mut(0).try_as_col_major_mut(), pushed.col_as_slice(0), -length);
+        add(&mut x, &direction, length);
+        add(&mut residual, &pushed, -length);
         last = size;
         let before = std::mem::replace(&mut change, dot(x.col_as_slice(0), load) - mesh);
         if is_settled(space.order(), &[change], &[before], &[mesh]) {
             break;
         }
     }
-    Ok(Change { values: vec![change], mesh, steps })
+    Ok((mesh, Change { values: vec![change], steps }))
 }
 
-fn add(to: Option<faer::ColMut<'_, f64, usize, faer::ContiguousFwd>>, x: &[f64], scale: f64) {
-    let to = to.expect("columns are contiguous").as_slice_mut();
-    to.iter_mut().zip(x).for_each(|(to, x)| *to += scale * x);
+/// `to ← to + scale x`, one column.
+fn add(to: &mut Mat<f64>, x: &Mat<f64>, scale: f64) {
+    contiguous_mut(to.as_mut(), 0).iter_mut().zip(x.col_as_slice(0)).for_each(|(to, x)| *to += scale * x);
 }
 
 /// The changes of `1/λ` of the lowest modes.
@@ -142,7 +140,7 @@ pub(super) fn frequency_changes(
             break;
         }
     }
-    Ok(Change { values: changes, mesh: 0.0, steps })
+    Ok(Change { values: changes, steps })
 }
 
 /// Vectors with their products.

@@ -34,7 +34,7 @@ use faer::MatRef;
 use serde::{Deserialize, Serialize};
 
 pub use self::disc::DiscLoad;
-use self::disc::{raised_load, stiffest_answer};
+use self::disc::{raised_load, softest_place};
 pub use self::error::MeshErrorFailure;
 pub use self::iterate::FREQUENCIES;
 use self::iterate::{compliance_change, frequency_changes};
@@ -45,6 +45,8 @@ use crate::mesh::Order;
 use crate::prepared::Prepared;
 use crate::progress::Listener;
 
+/// Radius of a disc where nobody asks for one, in mean edges of the mesh.
+const EDGES: f64 = 3.0;
 /// Modes beside them in the start block: linear meshes sort modes wrongly.
 const GUARD: usize = 2;
 
@@ -84,7 +86,8 @@ pub struct DiscDisplacement {
 pub struct DiscretisationError {
     /// The lowest natural frequencies \[Hz\].
     pub frequencies: Vec<RefinedValue>,
-    /// The displacement under a traction; absent for a body without supports, and where nobody asked.
+    /// The displacement under a traction; absent of a body without supports or without a loadable face, where
+    /// nobody asked, and of a disc too small to be integrated.
     pub displacement: Option<DiscDisplacement>,
     /// True where a support ends inside a smooth face, which the raised degree sees less of.
     pub smooth_rim: bool,
@@ -124,14 +127,6 @@ enum NoEstimate {
     NoArea {
         /// Held corner nodes.
         nodes: usize,
-    },
-    /// Nothing can be pushed.
-    #[error("no face is loadable at {point:?} within {radius} m: no traction to refine")]
-    NoDisc {
-        /// Middle of the disc.
-        point: [f64; 3],
-        /// Its radius.
-        radius: f64,
     },
 }
 
@@ -213,20 +208,20 @@ pub fn estimate(
         RefinedValue::of_mesh(mesh, mesh / (1.0 + too_high(scale)), too_high(bound_scale))
     });
     let frequencies = frequencies.collect();
-    let (mut displacement, mut disc_steps) = (None, 0);
+    let mut steps = [change.steps, 0];
+    let mut displacement = None;
     if let (DiscRequest::Radius(radius), false) = (disc, free) {
-        let disc = stiffest_answer(&prepared.body, eigenvalues, vectors, radius);
-        if let Some((disc, facets)) = disc {
-            let Some(load) = raised_load(&space, &prepared.body, &disc, &facets) else {
-                return Ok(NoEstimate::NoDisc { point: disc.point, radius: disc.radius }.into());
-            };
-            let change = compliance_change(&space, &factor, &load, listener)?;
-            let (mesh, g) = (change.mesh, change.values[0]);
-            let refined = mesh + scale * g;
+        let radius = radius.unwrap_or_else(|| EDGES * space.mean_edge());
+        let place = softest_place(&prepared.body, eigenvalues, vectors, radius);
+        let loaded = place
+            .and_then(|(disc, facets)| Some((disc, raised_load(&space, &prepared.body, &disc, &facets)?)));
+        if let Some((disc, load)) = loaded {
+            let (mesh, change) = compliance_change(&space, &factor, &load, listener)?;
+            let g = change.values[0];
             let share = |s: f64| s * g / (mesh + s * g);
-            let value = RefinedValue::of_mesh(mesh, refined, share(bound_scale));
+            let value = RefinedValue::of_mesh(mesh, mesh + scale * g, share(bound_scale));
             displacement = Some(DiscDisplacement { disc, value });
-            disc_steps = change.steps;
+            steps[1] = change.steps;
         }
     }
     Ok(MeshEstimate::Known(DiscretisationError {
@@ -234,7 +229,7 @@ pub fn estimate(
         displacement,
         smooth_rim,
         nodes_without_area: without_area,
-        steps: [change.steps, disc_steps],
+        steps,
     }))
 }
 

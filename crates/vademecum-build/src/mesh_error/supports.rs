@@ -3,11 +3,10 @@
 use std::collections::HashMap;
 
 use crate::fem::Model;
-use crate::linalg::vec3::{cross, norm, sub};
+use crate::linalg::vec3::{cross, dot, norm, sub};
+use crate::mesh::quality::FACES;
 use crate::mesh::surface::Surface;
 
-/// Corners of the faces of a tetrahedron.
-const FACES: [[usize; 3]; 4] = [[1, 2, 3], [0, 2, 3], [0, 1, 3], [0, 1, 2]];
 /// Largest angle between two facets of one smooth face: its cosine (30°).
 const SMOOTH: f64 = 0.866_025_403_784_438_6;
 
@@ -74,8 +73,7 @@ fn ends_in_smooth_face(model: &Model, surface: &Surface, c: usize) -> bool {
             let mut edge = [corners[i], corners[(i + 1) % 3]];
             edge.sort_unstable();
             let Some((other, other_held)) = seen.insert(edge, (normal, is_held)) else { continue };
-            let cosine: f64 = (0..3).map(|k| normal[k] * other[k]).sum();
-            if is_held != other_held && cosine > SMOOTH {
+            if is_held != other_held && dot(normal, other) > SMOOTH {
                 return true;
             }
         }

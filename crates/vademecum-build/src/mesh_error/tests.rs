@@ -54,8 +54,8 @@ fn compliance(prepared: &Prepared, disc: &DiscLoad) -> (f64, f64) {
     let factor = prepared.symbolic.factor_of(pencil.stiffness()).unwrap();
     let load = raised_load(&space, body, disc, &Surface::of(body.model.mesh())).expect("a traction");
     // One newton along the normal.
-    let change = compliance_change(&space, &factor, &load, &Silent).unwrap();
-    (change.mesh, change.values[0])
+    let (mesh, change) = compliance_change(&space, &factor, &load, &Silent).unwrap();
+    (mesh, change.values[0])
 }
 
 #[test]
@@ -70,6 +70,10 @@ fn a_displacement_under_a_traction_is_estimated_within_a_factor_of_two() {
         assert!((0.5..2.0).contains(&ratio), "{order}: {mesh} + {} for {truth}", scale * g);
     }
     let found = known(&prepared(lengths, divisions, "quadratic", CLAMPED), DiscRequest::Radius(Some(0.15)));
+    let small = known(&prepared(lengths, divisions, "quadratic", CLAMPED), DiscRequest::Radius(Some(1e-3)));
+    assert!(
+        small.displacement.expect("a small disc").value.error < 0.0 && small.frequencies.len() == FREQUENCIES
+    );
     let displacement = found.displacement.expect("a traction");
     assert_eq!(displacement.disc.radius, 0.15);
     assert!(displacement.value.error < 0.0 && displacement.value.refined > displacement.value.mesh);

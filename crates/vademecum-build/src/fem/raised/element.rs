@@ -9,6 +9,7 @@ use crate::fem::element::{
     tabulate_point,
 };
 use crate::mesh::Order;
+use crate::mesh::quality::FACES;
 
 /// Right-hand sides handled at once.
 pub(super) const LANES: usize = 4;
@@ -16,8 +17,6 @@ pub(super) const LANES: usize = 4;
 pub(super) type Lanes = [f64; LANES];
 /// Most functions of an element: 20 of degree three.
 pub(super) const MAX_FUNCTIONS: usize = 20;
-/// Corners of the four faces, each opposite to the corner of its number.
-pub(super) const FACES: [[usize; 3]; 4] = [[1, 2, 3], [0, 2, 3], [0, 1, 3], [0, 1, 2]];
 
 /// A displacement at the functions of one element, component by component.
 pub(super) type Local = [[Lanes; 3]; MAX_FUNCTIONS];

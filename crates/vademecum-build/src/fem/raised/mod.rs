@@ -14,14 +14,16 @@ use faer::{Mat, MatMut, MatRef};
 use pulp::Arch;
 use rayon::prelude::*;
 
-use self::element::{FACES, LANES, Local, MAX_FUNCTIONS, RaisedKernel, increment};
+use self::element::{LANES, Local, MAX_FUNCTIONS, RaisedKernel, increment};
 use super::assembly::element_nodes;
 use super::element::EDGES;
 use super::factor::{Factor, Solve};
 use super::model::Model;
 use super::sparse::{contiguous, contiguous_mut};
 use crate::linalg::column_groups;
+use crate::linalg::vec3::{norm, sub};
 use crate::mesh::Order;
+use crate::mesh::quality::FACES;
 
 /// Elements whose products are computed before they are added up.
 const WAVE: usize = 1024;
@@ -106,6 +108,13 @@ impl<'a> RaisedSpace<'a> {
     /// Unknowns of the mesh.
     pub(crate) fn n_given(&self) -> usize {
         self.model.dofs().n_free()
+    }
+
+    /// Mean length of the edges of all elements, corner to corner.
+    pub(crate) fn mean_edge(&self) -> f64 {
+        let nodes = &self.model.mesh().nodes;
+        let length = |&[a, b]: &[u32; 2]| norm(sub(nodes[a as usize], nodes[b as usize]));
+        self.edges.iter().map(length).sum::<f64>() / self.edges.len() as f64
     }
 
     /// The number of an edge's function, and whether the edge is seen from its other end.
