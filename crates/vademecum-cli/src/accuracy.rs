@@ -1,5 +1,6 @@
-//! The statements of a certificate in the order in which a user needs them: the bound for loads that a user may apply, the errors of
-//! the test runs of the build, and a warning where contacts have neither bound nor residual flexibility.
+//! The statements of a certificate in the order in which a user needs them: the bound for loads that a user
+//! may apply, the errors of the test runs of the build, and a warning where contacts have neither bound nor
+//! residual flexibility.
 
 use vademecum_format::{File, ParameterRole, SectionKind};
 use vademecum_study::FileError;

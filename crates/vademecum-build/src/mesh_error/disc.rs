@@ -11,8 +11,8 @@ use crate::prepared::Body;
 
 /// Cosine between the normals of the disc and of a facet that carries it: the other side of a plate does not.
 const SAME_SIDE: f64 = 0.5;
-/// Halvings of the edges of a facet, whose parts lie in the disc or do not: at least the first of them, and as
-/// many as make eight parts of a radius, up to the second.
+/// Halvings of the edges of a facet, whose parts lie in the disc or do not: at least the first of them, and
+/// as many as make eight parts of a radius, up to the second.
 const HALVINGS: [f64; 2] = [3.0, 8.0];
 
 /// A disc of the surface that carries a uniform traction along its normal, one newton in all.
