@@ -286,10 +286,11 @@ fn memory_that_is_refused_anywhere_is_told_in_words() {
     let mut run = command(&["build".as_ref(), path.as_os_str(), "-o".as_ref(), "a.vdm".as_ref()]);
     run.args(["--fresh", "--memory", "1G"]);
     let mut refused = 0;
-    for limit in (60..200).step_by(6) {
+    // With one thread more limits meet a matrix, and fewer the stack of a thread.
+    for (limit, threads) in (60..200).step_by(4).zip(["1", "2"].into_iter().cycle()) {
         let mut shell = Command::new("sh");
         shell.args(["-c", "ulimit -v \"$0\"; exec \"$@\"", &(limit << 10).to_string()]);
-        shell.current_dir(folder.path()).env("RAYON_NUM_THREADS", "2");
+        shell.current_dir(folder.path()).env("RAYON_NUM_THREADS", threads);
         let ran = shell.arg(run.get_program()).args(run.get_args()).output().expect("a shell");
         let told = String::from_utf8_lossy(&ran.stderr);
         // The standard library panics by itself where a thread finds no memory for its stack.
