@@ -34,32 +34,32 @@ pub(crate) struct Shape {
     filters: bool,
     /// Of the strain structure.
     pub strain: StrainShape,
+    /// Hash of all lengths but those of `filtered` (FNV-1a, word by word). Where two of different lengths met
+    /// in one key, cutting their memory or an index would still be refused.
+    key: u64,
 }
 
-/// Every step compares two of them with its own: all numbers at once, without a branch for each.
+/// Every step compares two of them with its own, by their keys.
 impl PartialEq for Shape {
     #[inline(always)]
     fn eq(&self, other: &Self) -> bool {
-        let Self {
-            chosen, r, n_stages, n_terms, n_points, statics: [nodes, patterns], filters, strain, ..
-        } = *self;
-        let StrainShape { interacting, leading, tail, rows } = strain;
-        let differ = (r ^ other.r)
-            | (n_stages ^ other.n_stages)
-            | (n_terms ^ other.n_terms)
-            | (n_points ^ other.n_points)
-            | (nodes ^ other.statics[0])
-            | (patterns ^ other.statics[1])
-            | (filters as usize ^ other.filters as usize)
-            | (interacting ^ other.strain.interacting)
-            | (leading ^ other.strain.leading)
-            | (tail ^ other.strain.tail)
-            | (rows ^ other.strain.rows);
-        chosen == other.chosen && differ == 0
+        self.key == other.key
     }
 }
 
 impl Shape {
+    fn hash(&self) -> u64 {
+        const START: u64 = 0xCBF2_9CE4_8422_2325;
+        const PRIME: u64 = 0x0000_0100_0000_01B3;
+        let StrainShape { interacting, leading, tail, rows } = self.strain;
+        let [nodes, patterns] = self.statics;
+        let chosen =
+            [self.chosen as usize, self.r, self.n_stages, self.n_terms, self.n_points, nodes, patterns];
+        let others = [usize::from(self.filters), interacting, leading, tail, rows];
+        let words = chosen.into_iter().chain(others);
+        words.fold(START, |key, word| (key ^ word as u64).wrapping_mul(PRIME))
+    }
+
     /// The structure. Without the feature `full` no other than the exact one is ever chosen, and the compiler
     /// learns it here: it leaves out of a program what the others need.
     pub const fn structure(&self) -> Structure {
@@ -237,7 +237,7 @@ pub(crate) fn shape<T: Scalar>(file: &File<'_>, options: &SceneOptions) -> Resul
         _ => (room::<T>(file, options.contacts, residual), StrainShape::default()),
     };
     let filtered = filtered_room(file, options, statics);
-    let shape = Shape {
+    let mut shape = Shape {
         chosen: structure,
         r: metadata.n_modes as usize,
         n_stages,
@@ -247,7 +247,9 @@ pub(crate) fn shape<T: Scalar>(file: &File<'_>, options: &SceneOptions) -> Resul
         filtered,
         filters: filtered != [0; 2],
         strain,
+        key: 0,
     };
+    shape.key = shape.hash();
     let Sizes { scene, work, state, loads } = shape.sizes();
     at_most(
         "numbers of memory",
