@@ -4,6 +4,7 @@ use std::path::PathBuf;
 use std::sync::{Arc, Mutex};
 
 use faer::{Mat, MatMut, MatRef};
+use vademecum_format::{File, SectionKind};
 
 use super::{BuildOptions, Outcome, build};
 use crate::fem::{
@@ -191,9 +192,15 @@ fn a_file_that_is_exact_in_time_is_built_from_products_and_solves() {
     for text in [format!("{BEAM}{HELD}"), BEAM.into(), format!("{BEAM}{HELD}{live}")] {
         let ((here, _), (there, said)) = (built(&text, None), built(&text, Some(&alone)));
         assert!(!said.iter().any(|note| note.contains("assembled")), "{said:#?}");
-        assert_eq!(here.len(), there.len());
-        assert!(here == there, "the same numbers in another place give other bytes");
+        assert_eq!(sections(&here), sections(&there), "the same numbers in another place give other bytes");
     }
+}
+
+/// The sections of a file, without the discretisation error: it needs the elements in this process.
+fn sections(bytes: &[u8]) -> Vec<(SectionKind, Vec<u8>)> {
+    let file = File::parse(bytes).unwrap();
+    let all = file.sections().filter(|section| section.kind() != SectionKind::MeshError);
+    all.map(|section| (section.kind(), section.stored().to_vec())).collect()
 }
 
 #[test]
