@@ -106,7 +106,7 @@ fn a_written_vtu_reads_back_as_the_same_mesh_and_fields() {
         let mesh = block([1.0, 2.0, 3.0], [1, 2, 1], order);
         let path = folder.path().join("u.vtu");
         let u: Vec<f64> = (0..3 * mesh.nodes.len()).map(|i| (i as f64).sqrt()).collect();
-        let cells = Cells::Tetrahedra(order, &mesh.elements);
+        let cells = Cells::Elements(&mesh.kinds, &mesh.elements);
         field::write_vtu(&path, &mesh.nodes, cells, &[("displacement", &u, 3)]).unwrap();
         assert_eq!(mesh::hash(&mesh::read(&path).unwrap()), mesh::hash(&mesh));
         let files = [path.clone(), path.clone()];
@@ -133,7 +133,7 @@ fn a_surface_and_a_collection_are_written_and_read_back() {
     assert_eq!(field::read_vtu(&path).unwrap().points, mesh.nodes);
     // A surface is no solid, and is refused as such.
     let error = mesh::read(&path).unwrap_err();
-    assert_eq!(error.problems(), [Flaw::NoTetrahedra]);
+    assert_eq!(error.problems(), [Flaw::NoElements]);
     let pvd = folder.path().join("all.pvd");
     field::write_pvd(&pvd, &[(0.5, "s & t.vtu".into())]).unwrap();
     assert_eq!(field::read_pvd(&pvd).unwrap(), [(0.5, path)]);
@@ -234,13 +234,16 @@ fn unsound_meshes_are_refused_by_name() {
     const UNIT: &str = "0 0 0\n1 0 0\n0 1 0\n0 0 1\n";
     let problem = |points: &str, cells: &str| tables(points, cells).unwrap_err().problems()[0].clone();
     let flat = problem("0 0 0\n1 0 0\n0 1 0\n0.3 0.3 0\n", "1 2 3 4\n");
-    assert!(matches!(flat, Flaw::DegenerateElements { count: 1, first: [1, 2, 3, 4], .. }), "{flat}");
+    assert!(
+        matches!(flat, Flaw::DegenerateElements { count: 1, first, .. } if *first == [1, 2, 3, 4]),
+        "{flat}"
+    );
     let twin = problem(&format!("{UNIT}0 0 1.0\n1 1 1\n"), "1 2 3 4\n2 3 5 6\n");
     assert!(matches!(twin, Flaw::DuplicateNodes { count: 1, first: [4, 5], .. }), "{twin}");
     let apart = problem(&format!("{UNIT}5 0 0\n6 0 0\n5 1 0\n5 0 1\n"), "1 2 3 4\n5 6 7 8\n");
     assert!(matches!(&apart, Flaw::Disconnected { elements, .. } if elements == &[1, 1]), "{apart}");
     let twice = problem(&format!("{UNIT}1 1 1\n"), "1 2 3 4\n1 2 3 4\n2 3 4 5\n");
-    assert!(matches!(twice, Flaw::OverlappingElements { count: 1, first: [2, 3, 4] }), "{twice}");
+    assert!(matches!(twice, Flaw::OverlappingElements { count: 1, first } if *first == [2, 3, 4]), "{twice}");
     let mids = "0.5 0 0\n0.5 0.5 0\n0 0.5 0\n0 0 0.5\n0.5 0 0.5\n0 0.5 0.5\n";
     assert!(tables(&format!("{UNIT}{mids}"), "1 2 3 4 5 6 7 8 9 10\n").is_ok());
     let bent = mids.replacen("0.5 0 0", "0.5 0.9 0.9", 1);

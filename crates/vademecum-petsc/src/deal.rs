@@ -3,7 +3,7 @@
 use std::ops::Range;
 
 use vademecum_build::fem::{AssemblyPart, EngineError, Material, SymmetricMatrix};
-use vademecum_build::mesh::Order;
+use vademecum_build::mesh::{ElementKind, Hexahedra};
 
 use crate::ranks::Ranks;
 
@@ -71,10 +71,11 @@ pub fn own_rows(part: &AssemblyPart, places: &[i64]) -> Vec<u32> {
 pub fn send_part(part: &AssemblyPart, ranks: &Ranks, to: usize) -> Result<(), EngineError> {
     let wide = |list: &[u32]| list.iter().map(|&number| number.into()).collect::<Vec<u64>>();
     let constants: Vec<f64> = part.materials.iter().flat_map(|m| [m.young, m.poisson, m.density]).collect();
-    let quadratic = u64::from(part.order == Order::Quadratic);
-    ranks.send(&[quadratic, part.rows.start as u64, part.rows.end as u64], to)?;
+    let kinds: Vec<u32> = (0..part.regions.len()).map(|element| part.kinds.kind(element) as u32).collect();
+    let hexahedra: Vec<u32> = part.hexahedra.iter().map(|named| named.map_or(0, |h| 1 + h as u32)).collect();
+    ranks.send(&[part.rows.start as u64, part.rows.end as u64], to)?;
     ranks.send_list(part.nodes.as_flattened(), to)?;
-    for list in [&part.elements, &part.regions, &part.numbers] {
+    for list in [&part.elements, &part.regions, &part.numbers, &kinds, &hexahedra] {
         ranks.send_list(&wide(list), to)?;
     }
     ranks.send_list(&constants, to)?;
@@ -84,21 +85,24 @@ pub fn send_part(part: &AssemblyPart, ranks: &Ranks, to: usize) -> Result<(), En
 /// Receives one.
 pub fn receive_part(ranks: &Ranks, from: usize) -> Result<AssemblyPart, EngineError> {
     let narrow = |list: Vec<u64>| list.into_iter().map(|number| number as u32).collect();
-    let numbers: Vec<u64> = ranks.receive(3, from)?;
+    let rows: Vec<u64> = ranks.receive(2, from)?;
     let nodes: Vec<f64> = ranks.receive_list(from)?;
-    let [elements, regions, of_mesh] =
-        [ranks.receive_list(from)?, ranks.receive_list(from)?, ranks.receive_list(from)?].map(narrow);
+    let mut list = || Ok::<Vec<u32>, EngineError>(narrow(ranks.receive_list(from)?));
+    let (elements, regions, numbers, kinds, hexahedra) = (list()?, list()?, list()?, list()?, list()?);
+    let kind = |&number: &u32| ElementKind::all().nth(number as usize);
+    let formulation = |&number: &u32| Hexahedra::ALL.get((number as usize).wrapping_sub(1)).copied();
     let constants: Vec<f64> = ranks.receive_list(from)?;
     let material = |&[young, poisson, density]: &[f64; 3]| Material { young, poisson, density };
     Ok(AssemblyPart {
-        order: if numbers[0] == 1 { Order::Quadratic } else { Order::Linear },
+        kinds: kinds.iter().filter_map(kind).collect(),
+        hexahedra: hexahedra.iter().map(formulation).collect(),
         nodes: nodes.as_chunks().0.to_vec(),
         elements,
         regions,
-        numbers: of_mesh,
+        numbers,
         materials: constants.as_chunks().0.iter().map(material).collect(),
         places: ranks.receive_list(from)?,
-        rows: Range { start: numbers[1] as usize, end: numbers[2] as usize },
+        rows: Range { start: rows[0] as usize, end: rows[1] as usize },
     })
 }
 
@@ -106,6 +110,7 @@ pub fn receive_part(ranks: &Ranks, from: usize) -> Result<AssemblyPart, EngineEr
 mod tests {
     use super::*;
     use vademecum_build::fem::Pencil;
+    use vademecum_build::mesh::Order;
 
     #[test]
     fn shares_are_the_rows_of_the_permuted_matrix() {
@@ -123,7 +128,8 @@ mod tests {
     #[test]
     fn own_rows_of_a_part_are_found_by_their_places() {
         let part = AssemblyPart {
-            order: Order::Linear,
+            kinds: Order::Linear.into(),
+            hexahedra: vec![],
             nodes: vec![],
             elements: vec![],
             regions: vec![],

@@ -62,7 +62,7 @@ impl Shapes {
 
     /// Its elements.
     pub fn cells(&self) -> Cells<'_> {
-        Cells::Tetrahedra(self.mesh().order, &self.mesh().elements)
+        Cells::Elements(&self.mesh().kinds, &self.mesh().elements)
     }
 
     /// The displacement of every node in each mode, three numbers a node; the largest is 1 long.

@@ -194,7 +194,7 @@ fn read(path: &Path, options: &StarterOptions) -> Result<(Mesh, bool, Option<f64
     let smallest_part = (parts.len() > 1).then_some(options.smallest_part);
     let formulated = raw.format.starts_with(FORMULATED);
     let mesh = mesh::repaired(raw, options.smallest_part)?;
-    if mesh.order == Order::Quadratic || formulated || 3 * mesh.nodes.len() >= MOST_RAISED_DOFS {
+    if mesh.tetrahedra() != Some(Order::Linear) || formulated || 3 * mesh.nodes.len() >= MOST_RAISED_DOFS {
         return Ok((mesh, false, smallest_part));
     }
     let raised = mesh.clone().raised();

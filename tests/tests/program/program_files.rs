@@ -167,7 +167,7 @@ fn imported_snapshots_give_the_basis_of_computed_ones() {
     let mut series = vec![];
     for j in 0..matrix.columns {
         series.push(format!("\"snapshot-{j:04}.vtu\""));
-        let cells = Cells::Tetrahedra(mesh.order, &mesh.elements);
+        let cells = Cells::Elements(&mesh.kinds, &mesh.elements);
         let data = [("u", matrix.column(j), 3)];
         write_vtu(&folder.path().join(format!("snapshot-{j:04}.vtu")), &mesh.nodes, cells, &data)
             .expect("written");

@@ -10,21 +10,28 @@ use faer::{Mat, MatRef};
 use rayon::prelude::*;
 
 use super::dofs::DofMap;
-use super::element::{ElementError, ElementKernel, Material};
+use super::element::{ElementError, Material};
+use super::kernels::ElementKernels;
 use super::model_error::ModelError;
 use super::pencil::{Pencil, RegionMatrices};
 use super::sparse::{Pattern, SymmetricMatrix};
-use crate::mesh::{Mesh, Order};
+use crate::mesh::shapes::MAX_NODES;
+use crate::mesh::{ElementKind, Mesh};
 
 /// Elements per wave: 30 MB of quadratic element matrices, and enough for many threads.
 const WAVE: usize = 4096;
 
 /// Pairs of nodes that share an element, per element, from below: a large block has 2.5 with linear
-/// tetrahedra and 37 with quadratic ones, and smaller or looser meshes have more.
-pub(crate) fn pairs(order: Order) -> f64 {
-    match order {
-        Order::Linear => 2.0,
-        Order::Quadratic => 30.0,
+/// tetrahedra and 37 with quadratic ones, and smaller or looser meshes have more. A block of hexahedra has 27
+/// with 8 nodes, 190 with 20.
+pub(crate) fn pairs(kind: ElementKind) -> f64 {
+    match kind {
+        ElementKind::Tet4 => 2.0,
+        ElementKind::Tet10 => 30.0,
+        ElementKind::Pyramid5 | ElementKind::Wedge6 => 8.0,
+        ElementKind::Hex8 => 20.0,
+        ElementKind::Pyramid13 | ElementKind::Wedge15 => 60.0,
+        ElementKind::Hex20 | ElementKind::Hex27 => 150.0,
     }
 }
 
@@ -41,12 +48,12 @@ pub(crate) fn pair_bytes(regions: usize) -> f64 {
 pub(crate) fn assemble(mesh: &Mesh, materials: &[Material], dofs: &DofMap) -> Result<Pencil, ModelError> {
     let graph = NodeGraph::of(mesh);
     let pattern = Arc::new(dof_pattern(&graph, dofs)?);
-    let kernel = ElementKernel::new(mesh.order);
+    let kernels = ElementKernels::new(mesh);
     let regions = materials
         .iter()
         .enumerate()
         .map(|(region, material)| {
-            let blocks = assemble_region(mesh, &kernel, &graph, region as u32, material)?;
+            let blocks = assemble_region(mesh, &kernels, &graph, region as u32, material)?;
             Ok(blocks.over_free_dofs(&graph, dofs, &pattern))
         })
         .collect::<Result<Vec<_>, ModelError>>()?;
@@ -63,7 +70,6 @@ pub(crate) struct NodeGraph {
 impl NodeGraph {
     /// Reads the graph off the elements.
     pub(crate) fn of(mesh: &Mesh) -> NodeGraph {
-        let per_element = mesh.order.nodes_per_element();
         let (first, incident) = incident_elements(mesh);
         let mut starts = vec![0];
         let mut neighbours = Vec::new();
@@ -71,7 +77,7 @@ impl NodeGraph {
         for node in 0..mesh.nodes.len() {
             row.clear();
             for &element in &incident[first[node]..first[node + 1]] {
-                row.extend_from_slice(&mesh.elements[element as usize * per_element..][..per_element]);
+                row.extend_from_slice(mesh.element(element as usize));
             }
             row.sort_unstable();
             row.dedup();
@@ -130,10 +136,11 @@ pub(super) fn incident_elements(mesh: &Mesh) -> (Vec<usize>, Vec<u32>) {
     }
     let mut next = first.clone();
     let mut incident = vec![0; mesh.elements.len()];
-    let per_element = mesh.order.nodes_per_element();
-    for (place, &node) in mesh.elements.iter().enumerate() {
-        incident[next[node as usize]] = (place / per_element) as u32;
-        next[node as usize] += 1;
+    for (element, (_, nodes)) in mesh.each().enumerate() {
+        for &node in nodes {
+            incident[next[node as usize]] = element as u32;
+            next[node as usize] += 1;
+        }
     }
     (first, incident)
 }
@@ -161,31 +168,32 @@ struct NodeBlocks {
 /// Adds up the elements of one region.
 fn assemble_region(
     mesh: &Mesh,
-    kernel: &ElementKernel,
+    kernels: &ElementKernels,
     graph: &NodeGraph,
     region: u32,
     material: &Material,
 ) -> Result<NodeBlocks, ModelError> {
-    let n = kernel.n_nodes();
+    let most = kernels.most_nodes();
+    let room = most * most * 10;
     let elements: Vec<u32> = (0..mesh.element_region.len() as u32)
         .filter(|&e| mesh.element_region[e as usize] == region)
         .collect();
     let pairs = graph.neighbours.len();
     let mut blocks = NodeBlocks { mass: vec![0.0; pairs], stiffness: vec![[0.0; 9]; pairs] };
-    let mut buffer = vec![0.0; WAVE.min(elements.len()) * n * n * 10];
+    let mut buffer = vec![0.0; WAVE.min(elements.len()) * room];
     for wave in elements.chunks(WAVE) {
         let folded: Vec<Option<ElementError>> = buffer
-            .par_chunks_mut(n * n * 10)
+            .par_chunks_mut(room)
             .zip(wave)
-            .map(|(matrices, &element)| element_matrices(mesh, kernel, element, material, matrices).err())
+            .map(|(matrices, &element)| element_matrices(mesh, kernels, element, material, matrices).err())
             .collect();
         for (error, &element) in folded.into_iter().zip(wave) {
             if let Some(source) = error {
                 return Err(ModelError::FoldedElement { element, source });
             }
         }
-        for (matrices, &element) in buffer.chunks(n * n * 10).zip(wave) {
-            let nodes = &mesh.elements[element as usize * n..][..n];
+        for (matrices, &element) in buffer.chunks(room).zip(wave) {
+            let nodes = mesh.element(element as usize);
             blocks.add_element(graph, nodes, matrices);
         }
     }
@@ -200,21 +208,22 @@ pub(super) fn couple(
     dofs: &DofMap,
     t: MatRef<'_, f64>,
 ) -> Result<[Mat<f64>; 2], ElementError> {
-    let kernel = ElementKernel::new(mesh.order);
-    let (n, columns) = (kernel.n_nodes(), t.ncols());
+    let kernels = ElementKernels::new(mesh);
+    let columns = t.ncols();
     let mut sums = [Mat::zeros(dofs.n_free(), columns), Mat::zeros(dofs.n_free(), columns)];
     let moved = |node: u32| {
         let rows = t.subrows(3 * node as usize, 3);
         rows.col_iter().any(|column| column.iter().any(|&value| value != 0.0))
     };
-    let mut matrices = vec![0.0; n * n * 10];
-    for (element, nodes) in mesh.elements.chunks_exact(n).enumerate() {
+    let mut matrices = vec![0.0; kernels.most_nodes().pow(2) * 10];
+    for (element, (_, nodes)) in mesh.each().enumerate() {
+        let n = nodes.len();
         let held: Vec<usize> = (0..n).filter(|&b| moved(nodes[b])).collect();
         if held.is_empty() {
             continue;
         }
         let material = &materials[mesh.element_region[element] as usize];
-        element_matrices(mesh, &kernel, element as u32, material, &mut matrices)?;
+        element_matrices(mesh, &kernels, element as u32, material, &mut matrices)?;
         let (mass, stiffness) = matrices.split_at(n * n);
         for (a, &node) in nodes.iter().enumerate() {
             for c in 0..3 {
@@ -238,23 +247,23 @@ pub(super) fn couple(
 /// Mass, then stiffness of one element into its share of the wave's buffer.
 fn element_matrices(
     mesh: &Mesh,
-    kernel: &ElementKernel,
+    kernels: &ElementKernels,
     element: u32,
     material: &Material,
     matrices: &mut [f64],
 ) -> Result<(), ElementError> {
+    let kernel = kernels.of(mesh, element as usize);
     let n = kernel.n_nodes();
-    let (mass, stiffness) = matrices.split_at_mut(n * n);
-    let nodes = element_nodes(mesh, element);
+    let (mass, stiffness) = matrices[..n * n * 10].split_at_mut(n * n);
+    let nodes = element_nodes::<MAX_NODES>(mesh, element);
     kernel.mass_into(&nodes[..n], material.density, mass)?;
     kernel.stiffness_into(&nodes[..n], material, stiffness)
 }
 
-/// Coordinates of an element's nodes.
-pub(crate) fn element_nodes(mesh: &Mesh, element: u32) -> [[f64; 3]; super::element::MAX_NODES] {
-    let n = mesh.order.nodes_per_element();
-    let mut nodes = [[0.0; 3]; super::element::MAX_NODES];
-    for (place, &node) in nodes.iter_mut().zip(&mesh.elements[element as usize * n..][..n]) {
+/// Coordinates of an element's nodes, zeros behind them.
+pub(crate) fn element_nodes<const N: usize>(mesh: &Mesh, element: u32) -> [[f64; 3]; N] {
+    let mut nodes = [[0.0; 3]; N];
+    for (place, &node) in nodes.iter_mut().zip(mesh.element(element as usize)) {
         *place = mesh.nodes[node as usize];
     }
     nodes

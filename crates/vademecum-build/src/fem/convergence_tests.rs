@@ -1,10 +1,12 @@
 //! Measured order of convergence in the element size, against a known smooth field.
 
 use super::assembly::element_nodes;
-use super::element::{jacobian, rule_degree_6, tabulate_point};
+use super::element::jacobian;
 use super::oracle_tests::{field, irregular, product, solve, surface_of, unheld};
 use super::test_mesh::{block, quadratic};
 use super::{Material, Model};
+use crate::mesh::rules::rule_degree_6;
+use crate::mesh::shapes::{TET_NODES, tabulate_point};
 use crate::mesh::{Mesh, Order};
 
 /// Errors in L2 and in the seminorm of the gradient against a smooth field with zero boundary values.
@@ -32,12 +34,12 @@ fn errors_in_h(mesh: &Mesh, reference: &Mesh) -> [f64; 2] {
     model.dofs().restrict_into(&load, &mut rhs);
     let mut u = vec![0.0; load.len()];
     model.dofs().expand_into(&solve(model.pencil(), &rhs), &mut u);
-    let n = mesh.order.nodes_per_element();
+    let n = mesh.order().nodes_per_element();
     let mut squares = [0.0; 2];
     for (e, element) in mesh.elements.chunks_exact(n).enumerate() {
-        let nodes = element_nodes(mesh, e as u32);
+        let nodes: [[f64; 3]; TET_NODES] = element_nodes(mesh, e as u32);
         for (l, weight) in rule_degree_6() {
-            let point = tabulate_point(mesh.order, l, weight);
+            let point = tabulate_point(mesh.order(), l, weight);
             let (inverse, determinant) = jacobian(n, &point, &nodes[..n]).unwrap();
             let at = |c: usize| (0..n).map(|a| point.values[a] * nodes[a][c]).sum::<f64>();
             let x = [at(0), at(1), at(2)];

@@ -21,7 +21,7 @@ fn bar(cells: [usize; 3], materials: &[Material], held: bool) -> Model {
     if materials.len() > 1 {
         let regions = mesh.elements.chunks(10).map(|element| u32::from(middle(element))).collect();
         mesh.element_region = regions;
-        let second = crate::mesh::Region { tag: 2, name: "foot".into() };
+        let second = crate::mesh::Region::new(2, "foot");
         mesh.regions.push(second);
     }
     let held: Vec<bool> = mesh.nodes.iter().flat_map(|node| [held && node[0] == 0.0; 3]).collect();

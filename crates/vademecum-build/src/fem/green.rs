@@ -21,13 +21,13 @@
 use rayon::prelude::*;
 
 use super::assembly::{NodeGraph, blocks_over_free_dofs, element_nodes, incident_elements};
-use super::element::{
-    ElementError, ElementKernel, MAX_NODES, Point, jacobian, rule_degree_5, rule_degree_6, tabulate_point,
-};
+use super::element::{ElementError, ElementKernel, jacobian};
 use super::model::Model;
 use super::sparse::SymmetricMatrix;
 use crate::linalg::vec3::{cross, dot};
 use crate::mesh::Order;
+use crate::mesh::rules::{rule_degree_5, rule_degree_6};
+use crate::mesh::shapes::{Point, TET_NODES, tabulate_point};
 
 /// Rows of `z` at each point of integration.
 const ROWS: usize = 6;
@@ -45,10 +45,10 @@ pub(crate) const SOFTENING: f64 = 0.577_350_269_189_625_8;
 type Tensor = [[f64; 3]; 3];
 
 /// Displacements of an element's nodes.
-type Nodal = [[f64; 3]; MAX_NODES];
+type Nodal = [[f64; 3]; TET_NODES];
 
 /// Why a model has no strain field.
-#[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum GreenError {
     /// The model came as two matrices.
     #[error(
@@ -56,6 +56,12 @@ pub enum GreenError {
          beyond small displacements: give the mesh and its materials"
     )]
     NoElements,
+    /// The mesh has other elements than tetrahedra of one order.
+    #[error("large displacements take tetrahedra of one order, and the mesh has {kinds}: mesh it with those")]
+    Elements {
+        /// Its kinds of elements.
+        kinds: String,
+    },
     /// An element folds over at a point of integration.
     #[error("element {element} (counted from 0)")]
     Folded {
@@ -74,7 +80,7 @@ struct JacobianMap {
 
 /// A point of integration as the element loops read it.
 struct StrainPoint {
-    gradients: [[f64; 3]; MAX_NODES],
+    gradients: [[f64; 3]; TET_NODES],
     root_weight: f64,
 }
 
@@ -105,12 +111,16 @@ impl<'m> GreenStrain<'m> {
         if mesh.elements.is_empty() {
             return Err(GreenError::NoElements);
         }
-        let kernel = ElementKernel::new(mesh.order);
+        let others = || GreenError::Elements {
+            kinds: mesh.kinds.distinct().iter().map(|kind| kind.name()).collect::<Vec<_>>().join(", "),
+        };
+        let order = mesh.tetrahedra().ok_or_else(others)?;
+        let kernel = ElementKernel::tetrahedra(order);
         let n = kernel.n_nodes();
         let tabulate = |rule: Vec<([f64; 4], f64)>| -> Vec<Point> {
-            rule.into_iter().map(|(l, weight)| tabulate_point(mesh.order, l, weight)).collect()
+            rule.into_iter().map(|(l, weight)| tabulate_point(order, l, weight)).collect()
         };
-        let straight = match mesh.order {
+        let straight = match order {
             Order::Linear => tabulate(vec![([0.25; 4], 1.0 / 6.0)]),
             Order::Quadratic => tabulate(rule_degree_5()),
         };
@@ -118,7 +128,7 @@ impl<'m> GreenStrain<'m> {
         let (mut maps, mut first, mut points) = (vec![], vec![], 0);
         for element in 0..mesh.element_count() {
             first.push([maps.len(), points]);
-            let nodes = element_nodes(mesh, element as u32);
+            let nodes: Nodal = element_nodes(mesh, element as u32);
             let is_straight = kernel.is_straight(&nodes[..n]);
             let (mapped, own) =
                 if is_straight { (&straight[..1], straight.len()) } else { (&curved[..], curved.len()) };
@@ -135,7 +145,10 @@ impl<'m> GreenStrain<'m> {
             [(lambda + 2.0 / 3.0 * mu).sqrt(), (2.0 * mu).sqrt()]
         });
         let strain_points = |points: Vec<Point>| {
-            let each = |p: Point| StrainPoint { gradients: p.gradients, root_weight: p.weight.sqrt() };
+            let each = |p: Point| StrainPoint {
+                gradients: std::array::from_fn(|a| p.gradients[a]),
+                root_weight: p.weight.sqrt(),
+            };
             points.into_iter().map(each).collect()
         };
         Ok(GreenStrain {
@@ -276,7 +289,7 @@ impl<'m> GreenStrain<'m> {
         assert_eq!(z.len(), self.n_rows());
         let u = self.expand(u);
         let mesh = self.model.mesh();
-        let n = mesh.order.nodes_per_element();
+        let n = mesh.order().nodes_per_element();
         let elements: Vec<usize> = (0..mesh.element_count()).collect();
         let mut sums = vec![[0.0; 9]; self.graph.pairs()];
         let mut buffer = vec![[0.0; 9]; WAVE.min(elements.len()) * n * n];
@@ -343,7 +356,7 @@ impl<'m> GreenStrain<'m> {
     }
 
     fn nodal(&self, u: &[[f64; 3]], element: usize) -> Nodal {
-        let mut nodal = [[0.0; 3]; MAX_NODES];
+        let mut nodal = [[0.0; 3]; TET_NODES];
         nodal.iter_mut().zip(self.model.mesh().element(element)).for_each(|(x, &node)| *x = u[node as usize]);
         nodal
     }
@@ -356,7 +369,7 @@ impl<'m> GreenStrain<'m> {
         let count = next_point - point;
         let table = if count == self.straight.len() { &self.straight } else { &self.curved };
         let maps = &self.maps[map..next_map];
-        let n = mesh.order.nodes_per_element();
+        let n = mesh.order().nodes_per_element();
         table.iter().enumerate().map(move |(k, point)| {
             let map = &maps[k.min(maps.len() - 1)];
             let root = map.root * point.root_weight;
@@ -398,7 +411,7 @@ impl<'m> GreenStrain<'m> {
     /// Sums what elements give to their nodes over the free dofs.
     fn gather(&self, f: &mut [f64], task: impl Fn(usize, &mut [[f64; 3]]) + Sync) {
         assert_eq!(f.len(), self.n_dof());
-        let n = self.model.mesh().order.nodes_per_element();
+        let n = self.model.mesh().order().nodes_per_element();
         let mut forces = vec![[0.0; 3]; (self.first.len() - 1) * n];
         forces.par_chunks_mut(CHUNK * n).enumerate().for_each(|(chunk, forces)| {
             for (element, forces) in self.elements_of(chunk).zip(forces.chunks_mut(n)) {
@@ -477,7 +490,7 @@ impl ElementPoint<'_> {
     fn add_tangent(&self, f: &Tensor, m: f64, stress: &Tensor, n: usize, blocks: &mut [[f64; 9]]) {
         let [bulk, shear] = self.roots.map(|x| m * x * x);
         let (mu, lambda) = (0.5 * shear, bulk - shear / 3.0);
-        let mut g = [[0.0; 3]; MAX_NODES];
+        let mut g = [[0.0; 3]; TET_NODES];
         for (g, r) in g.iter_mut().zip(self.gradients) {
             *g = std::array::from_fn(|i| (0..3).map(|k| r[k] * self.inverse[k][i]).sum());
         }
@@ -506,7 +519,7 @@ const SIXTH: f64 = 0.408_248_290_463_863;
 /// Places `element · nodes + local` of each node, in the order of the mesh.
 fn places_of_nodes(model: &Model) -> (Vec<usize>, Vec<usize>) {
     let mesh = model.mesh();
-    let n = mesh.order.nodes_per_element();
+    let n = mesh.order().nodes_per_element();
     let (starts, incident) = incident_elements(mesh);
     let mut places = Vec::with_capacity(incident.len());
     for node in 0..mesh.nodes.len() {

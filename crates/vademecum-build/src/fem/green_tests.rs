@@ -1,12 +1,14 @@
 //! The strain field against differences, rotations, hand results and the linear stiffness.
 
-use super::element::{ElementKernel, Material, jacobian, rule_degree_6, tabulate_point};
+use super::element::{ElementKernel, Material, jacobian};
 use super::green::{GreenError, GreenStrain};
 use super::model::Model;
 use super::pencil::Pencil;
 use super::sparse::SymmetricMatrix;
 use super::test_mesh::{block, hold, moved, quadratic};
 use crate::linalg::Random;
+use crate::mesh::rules::rule_degree_6;
+use crate::mesh::shapes::{TET_NODES, tabulate_point};
 use crate::mesh::{Mesh, Region};
 
 const SOFT: Material = Material { young: 3.0, poisson: 0.3, density: 1.0 };
@@ -15,7 +17,7 @@ const STIFF: Material = Material { young: 50.0, poisson: 0.2, density: 2.0 };
 /// Linear, straight quadratic and curved quadratic bodies of two regions.
 fn meshes() -> [Mesh; 3] {
     let mut mesh = block([2, 2, 1], [2.0, 1.0, 0.5]);
-    mesh.regions.push(Region { tag: 2, name: "stiff".into() });
+    mesh.regions.push(Region::new(2, "stiff"));
     mesh.element_region = (0..mesh.element_count()).map(|e| u32::from(e % 4 == 1)).collect();
     let straight = quadratic(&mesh);
     let curved = moved(straight.clone(), |[x, y, z]| [x, y + 0.03 * x * x, z + 0.05 * (3.0 * x).sin()]);
@@ -247,11 +249,14 @@ fn straight_quadratic_elements_are_integrated_exactly() {
     let u = random(green.n_dof(), 0.3, 9);
     let (lambda, mu) = SOFT.lame();
     let mut energy = 0.0;
-    assert!(ElementKernel::new(mesh.order).is_straight(&super::assembly::element_nodes(&mesh, 0)));
+    assert!(
+        ElementKernel::tetrahedra(mesh.order())
+            .is_straight(&super::assembly::element_nodes::<TET_NODES>(&mesh, 0))
+    );
     for e in 0..mesh.element_count() {
-        let nodes = super::assembly::element_nodes(&mesh, e as u32);
+        let nodes: [[f64; 3]; TET_NODES] = super::assembly::element_nodes(&mesh, e as u32);
         for (l, weight) in rule_degree_6() {
-            let point = tabulate_point(mesh.order, l, weight);
+            let point = tabulate_point(mesh.order(), l, weight);
             let (inverse, determinant) = jacobian(10, &point, &nodes).expect("no fold");
             let mut h = [[0.0; 3]; 3];
             for (a, &node) in mesh.element(e).iter().enumerate() {

@@ -3,88 +3,93 @@
 //! All are consistent: `F_a = ∫ N_a f`, with the shape functions of the displacement. What falls on a held
 //! dof goes into the support: distributed loads are over all dofs, and [`Model::free_part`] drops it.
 
-use std::collections::HashMap;
+use std::collections::{HashMap, HashSet};
 
 use faer::{MatMut, MatRef};
 
 use super::assembly::element_nodes;
-use super::element::{EDGES, ElementKernel};
+use super::kernels::ElementKernels;
 use super::model::Model;
 use crate::linalg::vec3::cross;
-use crate::mesh::quality::FACES;
-use crate::mesh::{Mesh, Order};
+use crate::mesh::rules::quadrangle_rule;
+use crate::mesh::shapes::MAX_NODES;
+use crate::mesh::shapes::quadrangle_shapes;
+use crate::mesh::{FacetKind, MAX_FACET_NODES, Mesh, Order};
 
-/// A triangle of the body's surface with all its nodes, counter-clockwise seen from outside.
+/// A facet of the body's surface with all its nodes, counter-clockwise seen from outside.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct Facet {
-    nodes: [u32; 6],
-    order: Order,
+    nodes: [u32; MAX_FACET_NODES],
+    kind: FacetKind,
 }
 
 impl Facet {
-    /// Three corners, then for quadratic elements the nodes on the edges (0,1) (1,2) (2,0).
+    /// Its nodes, as [`FacetKind`] orders them.
     pub(crate) fn nodes(&self) -> &[u32] {
-        match self.order {
-            Order::Linear => &self.nodes[..3],
-            Order::Quadratic => &self.nodes,
-        }
+        &self.nodes[..self.kind.nodes()]
     }
 }
 
-/// Why a set of triangles cannot carry a load.
+/// Why a set of facets cannot carry a load.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum LoadError {
     /// No element has this face.
-    #[error("triangle of nodes {corners:?} (counted from 0) is no face of an element")]
+    #[error("facet of nodes {corners:?} (counted from 0) is no face of an element")]
     NoSuchFacet {
         /// Its corners.
         corners: [u32; 3],
     },
     /// Two elements share this face: it has no outside.
-    #[error("triangle of nodes {corners:?} (counted from 0) lies inside the body")]
+    #[error("facet of nodes {corners:?} (counted from 0) lies inside the body")]
     InnerFacet {
         /// Its corners.
         corners: [u32; 3],
     },
 }
 
-/// The surface triangles with the given corners, in the given order, turned so that their normal points
-/// outward.
+/// The surface facets with the given corners, three of each, in the given order, turned so that their normal
+/// points outward. A quadrangle that is named by two triples of its corners comes once.
 ///
 /// # Errors
-/// [`LoadError`] for a triangle that is no face of an element, or of two.
+/// [`LoadError`] for corners that are no face of an element, or of two.
 pub(crate) fn surface_facets(mesh: &Mesh, corners: &[[u32; 3]]) -> Result<Vec<Facet>, LoadError> {
     let mut wanted: HashMap<[u32; 3], (Option<Facet>, usize)> =
         corners.iter().map(|&c| (sorted(c), (None, 0))).collect();
-    for element in mesh.elements.chunks_exact(mesh.order.nodes_per_element()) {
-        for face in FACES {
-            if let Some(slot) = wanted.get_mut(&sorted(face.map(|i| element[i]))) {
-                *slot = (Some(element_facet(mesh.order, element, face)), slot.1 + 1);
+    for (kind, element) in mesh.each() {
+        for face in kind.faces() {
+            let ends = &face.1[..face.0.corners()];
+            let mut triples = (0..ends.len()).map(|left| match ends.len() {
+                3 => sorted([0, 1, 2].map(|i| element[ends[i]])),
+                _ => sorted([1, 2, 3].map(|i| element[ends[(left + i) % 4]])),
+            });
+            let named = triples.by_ref().take(if ends.len() == 3 { 1 } else { 4 });
+            for triple in named {
+                if let Some(slot) = wanted.get_mut(&triple) {
+                    *slot = (Some(element_facet(element, *face)), slot.1 + 1);
+                }
             }
         }
     }
-    corners
-        .iter()
-        .map(|&c| match wanted[&sorted(c)] {
-            (Some(facet), 1) => Ok(facet),
-            (None, _) => Err(LoadError::NoSuchFacet { corners: c }),
-            _ => Err(LoadError::InnerFacet { corners: c }),
-        })
-        .collect()
-}
-
-/// One face of an element, with its mid-side nodes.
-fn element_facet(order: Order, element: &[u32], face: [usize; 3]) -> Facet {
-    let mut nodes = [0; 6];
-    for i in 0..3 {
-        nodes[i] = element[face[i]];
-        if order == Order::Quadratic {
-            let ends = [face[i], face[(i + 1) % 3]];
-            let edge = EDGES.iter().position(|e| *e == ends || *e == [ends[1], ends[0]]);
-            nodes[3 + i] = element[4 + edge.expect("two corners of a tetrahedron make an edge")];
+    let mut facets: Vec<Facet> = Vec::with_capacity(corners.len());
+    let mut quadrangles = HashSet::new();
+    for &c in corners {
+        let facet = match wanted[&sorted(c)] {
+            (Some(facet), 1) => facet,
+            (None, _) => return Err(LoadError::NoSuchFacet { corners: c }),
+            _ => return Err(LoadError::InnerFacet { corners: c }),
+        };
+        if facet.kind.corners() == 3 || quadrangles.insert(facet.nodes) {
+            facets.push(facet);
         }
     }
-    Facet { nodes, order }
+    Ok(facets)
+}
+
+/// One face of an element, with all its nodes.
+fn element_facet(element: &[u32], (kind, places): (FacetKind, &[usize])) -> Facet {
+    let mut nodes = [0; MAX_FACET_NODES];
+    nodes.iter_mut().zip(places).for_each(|(node, &place)| *node = element[place]);
+    Facet { nodes, kind }
 }
 
 fn sorted(mut corners: [u32; 3]) -> [u32; 3] {
@@ -105,14 +110,14 @@ impl Model {
             self.dofs().expand_into(&self.translation_load(acceleration), &mut load);
             return load;
         }
-        let kernel = ElementKernel::new(mesh.order);
-        let n = kernel.n_nodes();
-        let mut mass = vec![0.0; n * n];
-        for (e, element) in mesh.elements.chunks_exact(n).enumerate() {
+        let kernels = ElementKernels::new(mesh);
+        let mut mass = kernels.mass_buffer();
+        for (e, (_, element)) in mesh.each().enumerate() {
             let density = self.materials()[mesh.element_region[e] as usize].density;
-            let nodes = element_nodes(mesh, e as u32);
-            kernel
-                .mass_into(&nodes[..n], density, &mut mass)
+            let (n, nodes) = (element.len(), element_nodes::<MAX_NODES>(mesh, e as u32));
+            kernels
+                .of(mesh, e)
+                .mass_into(&nodes[..n], density, &mut mass[..n * n])
                 .expect("the assembled mesh has no folded element");
             for (a, &node) in element.iter().enumerate() {
                 // Shape functions sum to one, so a row of the mass sums to ∫ ρ N_a.
@@ -126,15 +131,15 @@ impl Model {
     /// `M a` over all dofs, for accelerations `a` of all nodes that are linear in their place.
     pub fn inertia_load(&self, field: impl Fn([f64; 3]) -> [f64; 3]) -> Vec<f64> {
         let mesh = self.mesh();
-        let kernel = ElementKernel::new(mesh.order);
-        let n = kernel.n_nodes();
-        let mut mass = vec![0.0; n * n];
+        let kernels = ElementKernels::new(mesh);
+        let mut mass = kernels.mass_buffer();
         let mut load = vec![0.0; self.dofs().n_dof()];
-        for (e, element) in mesh.elements.chunks_exact(n).enumerate() {
+        for (e, (_, element)) in mesh.each().enumerate() {
             let density = self.materials()[mesh.element_region[e] as usize].density;
-            let nodes = element_nodes(mesh, e as u32);
-            kernel
-                .mass_into(&nodes[..n], density, &mut mass)
+            let (n, nodes) = (element.len(), element_nodes::<MAX_NODES>(mesh, e as u32));
+            kernels
+                .of(mesh, e)
+                .mass_into(&nodes[..n], density, &mut mass[..n * n])
                 .expect("the assembled mesh has no folded element");
             for (a, &node) in element.iter().enumerate() {
                 let mut force = [0.0; 3];
@@ -205,8 +210,7 @@ impl Model {
     fn facet_load(&self, facets: &[Facet], density: impl Fn([f64; 3]) -> [f64; 3]) -> Vec<f64> {
         let mut load = vec![0.0; self.dofs().n_dof()];
         for facet in facets {
-            for (l, weight) in triangle_rule() {
-                let (values, slopes) = facet_shapes(facet.order, l);
+            for FacetPoint { weight, values, slopes } in facet_points(facet.kind) {
                 let mut tangents = [[0.0; 3]; 2];
                 for (a, &node) in facet.nodes().iter().enumerate() {
                     let x = self.mesh().nodes[node as usize];
@@ -224,6 +228,33 @@ impl Model {
         }
         load
     }
+}
+
+/// A point of integration on a facet.
+struct FacetPoint {
+    weight: f64,
+    values: Vec<f64>,
+    slopes: Vec<[f64; 2]>,
+}
+
+/// Points that integrate a force density times a shape function.
+fn facet_points(kind: FacetKind) -> Vec<FacetPoint> {
+    let order = match kind {
+        FacetKind::Tri3 => Order::Linear,
+        FacetKind::Tri6 => Order::Quadratic,
+        FacetKind::Quad4 | FacetKind::Quad8 | FacetKind::Quad9 => {
+            let point = |([x, y], weight): ([f64; 2], f64)| {
+                let (values, slopes) = quadrangle_shapes(kind, x, y);
+                FacetPoint { weight, values, slopes }
+            };
+            return quadrangle_rule().into_iter().map(point).collect();
+        }
+    };
+    let point = |(l, weight)| {
+        let (values, slopes) = facet_shapes(order, l);
+        FacetPoint { weight, values: values.to_vec(), slopes: slopes.to_vec() }
+    };
+    triangle_rule().into_iter().map(point).collect()
 }
 
 /// Adds a force at one node to a load over all dofs.

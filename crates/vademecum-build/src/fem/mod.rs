@@ -12,6 +12,8 @@ mod engine;
 mod factor;
 mod factor_error;
 mod green;
+mod hexahedron;
+mod kernels;
 mod late;
 mod loads;
 mod local_rows;
@@ -60,6 +62,8 @@ pub use whole::{AssemblyPart, AssemblyPlan};
 
 #[cfg(test)]
 mod convergence_tests;
+#[cfg(test)]
+mod element_tests;
 #[cfg(test)]
 mod factor_tests;
 #[cfg(test)]

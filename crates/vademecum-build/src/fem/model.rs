@@ -282,7 +282,9 @@ impl StageInput for Model {
             let mesh = self.mesh();
             let shape = shape.numbers(mesh.nodes.as_flattened()).indices(&mesh.elements);
             let shape = shape.indices(&mesh.element_region).indices(&away.order);
-            return shape.value(&(mesh.order, self.materials()));
+            let kinds: Vec<u32> = mesh.each().map(|(kind, _)| kind.vtk().into()).collect();
+            let hexahedra: Vec<_> = mesh.regions.iter().map(|region| region.hexahedra).collect();
+            return shape.indices(&kinds).value(&(hexahedra, self.materials()));
         }
         let (pencil, pattern) = (self.pencil(), self.pencil().mass().pattern());
         let shape = (0..pattern.n()).fold(shape, |inputs, j| inputs.indices(pattern.rows_of(j)));

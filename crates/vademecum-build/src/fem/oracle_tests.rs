@@ -146,7 +146,7 @@ fn rollers(reference: &Mesh) -> Vec<bool> {
 /// Surface triangles of a mesh: faces of one element only, by their corners.
 fn skin(mesh: &Mesh) -> Vec<[u32; 3]> {
     let mut count = std::collections::BTreeMap::new();
-    for e in mesh.elements.chunks_exact(mesh.order.nodes_per_element()) {
+    for e in mesh.elements.chunks_exact(mesh.order().nodes_per_element()) {
         for face in [[0, 1, 2], [0, 1, 3], [0, 2, 3], [1, 2, 3]] {
             let mut key = face.map(|i| e[i]);
             key.sort_unstable();
@@ -281,9 +281,9 @@ fn materials_no_solid_has_are_refused_by_name() {
 /// Two regions, split at the middle.
 fn two_regions(cells: usize) -> Mesh {
     let mut mesh = quadratic(&block([cells; 3], [1.0; 3]));
-    mesh.regions.push(Region { tag: 2, name: "right".into() });
+    mesh.regions.push(Region::new(2, "right"));
     for e in 0..mesh.element_region.len() {
-        let nodes = element_nodes(&mesh, e as u32);
+        let nodes: [[f64; 3]; 10] = element_nodes(&mesh, e as u32);
         mesh.element_region[e] = u32::from(nodes[..4].iter().map(|p| p[0]).sum::<f64>() > 2.0);
     }
     mesh

@@ -1,16 +1,18 @@
 //! Stress at nodes, as rows over the displacements.
 //!
 //! The stress of an element, `σ = λ tr ε I + 2μ ε` with `ε` the symmetric part of `∇u`, is taken at its own
-//! nodes; a linear element has one stress, and that of a straight quadratic one is linear, so that this is
+//! nodes; a linear tetrahedron has one stress, and that of a straight quadratic one is linear, so that this is
 //! what its four points of integration say, extrapolated. At a node the mean over the elements of one region
 //! is taken (Hinton and Campbell 1974): across an interface of two materials stress jumps, so a node there
 //! has a stress for each region.
 
 use rayon::prelude::*;
 
-use super::element::{ElementError, MAX_NODES, jacobian, tabulate_point};
+use super::assembly::element_nodes;
+use super::element::{ElementError, gradients, jacobian};
 use super::model::Model;
-use crate::mesh::{Mesh, Order};
+use crate::mesh::shapes::{MAX_NODES, Point, reference_nodes, tabulate};
+use crate::mesh::{ElementKind, Mesh};
 
 /// Components of a stress: xx, yy, zz, xy, yz, zx.
 pub const COMPONENTS: usize = 6;
@@ -62,7 +64,15 @@ impl StressRows {
         for e in 0..mesh.element_count() {
             mesh.element(e).iter().for_each(|&node| elements[node as usize].push(e));
         }
-        let corners = reference_nodes(mesh.order);
+        let tables: Vec<(ElementKind, Vec<Point>)> = mesh
+            .kinds
+            .distinct()
+            .into_iter()
+            .map(|kind| (kind, reference_nodes(kind).into_iter().map(|at| tabulate(kind, at, 1.0)).collect()))
+            .collect();
+        let table = |kind: ElementKind| {
+            &tables.iter().find(|(known, _)| *known == kind).expect("a table for each kind").1
+        };
         let of_point = |point: &StressPoint| {
             let own = |e: &&usize| mesh.element_region[**e] == point.region;
             let around: Vec<usize> = elements[point.node as usize].iter().filter(own).copied().collect();
@@ -72,7 +82,10 @@ impl StressRows {
             for e in around {
                 let nodes = mesh.element(e);
                 let place = nodes.iter().position(|&node| node == point.node).expect("a node of the element");
-                let gradients = gradients(mesh, nodes, corners[place])?;
+                let point = &table(mesh.kinds.kind(e))[place];
+                let places = element_nodes::<MAX_NODES>(mesh, e as u32);
+                let (inverse, _) = jacobian(nodes.len(), point, &places)?;
+                let gradients = gradients(nodes.len(), point, &inverse);
                 for (&node, g) in nodes.iter().zip(gradients) {
                     let block = stress_block(g, share * lambda, share * mu);
                     match row.binary_search_by_key(&node, |entry| entry.0) {
@@ -98,29 +111,6 @@ impl StressRows {
         }
         stress
     }
-}
-
-/// Barycentric coordinates of the nodes of an element.
-fn reference_nodes(order: Order) -> Vec<[f64; 4]> {
-    let corner = |i: usize| std::array::from_fn(|k| f64::from(u8::from(i == k)));
-    let corners = (0..4).map(corner);
-    let mids = super::element::EDGES
-        .iter()
-        .map(|edge| std::array::from_fn(|k| if edge.contains(&k) { 0.5 } else { 0.0 }));
-    corners.chain(mids).take(order.nodes_per_element()).collect()
-}
-
-/// `∇N_a` of each node of an element at a place in it.
-fn gradients(mesh: &Mesh, nodes: &[u32], at: [f64; 4]) -> Result<Vec<[f64; 3]>, ElementError> {
-    let point = tabulate_point(mesh.order, at, 1.0);
-    let mut places = [[0.0; 3]; MAX_NODES];
-    places.iter_mut().zip(nodes).for_each(|(place, &node)| *place = mesh.nodes[node as usize]);
-    let (inverse, _) = jacobian(nodes.len(), &point, &places)?;
-    let gradient = |a: usize| {
-        let r = point.gradients[a];
-        std::array::from_fn(|i| r[0] * inverse[0][i] + r[1] * inverse[1][i] + r[2] * inverse[2][i])
-    };
-    Ok((0..nodes.len()).map(gradient).collect())
 }
 
 /// The stress of `u = e_c N` for each component `c`, with `g = ∇N`.
@@ -169,7 +159,7 @@ mod tests {
             if curved {
                 mesh = moved(quadratic(&mesh), |[x, y, z]| [x, y + 0.03 * x * x, z + 0.05 * (3.0 * x).sin()]);
             }
-            mesh.regions.push(Region { tag: 2, name: "stiff".into() });
+            mesh.regions.push(Region::new(2, "stiff"));
             let centre =
                 |e: usize| mesh.element(e)[..4].iter().map(|&n| mesh.nodes[n as usize][0]).sum::<f64>();
             mesh.element_region = (0..mesh.element_count()).map(|e| u32::from(centre(e) > 4.0)).collect();

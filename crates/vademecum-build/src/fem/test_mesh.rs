@@ -2,7 +2,7 @@
 
 use std::collections::{BTreeMap, HashMap};
 
-use super::element::EDGES;
+use crate::mesh::EDGES;
 use crate::mesh::{Mesh, Order, Region};
 
 /// A box of `cells` bricks, six tetrahedra each; linear elements.
@@ -53,10 +53,10 @@ pub(crate) fn block(cells: [usize; 3], size: [f64; 3]) -> Mesh {
     Mesh {
         node_ids: (1..=nodes.len() as u64).collect(),
         nodes,
-        order: Order::Linear,
+        kinds: Order::Linear.into(),
         elements,
         element_region: vec![0; n],
-        regions: vec![Region { tag: 1, name: "body".into() }],
+        regions: vec![Region::new(1, "body")],
         node_groups: BTreeMap::new(),
         facet_groups: BTreeMap::new(),
         notes: Vec::new(),
@@ -83,7 +83,7 @@ pub(crate) fn quadratic(mesh: &Mesh) -> Mesh {
     Mesh {
         node_ids: (1..=nodes.len() as u64).collect(),
         nodes,
-        order: Order::Quadratic,
+        kinds: Order::Quadratic.into(),
         elements,
         ..mesh.clone()
     }

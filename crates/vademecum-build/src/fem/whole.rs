@@ -13,7 +13,7 @@ use super::late::Lazy;
 use super::model_error::ModelError;
 use super::ordering::order_of_nodes;
 use super::pencil::{Pencil, RemoteMatrices};
-use crate::mesh::{Mesh, Order};
+use crate::mesh::{ElementKinds, Hexahedra, Mesh, Region};
 
 /// Input of the assembly of a body's matrices, and the order in which rows are distributed.
 #[derive(Debug)]
@@ -75,14 +75,12 @@ impl AssemblyPlan {
 
     /// The elements that the rows at some places are made of.
     pub fn part(&self, places: Range<usize>) -> AssemblyPart {
-        let per = self.mesh.order.nodes_per_element();
         let node_of = |free: u32| self.dofs.dof_of_free()[free as usize] as usize / 3;
         let mut own = vec![false; self.mesh.nodes.len()];
         self.order[places.clone()].iter().for_each(|&free| own[node_of(free)] = true);
         let reaches = |nodes: &[u32]| nodes.iter().any(|&node| own[node as usize]);
-        let chosen = self.mesh.elements.chunks_exact(per).enumerate();
-        let numbers: Vec<u32> =
-            chosen.filter(|(_, nodes)| reaches(nodes)).map(|(element, _)| element as u32).collect();
+        let chosen = self.mesh.each().enumerate().filter(|(_, (_, nodes))| reaches(nodes));
+        let numbers: Vec<u32> = chosen.map(|(element, _)| element as u32).collect();
         let mut near = vec![false; self.mesh.nodes.len()];
         let nodes_of = |&element: &u32| self.mesh.element(element as usize);
         numbers.iter().flat_map(nodes_of).for_each(|&node| near[node as usize] = true);
@@ -91,7 +89,8 @@ impl AssemblyPlan {
         kept.iter().enumerate().for_each(|(at, &node)| local[node] = at as u32);
         let place = |dof: usize| self.dofs.free(dof).map_or(-1, |free| i64::from(self.places[free as usize]));
         AssemblyPart {
-            order: self.mesh.order,
+            kinds: numbers.iter().map(|&element| self.mesh.kinds.kind(element as usize)).collect(),
+            hexahedra: self.mesh.regions.iter().map(|region| region.hexahedra).collect(),
             nodes: kept.iter().map(|&node| self.mesh.nodes[node]).collect(),
             elements: numbers.iter().flat_map(nodes_of).map(|&node| local[node as usize]).collect(),
             regions: numbers.iter().map(|&element| self.mesh.element_region[element as usize]).collect(),
@@ -106,8 +105,10 @@ impl AssemblyPlan {
 /// The elements that some rows of a body's matrices are made of.
 #[derive(Clone, Debug, PartialEq)]
 pub struct AssemblyPart {
-    /// Order of the elements.
-    pub order: Order,
+    /// Kinds of the elements.
+    pub kinds: ElementKinds,
+    /// Formulation of the hexahedra of each region.
+    pub hexahedra: Vec<Option<Hexahedra>>,
     /// Coordinates of their nodes.
     pub nodes: Vec<[f64; 3]>,
     /// Nodes of each element, by these nodes.
@@ -131,13 +132,15 @@ impl AssemblyPart {
     /// # Errors
     /// [`ModelError::FoldedElement`], [`ModelError::TooLarge`].
     pub fn assemble(&self) -> Result<Pencil, ModelError> {
+        let regions =
+            self.hexahedra.iter().map(|&hexahedra| Region { tag: 0, name: String::new(), hexahedra });
         let mesh = Mesh {
             nodes: self.nodes.clone(),
             node_ids: vec![],
-            order: self.order,
+            kinds: self.kinds.clone(),
             elements: self.elements.clone(),
             element_region: self.regions.clone(),
-            regions: vec![],
+            regions: regions.collect(),
             node_groups: Default::default(),
             facet_groups: Default::default(),
             notes: vec![],
@@ -156,7 +159,7 @@ impl AssemblyPart {
     pub fn bytes(&self) -> f64 {
         const LEFT: f64 = 24.0;
         let pair = pair_bytes(self.materials.len()) + 9.0 * LEFT;
-        self.regions.len() as f64 * pairs(self.order) * pair
+        (0..self.regions.len()).map(|element| pairs(self.kinds.kind(element))).sum::<f64>() * pair
     }
 
     /// The place of each free dof of the part.
@@ -169,7 +172,7 @@ impl AssemblyPart {
 mod tests {
     use super::*;
     use crate::fem::Model;
-    use crate::mesh::block;
+    use crate::mesh::{Order, block};
 
     const RUBBER: Material = Material { young: 1e7, poisson: 0.3, density: 1000.0 };
     const STEEL: Material = Material { young: 2e11, poisson: 0.25, density: 7800.0 };

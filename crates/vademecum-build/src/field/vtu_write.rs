@@ -5,14 +5,14 @@ use std::path::Path;
 
 use super::pvd::escaped;
 use super::{FieldError, write_whole};
-use crate::mesh::Order;
+use crate::mesh::ElementKinds;
 use crate::store::Kind;
 
 /// The cells of a VTU file, on indices into its points.
 #[derive(Clone, Copy, Debug)]
 pub enum Cells<'a> {
-    /// Tetrahedra, 4 or 10 nodes each.
-    Tetrahedra(Order, &'a [u32]),
+    /// Elements, and their nodes one after the other.
+    Elements(&'a ElementKinds, &'a [u32]),
     /// Linear triangles.
     Triangles(&'a [[u32; 3]]),
 }
@@ -20,24 +20,27 @@ pub enum Cells<'a> {
 impl Cells<'_> {
     fn connectivity(&self) -> &[u32] {
         match self {
-            Cells::Tetrahedra(_, nodes) => nodes,
+            Cells::Elements(_, nodes) => nodes,
             Cells::Triangles(triangles) => triangles.as_flattened(),
         }
     }
 
-    fn per_cell(&self) -> usize {
+    /// Number of cells, and of the nodes that they have.
+    fn counts(&self) -> [usize; 2] {
         match self {
-            Cells::Tetrahedra(order, _) => order.nodes_per_element(),
-            Cells::Triangles(_) => 3,
+            Cells::Elements(kinds, nodes) => {
+                let count = kinds.count(nodes.len());
+                [count, count.checked_sub(1).map_or(0, |last| kinds.range(last).end)]
+            }
+            Cells::Triangles(triangles) => [triangles.len(), 3 * triangles.len()],
         }
     }
 
-    /// VTK's number of the cell type (`vtkCellType.h`).
-    fn vtk_type(&self) -> u8 {
+    /// End of each cell in the connectivity, and VTK's number of its type (`vtkCellType.h`).
+    fn cell(&self, index: usize) -> (usize, u8) {
         match self {
-            Cells::Tetrahedra(Order::Linear, _) => 10,
-            Cells::Tetrahedra(Order::Quadratic, _) => 24,
-            Cells::Triangles(_) => 5,
+            Cells::Elements(kinds, _) => (kinds.range(index).end, kinds.kind(index).vtk()),
+            Cells::Triangles(_) => (3 * (index + 1), 5),
         }
     }
 }
@@ -93,9 +96,9 @@ pub fn vtu_into(
     }
     reals(out, points.as_flattened())?;
     integers(out, cells.connectivity().iter().map(|&n| i64::from(n)), cells.connectivity().len())?;
-    integers(out, (1..=count).map(|i| (i * cells.per_cell()) as i64), count)?;
+    integers(out, (0..count).map(|i| cells.cell(i).0 as i64), count)?;
     size(out, count)?;
-    out.write_all(&vec![cells.vtk_type(); count])?;
+    out.write_all(&(0..count).map(|i| cells.cell(i).1).collect::<Vec<u8>>())?;
     writeln!(out, "\n</AppendedData>\n</VTKFile>")
 }
 
@@ -103,9 +106,9 @@ pub fn vtu_into(
 fn check(points: &[[f64; 3]], cells: Cells<'_>, data: &[(&str, &[f64], usize)]) -> Result<usize, FieldError> {
     let wrong = |what: String, found, expected| FieldError::WrongLength { what, found, expected };
     let length = cells.connectivity().len();
-    let count = length / cells.per_cell();
-    if length != count * cells.per_cell() {
-        return Err(wrong("the connectivity".into(), length, count * cells.per_cell()));
+    let [count, needed] = cells.counts();
+    if length != needed {
+        return Err(wrong("the connectivity".into(), length, needed));
     }
     for (name, values, components) in data {
         if values.len() != components * points.len() {

@@ -29,10 +29,10 @@ pub fn block(lengths: [f64; 3], divisions: [usize; 3], order: Order) -> Mesh {
     let mut mesh = Mesh {
         nodes,
         node_ids: (1..=u64::from(count)).collect(),
-        order,
+        kinds: order.into(),
         elements,
         element_region: vec![0; element_count],
-        regions: vec![Region { tag: 1, name: "body".into() }],
+        regions: vec![Region::new(1, "body")],
         node_groups: BTreeMap::from([("body".into(), (0..count).collect())]),
         facet_groups: BTreeMap::new(),
         notes: Vec::new(),
@@ -91,8 +91,8 @@ fn name_sides(mesh: &mut Mesh, lengths: [f64; 3]) {
             let name = format!("{letter}_{side}");
             let on = |n: &u32| mesh.nodes[*n as usize][axis] == at;
             let nodes = (0..mesh.nodes.len() as u32).filter(on).collect();
-            let facets = surface.facets.chunks_exact(surface.nodes_per_facet());
-            let facets = facets.filter(|f| f.iter().all(on)).map(|f| [f[0], f[1], f[2]]).collect();
+            let facets =
+                surface.each_facet().filter(|f| f.iter().all(on)).map(|f| [f[0], f[1], f[2]]).collect();
             mesh.node_groups.insert(name.clone(), nodes);
             mesh.facet_groups.insert(name, facets);
         }

@@ -9,9 +9,12 @@ use std::collections::{BTreeMap, HashMap};
 
 use super::flaw::{Flaw, listed};
 use super::parts::parts_of;
-use super::quality::{FACES, corners, degree_2_points, degree_4_rule, flatness, jacobian_10, quality, ten};
-use super::raw::{RawMesh, Tetrahedra};
-use super::{Mesh, Order, Region};
+use super::quality::{
+    corners, degree_2_points, degree_4_rule, element_volume, flatness, is_flat, jacobian_10, quality,
+    shape_quality, ten, volume_forms,
+};
+use super::raw::RawMesh;
+use super::{ElementKind, ElementKinds, FaceKey, FacetKind, Mesh, Order, Region, face_key};
 use crate::linalg::vec3::{norm, sub};
 
 /// The repaired mesh and its remaining flaws.
@@ -28,18 +31,16 @@ pub(crate) fn check(raw: &RawMesh) -> CheckedMesh {
     if !raw.unsupported.is_empty() {
         problems.push(Flaw::UnsupportedElements(raw.unsupported.clone()));
     }
-    let (linear, quadratic) = (raw.linear.region.len(), raw.quadratic.region.len());
+    let quadratic = raw.elements.kinds.iter().filter(|kind| kind.order() == Order::Quadratic).count();
+    let linear = raw.elements.kinds.len() - quadratic;
     if linear > 0 && quadratic > 0 {
         problems.push(Flaw::MixedOrders { linear, quadratic });
     }
     if linear + quadratic == 0 && raw.unsupported.is_empty() {
-        problems.push(Flaw::NoTetrahedra);
+        problems.push(Flaw::NoElements);
     }
-    let (order, elements) = match linear >= quadratic {
-        true => (Order::Linear, &raw.linear),
-        false => (Order::Quadratic, &raw.quadratic),
-    };
-    let mut mesh = used_part(raw, order, elements);
+    let order = if linear >= quadratic { Order::Linear } else { Order::Quadratic };
+    let mut mesh = used_part(raw, order);
     let unused_nodes = raw.nodes.len() - mesh.nodes.len();
     let reoriented = reorient(&mut mesh);
     sliver_note(&mut mesh);
@@ -57,10 +58,11 @@ pub(crate) fn check(raw: &RawMesh) -> CheckedMesh {
     CheckedMesh { mesh, problems, unused_nodes, reoriented }
 }
 
-/// Keeps the nodes that elements use, in file order.
-fn used_part(raw: &RawMesh, order: Order, tetrahedra: &Tetrahedra) -> Mesh {
+/// Keeps the elements of one order and the nodes that they use, in file order.
+fn used_part(raw: &RawMesh, order: Order) -> Mesh {
+    let chosen: Vec<_> = raw.elements.each().filter(|(kind, ..)| kind.order() == order).collect();
     let mut new_index = vec![u32::MAX; raw.nodes.len()];
-    for &node in &tetrahedra.connectivity {
+    for &node in chosen.iter().flat_map(|(_, nodes, _)| *nodes) {
         new_index[node as usize] = 0;
     }
     let (mut nodes, mut node_ids) = (Vec::new(), Vec::new());
@@ -69,26 +71,36 @@ fn used_part(raw: &RawMesh, order: Order, tetrahedra: &Tetrahedra) -> Mesh {
         nodes.push(raw.nodes[i]);
         node_ids.push(raw.node_ids[i]);
     }
-    let tags: BTreeMap<i64, usize> = tetrahedra.region.iter().map(|&tag| (tag, 0)).collect();
+    let tags: BTreeMap<i64, usize> = chosen.iter().map(|&(_, _, tag)| (tag, 0)).collect();
     let position: BTreeMap<i64, u32> = tags.keys().zip(0..).map(|(&tag, i)| (tag, i)).collect();
     let name = |tag| raw.region_names.get(&tag).cloned().unwrap_or_else(|| format!("region {tag}"));
+    let region = |tag| Region { tag, name: name(tag), hexahedra: raw.hexahedra.get(&tag).copied() };
     let mut mesh = Mesh {
         nodes,
         node_ids,
-        order,
-        elements: tetrahedra.connectivity.iter().map(|&node| new_index[node as usize]).collect(),
-        element_region: tetrahedra.region.iter().map(|tag| position[tag]).collect(),
-        regions: position.keys().map(|&tag| Region { tag, name: name(tag) }).collect(),
+        kinds: kinds_of(order, chosen.iter().map(|&(kind, ..)| kind)),
+        elements: chosen
+            .iter()
+            .flat_map(|(_, nodes, _)| *nodes)
+            .map(|&node| new_index[node as usize])
+            .collect(),
+        element_region: chosen.iter().map(|(_, _, tag)| position[tag]).collect(),
+        regions: position.keys().map(|&tag| region(tag)).collect(),
         node_groups: BTreeMap::new(),
         facet_groups: BTreeMap::new(),
         notes: raw.notes.clone(),
     };
     let unused = raw.nodes.len() - mesh.nodes.len();
     if unused > 0 {
-        mesh.notes.push(format!("{unused} nodes that no tetrahedron uses were dropped"));
+        mesh.notes.push(format!("{unused} nodes that no element uses were dropped"));
     }
     keep_groups(raw, &new_index, &mut mesh);
     mesh
+}
+
+/// Kinds of elements of one order; tetrahedra where there is none.
+fn kinds_of(order: Order, kinds: impl ExactSizeIterator<Item = ElementKind>) -> ElementKinds {
+    if kinds.len() == 0 { order.into() } else { kinds.collect() }
 }
 
 /// Carries groups over to the new numbering and adds the nodes of each named region.
@@ -99,7 +111,7 @@ fn keep_groups(raw: &RawMesh, new_index: &[u32], mesh: &mut Mesh) {
         kept.sort_unstable();
         kept.dedup();
         if kept.is_empty() {
-            mesh.notes.push(format!("group `{name}` holds no node of a tetrahedron and was left out"));
+            mesh.notes.push(format!("group `{name}` holds no node of an element and was left out"));
         } else {
             mesh.node_groups.insert(name.clone(), kept);
         }
@@ -109,8 +121,7 @@ fn keep_groups(raw: &RawMesh, new_index: &[u32], mesh: &mut Mesh) {
         let kept: Vec<[u32; 3]> = facets.iter().filter_map(corners).collect();
         if kept.len() < facets.len() {
             let lost = facets.len() - kept.len();
-            mesh.notes
-                .push(format!("{lost} facets of group `{name}` lie on no tetrahedron and were left out"));
+            mesh.notes.push(format!("{lost} facets of group `{name}` lie on no element and were left out"));
         }
         if !kept.is_empty() {
             mesh.facet_groups.insert(name.clone(), kept);
@@ -121,16 +132,14 @@ fn keep_groups(raw: &RawMesh, new_index: &[u32], mesh: &mut Mesh) {
 
 /// A region can be selected by its name like any group of nodes.
 fn region_groups(raw: &RawMesh, mesh: &mut Mesh) {
-    let per = mesh.order.nodes_per_element();
     for (index, region) in mesh.regions.iter().enumerate() {
         if raw.node_groups.contains_key(&region.name) {
             let note = format!("`{}` names a region and a group: selecting it takes the group", region.name);
             mesh.notes.push(note);
             continue;
         }
-        let inside = mesh.elements.chunks_exact(per).zip(&mesh.element_region);
-        let mut nodes: Vec<u32> =
-            inside.filter(|(_, r)| **r == index as u32).flat_map(|(e, _)| e.iter().copied()).collect();
+        let inside = mesh.each().zip(&mesh.element_region).filter(|(_, r)| **r == index as u32);
+        let mut nodes: Vec<u32> = inside.flat_map(|((_, e), _)| e.iter().copied()).collect();
         nodes.sort_unstable();
         nodes.dedup();
         mesh.node_groups.insert(region.name.clone(), nodes);
@@ -144,19 +153,22 @@ fn group_notes(raw: &RawMesh, mesh: &mut Mesh) {
     }
 }
 
-/// Turns inverted elements round by exchanging their first two corners, mid-side nodes with them.
+/// Turns inverted elements round: tetrahedra by exchanging their first two corners, others by their mirror.
 fn reorient(mesh: &mut Mesh) -> usize {
-    let per = mesh.order.nodes_per_element();
     let mut count = 0;
-    for element in mesh.elements.chunks_exact_mut(per) {
-        let p = corners(&mesh.nodes, element);
-        if quality(p) < -flatness(p) {
+    for index in 0..mesh.element_count() {
+        let (kind, range) = (mesh.kinds.kind(index), mesh.kinds.range(index));
+        let element = &mesh.elements[range.clone()];
+        let inverted = if kind.is_tetrahedron() {
+            let p = corners(&mesh.nodes, element);
+            quality(p) < -flatness(p)
+        } else {
+            element_volume(kind, &mesh.nodes, element) < 0.0 && !is_flat(kind, &mesh.nodes, element)
+        };
+        if inverted {
             count += 1;
-            element.swap(0, 1);
-            if mesh.order == Order::Quadratic {
-                element.swap(5, 6);
-                element.swap(7, 8);
-            }
+            let turned: Vec<u32> = kind.mirror().iter().map(|&place| element[place]).collect();
+            mesh.elements[range].copy_from_slice(&turned);
         }
     }
     if count > 0 {
@@ -165,8 +177,9 @@ fn reorient(mesh: &mut Mesh) -> usize {
     count
 }
 
-fn ids<const N: usize>(mesh: &Mesh, nodes: &[u32]) -> [u64; N] {
-    std::array::from_fn(|i| mesh.node_ids[nodes[i] as usize])
+/// The file numbers of nodes; `u32::MAX` is none.
+fn ids(mesh: &Mesh, nodes: &[u32]) -> Vec<u64> {
+    nodes.iter().filter(|&&node| node != u32::MAX).map(|&node| mesh.node_ids[node as usize]).collect()
 }
 
 /// Shape quality below which a note is worth it: an element's stiffness has a condition number that grows
@@ -174,8 +187,7 @@ fn ids<const N: usize>(mesh: &Mesh, nodes: &[u32]) -> [u64; N] {
 const SLIVER: f64 = 1e-3;
 
 fn sliver_note(mesh: &mut Mesh) {
-    let elements = mesh.elements.chunks_exact(mesh.order.nodes_per_element());
-    let qualities = elements.map(|e| quality(corners(&mesh.nodes, e)).abs());
+    let qualities = mesh.each().map(|(kind, e)| shape_quality(kind, &mesh.nodes, e).abs());
     let (count, least) = qualities
         .filter(|q| *q < SLIVER)
         .fold((0, f64::INFINITY), |(count, least), q| (count + 1, q.min(least)));
@@ -187,34 +199,41 @@ fn sliver_note(mesh: &mut Mesh) {
 }
 
 fn degenerate(mesh: &Mesh) -> Option<Flaw> {
-    let flat = |e: &&[u32]| {
-        let p = corners(&mesh.nodes, e);
-        // A NaN, from coordinates beyond 1e100, counts as flat too.
-        let q = quality(p).abs();
-        q.is_nan() || q <= flatness(p)
-    };
-    let flat: Vec<&[u32]> = mesh.elements.chunks_exact(mesh.order.nodes_per_element()).filter(flat).collect();
-    let first = flat.first()?;
-    let p = corners(&mesh.nodes, first);
-    let position = std::array::from_fn(|k| p.iter().map(|x| x[k]).sum::<f64>() / 4.0);
-    Some(Flaw::DegenerateElements { count: flat.len(), first: ids(mesh, first), position })
+    let flat = mesh.each().filter(|(kind, element)| is_flat(*kind, &mesh.nodes, element));
+    let (count, first) = flat.fold((0, None), |(count, first), found| (count + 1, first.or(Some(found))));
+    let (kind, element) = first?;
+    let corners = &element[..kind.corners()];
+    let mean = |k: usize| corners.iter().map(|&node| mesh.nodes[node as usize][k]).sum::<f64>();
+    let position = std::array::from_fn(|k| mean(k) / corners.len() as f64);
+    Some(Flaw::DegenerateElements { count, first: ids(mesh, corners), position })
 }
 
 fn folded(mesh: &Mesh) -> Option<Flaw> {
-    if mesh.order == Order::Linear {
-        return None;
-    }
     let points: Vec<[f64; 3]> = degree_4_rule().iter().map(|&(x, _)| x).chain(degree_2_points()).collect();
     let (mut count, mut first, mut worst) = (0, None, f64::INFINITY);
-    for element in mesh.elements.chunks_exact(10) {
-        let p = ten(&mesh.nodes, element);
-        let straight = 6.0 * super::quality::corner_volume(corners(&mesh.nodes, element));
-        let least = points.iter().map(|&x| jacobian_10(&p, x) / straight).fold(f64::INFINITY, f64::min);
-        // A flat element is a problem of its own.
-        if straight > 0.0 && least <= 0.0 {
+    for (kind, element) in mesh.each() {
+        // The least volume form beside the mean one.
+        let least = match kind {
+            ElementKind::Tet4 => continue,
+            ElementKind::Tet10 => {
+                let p = ten(&mesh.nodes, element);
+                let straight = 6.0 * super::quality::corner_volume(corners(&mesh.nodes, element));
+                let forms = points.iter().map(|&x| jacobian_10(&p, x) / straight);
+                // A flat element is a problem of its own.
+                if straight > 0.0 { forms.fold(f64::INFINITY, f64::min) } else { continue }
+            }
+            _ => {
+                let forms: Vec<(f64, f64)> = volume_forms(kind, &mesh.nodes, element).collect();
+                let (volume, whole) =
+                    forms.iter().fold((0.0, 0.0), |(v, w), (form, weight)| (v + form * weight, w + weight));
+                let least = forms.iter().map(|(form, _)| form * whole / volume).fold(f64::INFINITY, f64::min);
+                if volume > 0.0 { least } else { continue }
+            }
+        };
+        if least <= 0.0 {
             count += 1;
             worst = worst.min(least);
-            first = first.or(Some(ids(mesh, element)));
+            first = first.or(Some(ids(mesh, &element[..kind.corners()])));
         }
     }
     first.map(|first| Flaw::FoldedElements { count, first, worst })
@@ -262,7 +281,7 @@ fn bodies(mesh: &Mesh) -> Vec<u32> {
         }
         i
     }
-    for element in mesh.elements.chunks_exact(mesh.order.nodes_per_element()) {
+    for (_, element) in mesh.each() {
         let first = root(&mut parent, element[0]);
         for &node in &element[1..] {
             let other = root(&mut parent, node);
@@ -277,7 +296,7 @@ fn bodies(mesh: &Mesh) -> Vec<u32> {
 fn disconnected(mesh: &Mesh) -> Option<Flaw> {
     let body = bodies(mesh);
     let mut sizes: BTreeMap<u32, usize> = BTreeMap::new();
-    for element in mesh.elements.chunks_exact(mesh.order.nodes_per_element()) {
+    for (_, element) in mesh.each() {
         *sizes.entry(body[element[0] as usize]).or_default() += 1;
     }
     if sizes.len() < 2 {
@@ -291,11 +310,11 @@ fn disconnected(mesh: &Mesh) -> Option<Flaw> {
 
 /// Parts of one body that share less than a facet can hinge: worth a note, since supports may hold them all.
 fn hinges(mesh: &mut Mesh) {
-    let parts = parts_of(&mesh.elements, mesh.order.nodes_per_element());
+    let parts = parts_of(mesh);
     if parts.len() > 1 {
         let counts: Vec<usize> = parts.iter().map(|part| part.1).collect();
         let nodes: Vec<u64> =
-            parts.iter().map(|part| ids::<1>(mesh, mesh.element(part.0 as usize))[0]).collect();
+            parts.iter().map(|part| ids(mesh, &mesh.element(part.0 as usize)[..1])[0]).collect();
         mesh.notes.push(format!(
             "{} parts that are joined by edges or nodes only (elements {}; one node of each: {}): they hinge there; \
              `mesh.smallest_part` leaves out small ones",
@@ -309,53 +328,75 @@ fn hinges(mesh: &mut Mesh) {
 /// Looks at faces: more than two elements on one is a problem, two on the same side of it a fold worth a
 /// note.
 fn faces(mesh: &mut Mesh, problems: &mut Vec<Flaw>) {
-    let mut sides: Vec<([u32; 3], bool)> = Vec::with_capacity(mesh.element_region.len() * 4);
-    for element in mesh.elements.chunks_exact(mesh.order.nodes_per_element()) {
-        sides.extend(FACES.iter().map(|face| sorted_with_parity(face.map(|i| element[i]))));
+    let mut sides: Vec<(FaceKey, FacetKind)> = Vec::with_capacity(mesh.element_region.len() * 4);
+    for (kind, element) in mesh.each() {
+        sides.extend(kind.faces().iter().map(|face| (face_key(face, element), face.0)));
     }
-    sides.sort_unstable();
+    sides.sort_unstable_by_key(|side| side.0);
     let (mut crowded, mut first, mut folds) = (0, None, 0);
-    for run in sides.chunk_by(|a, b| a.0 == b.0) {
+    let (mut differing, mut first_differing) = (0, None);
+    for run in sides.chunk_by(|a, b| a.0.0 == b.0.0) {
         if run.len() > 2 {
             crowded += 1;
-            first = first.or(Some(ids::<3>(mesh, &run[0].0)));
-        } else if run.len() == 2 && run[0].1 == run[1].1 {
+            first = first.or(Some(ids(mesh, &run[0].0.0)));
+        } else if run.len() == 2 && run[0].0.1 == run[1].0.1 {
             folds += 1;
+        }
+        if run.iter().any(|side| side.1 != run[0].1) {
+            differing += 1;
+            first_differing = first_differing.or(Some(ids(mesh, &run[0].0.0)));
         }
     }
     if let Some(first) = first {
         problems.push(Flaw::OverlappingElements { count: crowded, first });
+    }
+    if let Some(first) = first_differing {
+        problems.push(Flaw::DifferentFaces { count: differing, first });
     }
     if folds > 0 {
         mesh.notes.push(format!(
             "the mesh folds over itself at {folds} faces (both of their elements lie on one side)"
         ));
     }
+    problems.extend(split_faces(mesh, &sides));
     stray_facets(mesh, &sides);
 }
 
+/// Quadrangles with two triangles of the other side on them, whose neighbours do not fit.
+fn split_faces(mesh: &Mesh, sides: &[(FaceKey, FacetKind)]) -> Option<Flaw> {
+    let open: Vec<[u32; 4]> =
+        sides.chunk_by(|a, b| a.0.0 == b.0.0).filter(|run| run.len() == 1).map(|run| run[0].0.0).collect();
+    let is_open = |corners: [u32; 3]| {
+        let [a, b, c] = corners;
+        open.binary_search(&[a, b, c, u32::MAX]).is_ok()
+    };
+    let split = |quad: &&[u32; 4]| quad[3] != u32::MAX && triples(**quad).into_iter().any(is_open);
+    let mut found = open.iter().filter(split);
+    let first = found.next()?;
+    Some(Flaw::SplitFaces { count: 1 + found.count(), first: ids(mesh, first) })
+}
+
+/// The corners of a face without each one in turn: of a triangle only itself.
+fn triples([a, b, c, d]: [u32; 4]) -> Vec<[u32; 3]> {
+    if d == u32::MAX { vec![[a, b, c]] } else { vec![[a, b, c], [a, b, d], [a, c, d], [b, c, d]] }
+}
+
 /// Group facets that are no face of any element cannot carry a pressure.
-fn stray_facets(mesh: &mut Mesh, sides: &[([u32; 3], bool)]) {
+fn stray_facets(mesh: &mut Mesh, sides: &[(FaceKey, FacetKind)]) {
+    if mesh.facet_groups.is_empty() {
+        return;
+    }
+    let mut known: Vec<[u32; 3]> = sides.iter().flat_map(|side| triples(side.0.0)).collect();
+    known.sort_unstable();
     for (name, facets) in &mesh.facet_groups {
         let is_face = |f: &[u32; 3]| {
-            let key = sorted_with_parity(*f).0;
-            sides.binary_search_by(|side| side.0.cmp(&key)).is_ok()
+            let mut key = *f;
+            key.sort_unstable();
+            known.binary_search(&key).is_ok()
         };
         let stray = facets.iter().filter(|f| !is_face(f)).count();
         if stray > 0 {
             mesh.notes.push(format!("{stray} facets of group `{name}` are no face of any element"));
         }
     }
-}
-
-/// The corners in ascending order, and whether sorting them took an odd number of exchanges.
-pub(crate) fn sorted_with_parity(mut face: [u32; 3]) -> ([u32; 3], bool) {
-    let mut odd = false;
-    for (a, b) in [(0, 1), (1, 2), (0, 1)] {
-        if face[a] > face[b] {
-            face.swap(a, b);
-            odd = !odd;
-        }
-    }
-    (face, odd)
 }

@@ -18,15 +18,15 @@ pub struct UnsupportedCells {
 /// Why a mesh cannot be computed with.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Flaw {
-    /// Volume cells that are not linear or quadratic tetrahedra.
+    /// Volume cells of kinds that are not computed with.
     UnsupportedElements(Vec<UnsupportedCells>),
-    /// There is no tetrahedron.
-    NoTetrahedra,
-    /// 4-node and 10-node tetrahedra in one mesh.
+    /// There is no solid element.
+    NoElements,
+    /// Linear and quadratic elements in one mesh.
     MixedOrders {
-        /// Number of 4-node tetrahedra.
+        /// Number of linear ones.
         linear: usize,
-        /// Number of 10-node tetrahedra.
+        /// Number of quadratic ones.
         quadratic: usize,
     },
     /// Elements whose volume is zero to rounding.
@@ -34,7 +34,7 @@ pub enum Flaw {
         /// Their number.
         count: usize,
         /// File numbers of the corner nodes of the first one.
-        first: [u64; 4],
+        first: Vec<u64>,
         /// Centre of the first one.
         position: [f64; 3],
     },
@@ -43,7 +43,7 @@ pub enum Flaw {
         /// Their number.
         count: usize,
         /// File numbers of the corner nodes of the first one.
-        first: [u64; 4],
+        first: Vec<u64>,
         /// Smallest Jacobian relative to that of the straight element, over all elements.
         worst: f64,
     },
@@ -63,12 +63,26 @@ pub enum Flaw {
         /// File number of one node of each body, in the same order.
         nodes: Vec<u64>,
     },
+    /// Faces whose two elements have other nodes between the same corners.
+    DifferentFaces {
+        /// Number of faces.
+        count: usize,
+        /// File numbers of the corner nodes of the first one.
+        first: Vec<u64>,
+    },
+    /// Quadrangles that meet two triangles.
+    SplitFaces {
+        /// Number of quadrangles.
+        count: usize,
+        /// File numbers of the corner nodes of the first one.
+        first: Vec<u64>,
+    },
     /// Faces with more than two elements.
     OverlappingElements {
         /// Number of faces.
         count: usize,
         /// File numbers of the corner nodes of the first one.
-        first: [u64; 3],
+        first: Vec<u64>,
     },
 }
 
@@ -79,14 +93,28 @@ impl fmt::Display for Flaw {
                 for cell in cells {
                     write!(f, "{} × {} (first at {}), ", cell.count, cell.kind, cell.first)?;
                 }
-                write!(f, "but only 4-node and 10-node tetrahedra are supported: mesh the volume with those")
+                write!(
+                    f,
+                    "but only tetrahedra, hexahedra, wedges and pyramids of first or second order are supported: \
+                     mesh the volume with those"
+                )
             }
-            Flaw::NoTetrahedra => {
-                write!(f, "no tetrahedra: mesh the volume, not only its surface, and save all elements")
+            Flaw::NoElements => {
+                write!(f, "no solid elements: mesh the volume, not only its surface, and save all elements")
             }
             Flaw::MixedOrders { linear, quadratic } => write!(
                 f,
-                "{linear} 4-node and {quadratic} 10-node tetrahedra in one mesh: mesh all of it with one order"
+                "{linear} linear and {quadratic} quadratic elements in one mesh: mesh all of it with one order"
+            ),
+            Flaw::DifferentFaces { count, first } => write!(
+                f,
+                "{count} faces have other mid-side nodes on one side than on the other, the first between corner nodes \
+                 {first:?}: mesh both sides with elements of one family"
+            ),
+            Flaw::SplitFaces { count, first } => write!(
+                f,
+                "{count} quadrangles meet two triangles of their neighbours, the first on nodes {first:?}: put pyramids \
+                 between hexahedra and tetrahedra"
             ),
             Flaw::DegenerateElements { count, first, position } => write!(
                 f,
@@ -94,7 +122,7 @@ impl fmt::Display for Flaw {
             ),
             Flaw::FoldedElements { count, first, worst } => write!(
                 f,
-                "{count} quadratic elements folded by their mid-side nodes (Jacobian down to {worst:.2e} of the straight \
+                "{count} elements folded by their shape or their mid-side nodes (Jacobian down to {worst:.2e} of the straight \
                  element), the first on corner nodes {first:?}: optimise the high-order mesh or refine the curved surface"
             ),
             Flaw::DuplicateNodes { count, first, position } => write!(

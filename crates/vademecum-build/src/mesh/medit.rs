@@ -3,6 +3,7 @@
 use std::path::Path;
 
 use super::error::MeshError;
+use super::kind::{ElementKind, FacetKind};
 use super::raw::{CellKind, RawMesh};
 use super::text::Text;
 
@@ -75,14 +76,14 @@ fn cell_kind(name: &str) -> Option<CellKind> {
     Some(match name {
         "Edges" => CellKind::Line(2),
         "EdgesP2" => CellKind::Line(3),
-        "Triangles" => CellKind::Triangle3,
-        "TrianglesP2" => CellKind::Triangle6,
-        "Quadrilaterals" => CellKind::OtherSurface("4-node quadrangle", 4),
-        "Tetrahedra" => CellKind::Tetrahedron4,
-        "TetrahedraP2" => CellKind::Tetrahedron10,
-        "Hexahedra" => CellKind::OtherVolume("8-node hexahedron", 8),
-        "Prisms" => CellKind::OtherVolume("6-node wedge", 6),
-        "Pyramids" => CellKind::OtherVolume("5-node pyramid", 5),
+        "Triangles" => CellKind::Facet(FacetKind::Tri3),
+        "TrianglesP2" => CellKind::Facet(FacetKind::Tri6),
+        "Quadrilaterals" => CellKind::Facet(FacetKind::Quad4),
+        "Tetrahedra" => CellKind::Solid(ElementKind::Tet4),
+        "TetrahedraP2" => CellKind::Solid(ElementKind::Tet10),
+        "Hexahedra" => CellKind::Solid(ElementKind::Hex8),
+        "Prisms" => CellKind::Solid(ElementKind::Wedge6),
+        "Pyramids" => CellKind::Solid(ElementKind::Pyramid5),
         _ => return None,
     })
 }

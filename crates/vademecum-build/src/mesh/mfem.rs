@@ -3,6 +3,7 @@
 use std::path::Path;
 
 use super::error::MeshError;
+use super::kind::{ElementKind, FacetKind};
 use super::raw::{CellKind, RawMesh};
 use super::text::{Text, tokens};
 
@@ -81,12 +82,12 @@ fn cell_kind(code: u64) -> Option<CellKind> {
     Some(match code {
         0 => CellKind::Point,
         1 => CellKind::Line(2),
-        2 => CellKind::Triangle3,
-        3 => CellKind::OtherSurface("4-node quadrangle", 4),
-        4 => CellKind::Tetrahedron4,
-        5 => CellKind::OtherVolume("8-node hexahedron", 8),
-        6 => CellKind::OtherVolume("6-node wedge", 6),
-        7 => CellKind::OtherVolume("5-node pyramid", 5),
+        2 => CellKind::Facet(FacetKind::Tri3),
+        3 => CellKind::Facet(FacetKind::Quad4),
+        4 => CellKind::Solid(ElementKind::Tet4),
+        5 => CellKind::Solid(ElementKind::Hex8),
+        6 => CellKind::Solid(ElementKind::Wedge6),
+        7 => CellKind::Solid(ElementKind::Pyramid5),
         _ => return None,
     })
 }

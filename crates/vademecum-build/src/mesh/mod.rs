@@ -1,4 +1,4 @@
-//! Tetrahedral meshes: what a solid is made of, read from the formats engineers have.
+//! Meshes of solids: tetrahedra, hexahedra, wedges and pyramids, read from the formats engineers have.
 //!
 //! [`parse`] turns a file into a [`RawMesh`]: the content of the file, unchecked. [`read`] repairs what is
 //! harmless (with a note), refuses what is not, and gives the [`Mesh`] everything else is built on;
@@ -13,7 +13,9 @@ mod error;
 mod flaw;
 mod gmsh;
 mod hash;
+mod hexahedra;
 mod inp;
+mod kind;
 mod load;
 mod medit;
 mod mfem;
@@ -25,7 +27,9 @@ mod raise;
 mod raw;
 mod report;
 mod rows;
+pub(crate) mod rules;
 pub mod select;
+pub(crate) mod shapes;
 mod sources;
 pub mod surface;
 mod tables;
@@ -41,11 +45,14 @@ pub use error::{Fault, MeshError};
 pub(crate) use error::{FaultSite, shown};
 pub use flaw::{Flaw, UnsupportedCells};
 pub use hash::hash;
+pub use hexahedra::Hexahedra;
+pub(crate) use kind::{EDGES, FACES, FaceKey, MAX_FACET_NODES, face_key};
+pub use kind::{ElementKind, ElementKinds, FacetKind};
 pub use order::Order;
 pub use parts::part_sizes;
 pub use place::Location;
 pub use quality::jacobian_10;
-pub use raw::{RawMesh, Tetrahedra};
+pub use raw::{RawElements, RawMesh};
 pub use report::{MeshReport, QualityReport, RegionReport, inspect};
 pub(crate) use sources::sources;
 pub use tables::{read_tables, read_tables_without};
@@ -57,18 +64,27 @@ pub struct Region {
     pub tag: i64,
     /// The name the mesh file gives it, else the tag in words.
     pub name: String,
+    /// Formulation of its hexahedra, where the file or the problem names one.
+    pub hexahedra: Option<Hexahedra>,
 }
 
-/// A tetrahedral mesh as the rest of the builder uses it: every node used, every element positively oriented.
+impl Region {
+    /// A region without a formulation.
+    pub fn new(tag: i64, name: impl Into<String>) -> Self {
+        Self { tag, name: name.into(), hexahedra: None }
+    }
+}
+
+/// A mesh as the rest of the builder uses it: every node used, every element positively oriented.
 #[derive(Clone, Debug)]
 pub struct Mesh {
     /// Node coordinates, in the unit of the problem.
     pub nodes: Vec<[f64; 3]>,
     /// The number each node has in the file it came from.
     pub node_ids: Vec<u64>,
-    /// Order of all elements.
-    pub order: Order,
-    /// Node indices, `order.nodes_per_element()` per element.
+    /// Kind of each element.
+    pub kinds: ElementKinds,
+    /// Node indices of the elements, one after the other.
     pub elements: Vec<u32>,
     /// Index into `regions`, one per element.
     pub element_region: Vec<u32>,
@@ -76,7 +92,7 @@ pub struct Mesh {
     pub regions: Vec<Region>,
     /// Named sets of nodes, sorted and unique (those of facet groups included).
     pub node_groups: BTreeMap<String, Vec<u32>>,
-    /// Named sets of surface triangles, by their three corner nodes.
+    /// Named sets of surface facets, by three of their corner nodes.
     pub facet_groups: BTreeMap<String, Vec<[u32; 3]>>,
     /// Repairs made on reading, in sentences for the user.
     pub notes: Vec<String>,
@@ -88,13 +104,28 @@ impl Mesh {
         self.element_region.len()
     }
 
-    /// Node indices of one element, 4 or 10.
+    /// Kind and node indices of each element.
+    pub fn each(&self) -> impl Iterator<Item = (ElementKind, &[u32])> {
+        self.kinds.each(&self.elements)
+    }
+
+    /// Node indices of one element.
     ///
     /// # Panics
     /// If there is no such element.
     pub fn element(&self, index: usize) -> &[u32] {
-        let per = self.order.nodes_per_element();
-        &self.elements[index * per..(index + 1) * per]
+        &self.elements[self.kinds.range(index)]
+    }
+
+    /// Order of the tetrahedra of a mesh that has no other elements.
+    pub fn tetrahedra(&self) -> Option<Order> {
+        self.kinds.uniform().filter(|kind| kind.is_tetrahedron()).map(ElementKind::order)
+    }
+
+    /// Polynomial order of all elements: a mesh has one.
+    pub fn order(&self) -> Order {
+        let kinds = self.kinds.distinct();
+        kinds.first().map_or(Order::Linear, |kind| kind.order())
     }
 
     /// Lower and upper corner of the box around all nodes, in the unit of the mesh.
@@ -104,8 +135,7 @@ impl Mesh {
 
     /// Volume of all elements (of the curved ones if quadratic), in the mesh's unit cubed.
     pub fn volume(&self) -> f64 {
-        let elements = self.elements.chunks_exact(self.order.nodes_per_element());
-        elements.map(|e| quality::element_volume(self.order, &self.nodes, e)).sum()
+        self.each().map(|(kind, e)| quality::element_volume(kind, &self.nodes, e)).sum()
     }
 }
 

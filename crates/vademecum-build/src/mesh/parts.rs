@@ -4,12 +4,12 @@
 
 use std::collections::BTreeMap;
 
-use super::quality::FACES;
-use super::raw::{RawMesh, Tetrahedra};
+use super::raw::{RawElements, RawMesh};
+use super::{ElementKind, Mesh, face_key};
 
-/// Label of the part of each element: its first element. `nodes` has `per` node indices an element.
-fn labels(nodes: &[u32], per: usize) -> Vec<u32> {
-    let mut parent: Vec<u32> = (0..(nodes.len() / per) as u32).collect();
+/// Label of the part of each element: its first element.
+fn labels<'a>(elements: impl ExactSizeIterator<Item = (ElementKind, &'a [u32])>) -> Vec<u32> {
+    let mut parent: Vec<u32> = (0..elements.len() as u32).collect();
     fn root(parent: &mut [u32], mut i: u32) -> u32 {
         while parent[i as usize] != i {
             parent[i as usize] = parent[parent[i as usize] as usize];
@@ -17,13 +17,9 @@ fn labels(nodes: &[u32], per: usize) -> Vec<u32> {
         }
         i
     }
-    let mut faces: Vec<([u32; 3], u32)> = Vec::with_capacity(4 * parent.len());
-    for (element, index) in nodes.chunks_exact(per).zip(0..) {
-        faces.extend(FACES.iter().map(|face| {
-            let mut face = face.map(|i| element[i]);
-            face.sort_unstable();
-            (face, index)
-        }));
+    let mut faces: Vec<([u32; 4], u32)> = Vec::with_capacity(4 * parent.len());
+    for ((kind, element), index) in elements.zip(0..) {
+        faces.extend(kind.faces().iter().map(|face| (face_key(face, element).0, index)));
     }
     faces.sort_unstable();
     for pair in faces.windows(2).filter(|pair| pair[0].0 == pair[1].0) {
@@ -43,27 +39,25 @@ fn sizes(labels: &[u32]) -> Vec<(u32, usize)> {
 }
 
 /// The same of the elements of a checked mesh.
-pub(super) fn parts_of(nodes: &[u32], per: usize) -> Vec<(u32, usize)> {
-    sizes(&labels(nodes, per))
+pub(super) fn parts_of(mesh: &Mesh) -> Vec<(u32, usize)> {
+    let all: Vec<_> = mesh.each().collect();
+    sizes(&labels(all.into_iter()))
+}
+
+/// Labels of the elements of a file.
+fn raw_labels(raw: &RawMesh) -> Vec<u32> {
+    let all: Vec<_> = raw.elements.each().map(|(kind, nodes, _)| (kind, nodes)).collect();
+    labels(all.into_iter())
 }
 
 impl RawMesh {
-    /// Tetrahedra of the order that the mesh is taken to have, and their nodes.
-    fn main_tetrahedra(&mut self) -> (&mut Tetrahedra, usize) {
-        match self.linear.region.len() >= self.quadratic.region.len() {
-            true => (&mut self.linear, 4),
-            false => (&mut self.quadratic, 10),
-        }
-    }
-
     /// Leaves out the parts that have less than `smallest` of the elements and share no facet with a larger
     /// one, with a note. 0 leaves out nothing.
     pub(super) fn drop_small_parts(&mut self, smallest: f64) {
         if smallest <= 0.0 {
             return;
         }
-        let (tetrahedra, per) = self.main_tetrahedra();
-        let labels = labels(&tetrahedra.connectivity, per);
+        let labels = raw_labels(self);
         let all = labels.len();
         // The largest stays, however many there are.
         let small: BTreeMap<u32, usize> = sizes(&labels)
@@ -74,13 +68,14 @@ impl RawMesh {
         if small.is_empty() {
             return;
         }
-        let kept = |element: &usize| !small.contains_key(&labels[*element]);
-        let elements: Vec<usize> = (0..all).filter(kept).collect();
-        let connectivity = elements.iter().flat_map(|e| &tetrahedra.connectivity[per * e..per * (e + 1)]);
-        let connectivity = connectivity.copied().collect();
-        let region = elements.iter().map(|&e| tetrahedra.region[e]).collect();
-        *tetrahedra = Tetrahedra { connectivity, region };
-        let (count, dropped) = (small.len(), all - elements.len());
+        let mut elements = RawElements::default();
+        for ((kind, nodes, region), _) in
+            self.elements.each().zip(&labels).filter(|(_, label)| !small.contains_key(label))
+        {
+            elements.push(kind, nodes, region);
+        }
+        self.elements = elements;
+        let (count, dropped) = (small.len(), all - self.elements.kinds.len());
         self.notes.push(format!(
             "{count} loose parts with {dropped} of {all} elements were left out (`mesh.smallest_part` = {smallest})"
         ));
@@ -89,8 +84,5 @@ impl RawMesh {
 
 /// Element counts of the parts of a mesh, the largest first: one entry for a sound body.
 pub fn part_sizes(raw: &RawMesh) -> Vec<usize> {
-    let (linear, quadratic) = (&raw.linear, &raw.quadratic);
-    let (tetrahedra, per) =
-        if linear.region.len() >= quadratic.region.len() { (linear, 4) } else { (quadratic, 10) };
-    parts_of(&tetrahedra.connectivity, per).into_iter().map(|(_, size)| size).collect()
+    sizes(&raw_labels(raw)).into_iter().map(|(_, size)| size).collect()
 }

@@ -1,16 +1,9 @@
 //! Volume, shape quality and Jacobians of tetrahedra.
 
-use super::Order;
+use super::kind::{EDGES, ElementKind};
+use super::rules::mass_rule;
+use super::shapes::{reference_nodes, tabulate};
 use crate::linalg::vec3::{cross, dot, norm, sub};
-
-/// Edges of a tetrahedron, in the order of the mid-side nodes of [`Order::Quadratic`].
-pub(crate) const EDGES: [[usize; 2]; 6] = [[0, 1], [1, 2], [2, 0], [0, 3], [1, 3], [2, 3]];
-
-/// Faces of a positively oriented tetrahedron, seen from outside counter-clockwise.
-pub(crate) const FACES: [[usize; 3]; 4] = [[0, 2, 1], [0, 1, 3], [1, 2, 3], [0, 3, 2]];
-
-/// Mid-side nodes of `FACES`, on its edges (0,1), (1,2), (2,0).
-pub(crate) const FACE_MIDS: [[usize; 3]; 4] = [[6, 5, 4], [4, 8, 7], [5, 9, 8], [7, 9, 6]];
 
 /// Signed volume of the tetrahedron on four corners, positive if the fourth lies where the right hand points.
 pub(crate) fn corner_volume(p: [[f64; 3]; 4]) -> f64 {
@@ -89,15 +82,80 @@ pub fn jacobian_10(p: &[[f64; 3]; 10], x: [f64; 3]) -> f64 {
     dot(columns[0], cross(columns[1], columns[2]))
 }
 
-/// Volume of an element, exact for both orders (the Jacobian of a quadratic one is cubic).
-pub(crate) fn element_volume(order: Order, nodes: &[[f64; 3]], element: &[u32]) -> f64 {
-    match order {
-        Order::Linear => corner_volume(corners(nodes, element)),
-        Order::Quadratic => {
+/// Volume of an element, exact for both orders of tetrahedra (the Jacobian of a quadratic one is cubic) and for
+/// others as long as their faces are planes.
+pub(crate) fn element_volume(kind: ElementKind, nodes: &[[f64; 3]], element: &[u32]) -> f64 {
+    match kind {
+        ElementKind::Tet4 => corner_volume(corners(nodes, element)),
+        ElementKind::Tet10 => {
             let p = ten(nodes, element);
             degree_4_rule().iter().map(|&(x, w)| w * jacobian_10(&p, x)).sum()
         }
+        _ => volume_forms(kind, nodes, element).map(|(form, weight)| weight * form).sum(),
     }
+}
+
+/// Volume form and weight at each point that integrates the mass of an element.
+pub(crate) fn volume_forms(
+    kind: ElementKind,
+    nodes: &[[f64; 3]],
+    element: &[u32],
+) -> impl Iterator<Item = (f64, f64)> {
+    mass_rule(kind).into_iter().map(move |(at, weight)| {
+        let point = tabulate(kind, at, weight);
+        let mut columns = [[0.0; 3]; 3];
+        for (slope, &node) in point.gradients.iter().zip(element) {
+            let p = nodes[node as usize];
+            for (column, slope) in columns.iter_mut().zip(slope) {
+                column.iter_mut().zip(p).for_each(|(sum, x)| *sum += slope * x);
+            }
+        }
+        (dot(columns[0], cross(columns[1], columns[2])), weight)
+    })
+}
+
+/// Shape quality of an element on its corners: 1 at best, 0 without volume, negative inside out.
+pub(crate) fn shape_quality(kind: ElementKind, nodes: &[[f64; 3]], element: &[u32]) -> f64 {
+    if kind.is_tetrahedron() {
+        return quality(corners(nodes, element));
+    }
+    let reference = reference_nodes(kind);
+    // The volume of the three edges at a corner; four meet at the apex of a pyramid.
+    let volume = |places: &dyn Fn(usize) -> [f64; 3], corner: usize| {
+        let ends = kind.edges().iter().filter_map(|&[a, b]| match corner {
+            _ if a == corner => Some(b),
+            _ if b == corner => Some(a),
+            _ => None,
+        });
+        let edges: Vec<[f64; 3]> = ends.map(|end| sub(places(end), places(corner))).collect();
+        let [a, b, c] = edges[..] else { return None };
+        Some((dot(a, cross(b, c)), norm(a) * norm(b) * norm(c)))
+    };
+    let of_corner = |corner: usize| {
+        let sense = volume(&|i| reference[i], corner).map_or(1.0, |(volume, _)| volume.signum());
+        match volume(&|i| nodes[element[i] as usize], corner) {
+            None => f64::INFINITY,
+            Some((volume, lengths)) if lengths > 0.0 => sense * volume / lengths,
+            Some(_) => 0.0,
+        }
+    };
+    (0..kind.corners()).map(of_corner).fold(f64::INFINITY, f64::min)
+}
+
+/// True if rounding decides on the sign of an element's volume.
+pub(crate) fn is_flat(kind: ElementKind, nodes: &[[f64; 3]], element: &[u32]) -> bool {
+    if kind.is_tetrahedron() {
+        let p = corners(nodes, element);
+        // A NaN, from coordinates beyond 1e100, counts as flat too.
+        let q = quality(p).abs();
+        return q.is_nan() || q <= flatness(p);
+    }
+    let places = element.iter().map(|&node| nodes[node as usize]);
+    let size = places.clone().flatten().fold(0.0, |m: f64, x| m.max(x.abs()));
+    let edge = places.map(|p| norm(sub(p, nodes[element[0] as usize]))).fold(0.0, f64::max);
+    let volume = element_volume(kind, nodes, element).abs();
+    let least = 16.0 * f64::EPSILON * (1.0 + size / edge) * edge * edge * edge;
+    volume.is_nan() || volume <= least
 }
 
 /// Corner positions of an element.
@@ -121,23 +179,6 @@ mod tests {
         let regular = [[1.0, 1.0, 1.0], [-1.0, 1.0, -1.0], [1.0, -1.0, -1.0], [-1.0, -1.0, 1.0]];
         // A dozen operations on numbers of size one.
         assert!((quality(regular).abs() - 1.0).abs() < 16.0 * f64::EPSILON);
-    }
-
-    #[test]
-    fn faces_point_outwards_and_mids_lie_on_them() {
-        for (face, mids) in FACES.iter().zip(FACE_MIDS) {
-            let [a, b, c] = face.map(|i| UNIT[i]);
-            let normal = cross(sub(b, a), sub(c, a));
-            let centre = [0.25; 3];
-            assert!(dot(normal, sub(a, centre)) > 0.0);
-            for k in 0..3 {
-                let mut edge = EDGES[mids[k] - 4];
-                edge.sort_unstable();
-                let mut wanted = [face[k], face[(k + 1) % 3]];
-                wanted.sort_unstable();
-                assert_eq!(edge, wanted);
-            }
-        }
     }
 
     #[test]

@@ -2,7 +2,7 @@
 
 use std::collections::{BTreeSet, HashMap, HashSet};
 
-use super::quality::EDGES;
+use super::kind::EDGES;
 use super::{Mesh, Order};
 
 /// Ends of an edge, ascending.
@@ -39,9 +39,16 @@ impl Mesh {
     /// facets or of the region that it names, and those of every other edge with both ends in it: a straight
     /// edge whose ends are held in a linear mesh is held as a whole.
     pub fn raised(mut self) -> Mesh {
-        if self.order == Order::Quadratic {
-            self.notes.push("the mesh is quadratic already: `mesh.order` adds nothing".into());
-            return self;
+        match self.tetrahedra() {
+            Some(Order::Linear) => {}
+            Some(Order::Quadratic) => {
+                self.notes.push("the mesh is quadratic already: `mesh.order` adds nothing".into());
+                return self;
+            }
+            None => {
+                self.notes.push("only tetrahedra are raised: `mesh.order` adds nothing".into());
+                return self;
+            }
         }
         let corners = self.nodes.len() as u32;
         let (elements, middle) = with_mid_nodes(&mut self.nodes, &self.elements);
@@ -71,7 +78,7 @@ impl Mesh {
         }
         let last = self.node_ids.iter().copied().max().unwrap_or(0);
         self.node_ids.extend((1..=edges.len() as u64).map(|i| last.saturating_add(i)));
-        (self.order, self.elements) = (Order::Quadratic, elements);
+        (self.kinds, self.elements) = (Order::Quadratic.into(), elements);
         self
     }
 }
@@ -92,7 +99,7 @@ mod tests {
         let raised = block([3.0, 1.0, 2.0], [3, 1, 2], Order::Linear).raised();
         let written = block([3.0, 1.0, 2.0], [3, 1, 2], Order::Quadratic);
         assert_eq!((&raised.nodes, &raised.elements), (&written.nodes, &written.elements));
-        assert_eq!((&raised.node_ids, raised.order), (&written.node_ids, written.order));
+        assert_eq!((&raised.node_ids, &raised.kinds), (&written.node_ids, &written.kinds));
         // One cell is thin along y: edges run from side to side, and no group may take them in.
         assert_eq!(raised.node_groups, written.node_groups);
         assert_eq!(raised.facet_groups, written.facet_groups);

@@ -5,6 +5,7 @@ use std::collections::{BTreeMap, HashMap};
 use super::error::{FaultSite, MeshError};
 use super::flaw::UnsupportedCells;
 use super::place::Location;
+use super::{ElementKind, FacetKind, Hexahedra};
 
 /// The shape of a cell in a mesh file.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -12,12 +13,11 @@ pub(crate) enum CellKind {
     Point,
     /// A line with this many nodes.
     Line(usize),
-    Triangle3,
-    Triangle6,
-    Tetrahedron4,
-    /// Nodes in the order of `Order::Quadratic`.
-    Tetrahedron10,
-    /// A surface cell that cannot be a facet of a tetrahedron we compute with.
+    /// A facet, its nodes in the order of [`FacetKind`].
+    Facet(FacetKind),
+    /// An element, its nodes in the order of [`ElementKind`].
+    Solid(ElementKind),
+    /// A surface cell that cannot be a facet of an element we compute with.
     OtherSurface(&'static str, usize),
     /// A volume cell that is refused by this name.
     OtherVolume(&'static str, usize),
@@ -28,10 +28,8 @@ impl CellKind {
     pub(crate) fn node_count(self) -> usize {
         match self {
             CellKind::Point => 1,
-            CellKind::Triangle3 => 3,
-            CellKind::Triangle6 => 6,
-            CellKind::Tetrahedron4 => 4,
-            CellKind::Tetrahedron10 => 10,
+            CellKind::Facet(kind) => kind.nodes(),
+            CellKind::Solid(kind) => kind.nodes(),
             CellKind::Line(n) | CellKind::OtherSurface(_, n) | CellKind::OtherVolume(_, n) => n,
         }
     }
@@ -41,19 +39,40 @@ impl CellKind {
         match self {
             CellKind::Point => 0,
             CellKind::Line(_) => 1,
-            CellKind::Triangle3 | CellKind::Triangle6 | CellKind::OtherSurface(..) => 2,
+            CellKind::Facet(_) | CellKind::OtherSurface(..) => 2,
             _ => 3,
         }
     }
 }
 
-/// The tetrahedra of one order.
+/// The elements of a file.
 #[derive(Clone, Debug, Default)]
-pub struct Tetrahedra {
-    /// Node indices, 4 or 10 per element.
+pub struct RawElements {
+    /// Kind per element.
+    pub(crate) kinds: Vec<ElementKind>,
+    /// Node indices, one element after the other.
     pub(crate) connectivity: Vec<u32>,
     /// Region tag per element.
     pub region: Vec<i64>,
+}
+
+impl RawElements {
+    /// Kind, nodes and region of each element.
+    pub(crate) fn each(&self) -> impl Iterator<Item = (ElementKind, &[u32], i64)> {
+        let mut rest = &self.connectivity[..];
+        self.kinds.iter().zip(&self.region).map(move |(&kind, &region)| {
+            let (nodes, others) = rest.split_at(kind.nodes());
+            rest = others;
+            (kind, nodes, region)
+        })
+    }
+
+    /// Adds an element.
+    pub(crate) fn push(&mut self, kind: ElementKind, nodes: &[u32], region: i64) {
+        self.kinds.push(kind);
+        self.connectivity.extend_from_slice(nodes);
+        self.region.push(region);
+    }
 }
 
 /// A mesh as its file has it. Made by `mesh::parse`, looked at by `mesh::inspect`, made a `Mesh` by
@@ -68,19 +87,19 @@ pub struct RawMesh {
     pub nodes: Vec<[f64; 3]>,
     /// Number of each node in the file.
     pub(crate) node_ids: Vec<u64>,
-    /// 4-node tetrahedra.
-    pub linear: Tetrahedra,
-    /// 10-node tetrahedra.
-    pub quadratic: Tetrahedra,
+    /// Elements that can be computed with.
+    pub elements: RawElements,
+    /// Formulations of hexahedra that the file names, by tag of the region.
+    pub(crate) hexahedra: BTreeMap<i64, Hexahedra>,
     /// Names of regions by tag.
     pub(crate) region_names: BTreeMap<i64, String>,
     /// Node sets; not yet sorted.
     pub node_groups: BTreeMap<String, Vec<u32>>,
-    /// Facet sets by corner nodes.
+    /// Facet sets by three of their corner nodes.
     pub facet_groups: BTreeMap<String, Vec<[u32; 3]>>,
     /// Volume cells that are refused.
     pub(crate) unsupported: Vec<UnsupportedCells>,
-    /// Surface cells that are no triangles and were left out, by kind.
+    /// Surface cells that are no facets and were left out, by kind.
     pub(crate) skipped: BTreeMap<&'static str, usize>,
     /// Remarks made while reading.
     pub notes: Vec<String>,
@@ -106,8 +125,7 @@ impl RawMesh {
     /// is its region, further ones become node groups.
     pub(crate) fn push(&mut self, kind: CellKind, nodes: &[u32], tags: &[i64], place: Location) {
         match kind {
-            CellKind::Tetrahedron4 => push_tetrahedron(&mut self.linear, nodes, tags),
-            CellKind::Tetrahedron10 => push_tetrahedron(&mut self.quadratic, nodes, tags),
+            CellKind::Solid(kind) => self.elements.push(kind, nodes, tags.first().copied().unwrap_or(0)),
             CellKind::OtherVolume(name, _) => self.refuse(name, place),
             CellKind::OtherSurface(name, _) => *self.skipped.entry(name).or_default() += 1,
             _ => {}
@@ -115,7 +133,7 @@ impl RawMesh {
         let dimension = kind.dimension();
         for &tag in tags.iter().skip(usize::from(dimension == 3)) {
             let name = self.group_name(dimension, tag);
-            if matches!(kind, CellKind::Triangle3 | CellKind::Triangle6) {
+            if matches!(kind, CellKind::Facet(_)) {
                 let facet = [nodes[0], nodes[1], nodes[2]];
                 self.facet_groups.entry(name.clone()).or_default().push(facet);
             }
@@ -143,18 +161,13 @@ impl RawMesh {
 
     /// Takes over the names of the regions in use, once all cells are in.
     pub(crate) fn name_regions(&mut self) {
-        let tags: Vec<i64> = self.linear.region.iter().chain(&self.quadratic.region).copied().collect();
+        let tags: Vec<i64> = self.elements.region.clone();
         for tag in tags {
             if !self.region_names.contains_key(&tag) {
                 self.region_names.insert(tag, self.group_name(3, tag));
             }
         }
     }
-}
-
-fn push_tetrahedron(tetrahedra: &mut Tetrahedra, nodes: &[u32], tags: &[i64]) {
-    tetrahedra.connectivity.extend_from_slice(nodes);
-    tetrahedra.region.push(tags.first().copied().unwrap_or(0));
 }
 
 /// Finds the index of a node by its number in the file, for numbers with gaps.

@@ -1,13 +1,14 @@
 //! The report of `vademecum mesh FILE`.
 
+use std::collections::BTreeMap;
 use std::fmt;
 
 use serde::Serialize;
 
 use super::check::{CheckedMesh, check};
-use super::quality::{corners, element_volume, quality};
+use super::quality::{element_volume, shape_quality};
 use super::raw::RawMesh;
-use super::{Mesh, Order, bounding_box};
+use super::{ElementKind, Mesh, bounding_box};
 
 /// Everything worth knowing about a mesh file, whether or not it can be computed with.
 #[derive(Clone, Debug, Serialize)]
@@ -18,11 +19,13 @@ pub struct MeshReport {
     pub format: String,
     /// Nodes in use.
     pub nodes: usize,
-    /// Tetrahedra.
+    /// Elements.
     pub elements: usize,
-    /// Nodes of one element, 4 or 10.
+    /// Nodes of one element; 0 where elements of several kinds have several numbers.
     pub nodes_per_element: usize,
-    /// Nodes that no tetrahedron uses; they are dropped.
+    /// Elements of each kind, by its name.
+    pub kinds: BTreeMap<&'static str, usize>,
+    /// Nodes that no element uses; they are dropped.
     pub(crate) unused_nodes: usize,
     /// Elements that were inverted; they are reoriented.
     pub(crate) reoriented_elements: usize,
@@ -66,7 +69,8 @@ pub(crate) struct GroupReport {
     pub(crate) facets: usize,
 }
 
-/// Shape quality q = 6√2 V/L³ (L the longest edge; on the corners of quadratic elements).
+/// Shape quality on the corners of elements: of tetrahedra q = 6√2 V/L³ (L the longest edge), of others the
+/// least volume of three edges at a corner over the product of their lengths.
 #[derive(Clone, Debug, Serialize)]
 pub struct QualityReport {
     /// Smallest.
@@ -89,7 +93,8 @@ pub fn inspect(raw: &RawMesh) -> MeshReport {
         format: raw.format.clone(),
         nodes: mesh.nodes.len(),
         elements: mesh.element_region.len(),
-        nodes_per_element: mesh.order.nodes_per_element(),
+        nodes_per_element: mesh.kinds.uniform().map_or(0, ElementKind::nodes),
+        kinds: kinds(&mesh),
         unused_nodes,
         reoriented_elements: reoriented,
         bounding_box: [low, high],
@@ -102,14 +107,19 @@ pub fn inspect(raw: &RawMesh) -> MeshReport {
     }
 }
 
+fn kinds(mesh: &Mesh) -> BTreeMap<&'static str, usize> {
+    let mut counts = BTreeMap::new();
+    mesh.each().for_each(|(kind, _)| *counts.entry(kind.name()).or_default() += 1);
+    counts
+}
+
 fn regions(mesh: &Mesh) -> Vec<RegionReport> {
     let empty =
         |r: &super::Region| RegionReport { tag: r.tag, name: r.name.clone(), elements: 0, volume: 0.0 };
     let mut out: Vec<RegionReport> = mesh.regions.iter().map(empty).collect();
-    let elements = mesh.elements.chunks_exact(mesh.order.nodes_per_element());
-    for (element, &region) in elements.zip(&mesh.element_region) {
+    for ((kind, element), &region) in mesh.each().zip(&mesh.element_region) {
         out[region as usize].elements += 1;
-        out[region as usize].volume += element_volume(mesh.order, &mesh.nodes, element);
+        out[region as usize].volume += element_volume(kind, &mesh.nodes, element);
     }
     out
 }
@@ -126,8 +136,8 @@ fn groups(mesh: &Mesh) -> Vec<GroupReport> {
 
 fn qualities(mesh: &Mesh) -> QualityReport {
     let mut out = QualityReport { min: f64::INFINITY, mean: 0.0, histogram: [0; 10], worst: None };
-    for element in mesh.elements.chunks_exact(mesh.order.nodes_per_element()) {
-        let q = quality(corners(&mesh.nodes, element));
+    for (kind, element) in mesh.each() {
+        let q = shape_quality(kind, &mesh.nodes, element);
         out.histogram[((q * 10.0).max(0.0) as usize).min(9)] += 1;
         out.mean += q;
         if q < out.min {
@@ -144,8 +154,6 @@ fn qualities(mesh: &Mesh) -> QualityReport {
 
 impl fmt::Display for MeshReport {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let kind =
-            if self.nodes_per_element == Order::Linear.nodes_per_element() { "linear" } else { "quadratic" };
         let [low, high] = self.bounding_box;
         writeln!(f, "file          {}", self.file)?;
         writeln!(f, "format        {}", self.format)?;
@@ -155,7 +163,16 @@ impl fmt::Display for MeshReport {
             return self.fmt_remarks(f);
         }
         let turned = self.reoriented_elements;
-        writeln!(f, "elements      {} {kind} tetrahedra ({turned} reoriented)", self.elements)?;
+        match self.nodes_per_element {
+            4 => writeln!(f, "elements      {} linear tetrahedra ({turned} reoriented)", self.elements)?,
+            10 => writeln!(f, "elements      {} quadratic tetrahedra ({turned} reoriented)", self.elements)?,
+            _ => {
+                writeln!(f, "elements      {} ({turned} reoriented)", self.elements)?;
+                for (kind, count) in &self.kinds {
+                    writeln!(f, "              {count} × {kind}")?;
+                }
+            }
+        }
         for (axis, k) in ["x", "y", "z"].into_iter().zip(0..) {
             writeln!(f, "{axis}             {:.6e} to {:.6e}", low[k], high[k])?;
         }

@@ -1,8 +1,6 @@
 //! The boundary of a mesh: the faces that belong to one element only.
 
-use super::check::sorted_with_parity;
-use super::quality::{FACE_MIDS, FACES};
-use super::{Mesh, Order};
+use super::{FacetKind, Mesh, face_key};
 use crate::linalg::vec3::{cross, norm, sub};
 
 /// Boundary facets, their linear triangles and the nodes on them.
@@ -10,15 +8,15 @@ use crate::linalg::vec3::{cross, norm, sub};
 /// Facets are in order of their elements, so the same mesh gives the same surface on any machine.
 #[derive(Clone, Debug)]
 pub struct Surface {
-    /// Order of the mesh.
-    pub order: Order,
-    /// Node indices of the mesh, 3 or 6 per facet: corners counter-clockwise seen from outside, then the
-    /// mid-side nodes on edges (0,1), (1,2), (2,0).
-    pub(crate) facets: Vec<u32>,
+    /// Kind of each facet.
+    facet_kinds: Vec<FacetKind>,
+    /// Node indices of the mesh, as [`FacetKind`] orders them, facet after facet.
+    facets: Vec<u32>,
+    /// Place of the first node of each facet; one more at the end.
+    facet_starts: Vec<u32>,
     /// The element each facet belongs to.
     pub(crate) facet_element: Vec<u32>,
-    /// Linear triangles on node indices of the mesh, outward: the facets themselves, or four for each 6-node
-    /// facet.
+    /// Linear triangles on node indices of the mesh, outward: 3-node facets themselves, the parts of others.
     pub triangles: Vec<[u32; 3]>,
     /// The facet each triangle belongs to.
     pub(crate) triangle_facet: Vec<u32>,
@@ -29,24 +27,32 @@ pub struct Surface {
 }
 
 impl Surface {
-    /// Finds the boundary of a mesh. Sorts its faces: O(n log n) time, 20 bytes per face.
+    /// Finds the boundary of a mesh. Sorts its faces: O(n log n) time, 32 bytes per face.
     pub fn of(mesh: &Mesh) -> Surface {
-        let (facets, facet_element) = boundary(mesh);
-        let per = facet_len(mesh.order);
+        let (facet_kinds, facets, facet_element) = boundary(mesh);
+        let mut facet_starts = vec![0];
         let (mut triangles, mut triangle_facet) = (Vec::new(), Vec::new());
-        for (index, facet) in facets.chunks_exact(per).enumerate() {
-            let parts: &[[usize; 3]] = match mesh.order {
-                Order::Linear => &[[0, 1, 2]],
-                Order::Quadratic => &[[0, 3, 5], [3, 1, 4], [5, 4, 2], [3, 4, 5]],
-            };
-            triangles.extend(parts.iter().map(|part| part.map(|i| facet[i])));
-            triangle_facet.extend(parts.iter().map(|_| index as u32));
+        for (index, kind) in facet_kinds.iter().enumerate() {
+            let start = facet_starts[index];
+            let facet = &facets[start as usize..][..kind.nodes()];
+            facet_starts.push(start + kind.nodes() as u32);
+            triangles.extend(kind.triangles().iter().map(|part| part.map(|i| facet[i])));
+            triangle_facet.extend(kind.triangles().iter().map(|_| index as u32));
         }
         let mut nodes = facets.clone();
         nodes.sort_unstable();
         nodes.dedup();
         let normals = normals(mesh, &triangles, &nodes);
-        Surface { order: mesh.order, facets, facet_element, triangles, triangle_facet, nodes, normals }
+        Surface {
+            facet_kinds,
+            facets,
+            facet_starts,
+            facet_element,
+            triangles,
+            triangle_facet,
+            nodes,
+            normals,
+        }
     }
 
     /// Linear triangles as a surface, of a body without elements; it has no normals.
@@ -55,8 +61,9 @@ impl Surface {
         nodes.sort_unstable();
         nodes.dedup();
         Surface {
-            order: Order::Linear,
+            facet_kinds: vec![FacetKind::Tri3; triangles.len()],
             facets: triangles.as_flattened().to_vec(),
+            facet_starts: (0..=triangles.len() as u32).map(|i| 3 * i).collect(),
             facet_element: vec![],
             triangle_facet: (0..triangles.len() as u32).collect(),
             triangles,
@@ -65,14 +72,17 @@ impl Surface {
         }
     }
 
-    /// Nodes of one facet, 3 or 6.
-    pub(crate) fn nodes_per_facet(&self) -> usize {
-        facet_len(self.order)
-    }
-
     /// Number of facets.
     pub fn facet_count(&self) -> usize {
-        self.facet_element.len()
+        self.facet_kinds.len()
+    }
+
+    /// Kind of one facet.
+    ///
+    /// # Panics
+    /// If there is no such facet.
+    pub fn facet_kind(&self, index: usize) -> FacetKind {
+        self.facet_kinds[index]
     }
 
     /// Nodes of one facet.
@@ -80,8 +90,12 @@ impl Surface {
     /// # Panics
     /// If there is no such facet.
     pub fn facet(&self, index: usize) -> &[u32] {
-        let per = self.nodes_per_facet();
-        &self.facets[index * per..(index + 1) * per]
+        &self.facets[self.facet_starts[index] as usize..self.facet_starts[index + 1] as usize]
+    }
+
+    /// Nodes of each facet.
+    pub(crate) fn each_facet(&self) -> impl Iterator<Item = &[u32]> {
+        (0..self.facet_count()).map(|index| self.facet(index))
     }
 
     /// Position of a mesh node in `nodes`.
@@ -92,41 +106,33 @@ impl Surface {
     /// Indices of the facets all of whose nodes are among `nodes` (ascending): the patch a selection of nodes
     /// means.
     pub fn facets_within(&self, nodes: &[u32]) -> Vec<u32> {
-        let facets = self.facets.chunks_exact(self.nodes_per_facet()).zip(0..);
+        let facets = self.each_facet().zip(0..);
         let inside = |f: &[u32]| f.iter().all(|n| nodes.binary_search(n).is_ok());
         facets.filter(|(f, _)| inside(f)).map(|(_, index)| index).collect()
     }
 }
 
-fn facet_len(order: Order) -> usize {
-    match order {
-        Order::Linear => 3,
-        Order::Quadratic => 6,
-    }
-}
-
-fn boundary(mesh: &Mesh) -> (Vec<u32>, Vec<u32>) {
-    let per = mesh.order.nodes_per_element();
-    let mut faces: Vec<([u32; 3], u64)> = Vec::with_capacity(mesh.elements.len() / per * 4);
-    for (e, element) in mesh.elements.chunks_exact(per).enumerate() {
-        for (f, face) in FACES.iter().enumerate() {
-            faces.push((sorted_with_parity(face.map(|i| element[i])).0, (4 * e + f) as u64));
+/// Kinds, nodes and elements of the faces that belong to one element.
+fn boundary(mesh: &Mesh) -> (Vec<FacetKind>, Vec<u32>, Vec<u32>) {
+    // A face by its corners, with its element and its place there.
+    let mut faces: Vec<([u32; 4], u32, u8)> = Vec::with_capacity(mesh.element_count() * 4);
+    for (e, (kind, element)) in mesh.each().enumerate() {
+        for (f, face) in kind.faces().iter().enumerate() {
+            faces.push((face_key(face, element).0, e as u32, f as u8));
         }
     }
     faces.sort_unstable();
-    let single = |run: &[([u32; 3], u64)]| (run.len() == 1).then(|| run[0].1);
-    let mut open: Vec<u64> = faces.chunk_by(|a, b| a.0 == b.0).filter_map(single).collect();
+    let single = |run: &[([u32; 4], u32, u8)]| (run.len() == 1).then(|| (run[0].1, run[0].2));
+    let mut open: Vec<(u32, u8)> = faces.chunk_by(|a, b| a.0 == b.0).filter_map(single).collect();
     open.sort_unstable();
-    let mut facets = Vec::with_capacity(open.len() * facet_len(mesh.order));
-    for &code in &open {
-        let (e, f) = ((code / 4) as usize, (code % 4) as usize);
-        let element = mesh.element(e);
-        facets.extend(FACES[f].map(|i| element[i]));
-        if mesh.order == Order::Quadratic {
-            facets.extend(FACE_MIDS[f].map(|i| element[i]));
-        }
+    let (mut kinds, mut facets) = (Vec::with_capacity(open.len()), Vec::new());
+    for &(e, f) in &open {
+        let (kind, nodes) = mesh.kinds.kind(e as usize).faces()[f as usize];
+        let element = mesh.element(e as usize);
+        kinds.push(kind);
+        facets.extend(nodes.iter().map(|&i| element[i]));
     }
-    (facets, open.iter().map(|code| (code / 4) as u32).collect())
+    (kinds, facets, open.iter().map(|open| open.0).collect())
 }
 
 fn normals(mesh: &Mesh, triangles: &[[u32; 3]], nodes: &[u32]) -> Vec<[f64; 3]> {

@@ -2,7 +2,6 @@
 
 use std::path::Path;
 
-use super::Mesh;
 use super::cells::{Separators, TableRow, table_rows};
 use super::detect::repaired;
 use super::error::{FaultSite, MeshError, shown};
@@ -10,6 +9,7 @@ use super::load::load;
 use super::place::Location;
 use super::raw::{CellKind, RawMesh};
 use super::text::ParsedNumber;
+use super::{ElementKind, Mesh};
 
 /// Reads a mesh from a coordinate table (`x y z` a line) and a connectivity table (4 or 10 node numbers a
 /// line).
@@ -94,8 +94,8 @@ fn cells_of(file: &Path, bytes: &[u8], raw: &mut RawMesh) -> Result<(), MeshErro
             }
             nodes.push(index as u32);
         }
-        let kind = if nodes.len() == 4 { CellKind::Tetrahedron4 } else { CellKind::Tetrahedron10 };
-        raw.push(kind, &nodes, &[], Location::Line(line));
+        let kind = if nodes.len() == 4 { ElementKind::Tet4 } else { ElementKind::Tet10 };
+        raw.push(CellKind::Solid(kind), &nodes, &[], Location::Line(line));
     }
     Ok(())
 }

@@ -3,8 +3,8 @@
 use std::path::Path;
 
 use super::error::MeshError;
+use super::kind::{EDGES, ElementKind};
 use super::load::load;
-use super::quality::EDGES;
 use super::raw::{CellKind, NodeIndex, RawMesh};
 use super::text::{ParsedNumber, Text, tokens};
 use crate::linalg::vec3::{dot, sub};
@@ -103,7 +103,7 @@ fn elements(text: &mut Text<'_>, raw: &mut RawMesh, index: &NodeIndex) -> Result
             Some(word) => f64::parse(word).ok_or_else(|| text.malformed(line, EXPECTED))? as i64,
             None => 0,
         };
-        let kind = if per == 4 { CellKind::Tetrahedron4 } else { CellKind::Tetrahedron10 };
+        let kind = CellKind::Solid(if per == 4 { ElementKind::Tet4 } else { ElementKind::Tet10 });
         if per == 10 && !sort_mid_nodes(&raw.nodes, &mut nodes) {
             let remedy = "TetGen places them on straight edges: write the file again";
             let expected = "mid-side nodes in the middles of the six edges";

@@ -87,7 +87,7 @@ fn load_on(
             points.push(parts(points.len()));
         }
         for (l, weight) in &points[halvings] {
-            let (values, slopes) = facet_shapes(mesh.order, *l);
+            let (values, slopes) = facet_shapes(mesh.order(), *l);
             let (mut x, mut tangents) = ([0.0; 3], [[0.0; 3]; 2]);
             for (a, &node) in facet.iter().enumerate() {
                 for (i, p) in mesh.nodes[node as usize].into_iter().enumerate() {
@@ -114,13 +114,13 @@ fn load_on(
             for i in 0..3 {
                 let j = (i + 1) % 3;
                 let (edge, turned) = space.edge([corners[i], corners[j]]);
-                let value = match mesh.order {
+                let value = match mesh.order() {
                     Order::Linear => 4.0 * l[i] * l[j],
                     Order::Quadratic => l[i] * l[j] * (l[i] - l[j]),
                 };
                 add(edge, if turned { -value } else { value });
             }
-            if mesh.order == Order::Quadratic {
+            if mesh.order() == Order::Quadratic {
                 add(space.face(corners), 27.0 * l[0] * l[1] * l[2]);
             }
         }

@@ -116,6 +116,9 @@ enum NoEstimate {
     /// There are no elements.
     #[error("the matrices of another program have no elements: their mesh is not known")]
     NoElements,
+    /// There are other elements than tetrahedra of one order.
+    #[error("the estimate is for tetrahedra: meshes with hexahedra, wedges or pyramids have none")]
+    NoTetrahedra,
     /// The matrices are not in this process.
     #[error("matrices on several ranks are not refined: ask `vademecum modes --mesh-error` in one process")]
     Ranks,
@@ -174,6 +177,9 @@ pub fn estimate(
     if model.mesh().elements.is_empty() {
         return Ok(NoEstimate::NoElements.into());
     }
+    if model.mesh().tetrahedra().is_none() {
+        return Ok(NoEstimate::NoTetrahedra.into());
+    }
     if symbolic.is_spread() {
         return Ok(NoEstimate::Ranks.into());
     }
@@ -194,7 +200,7 @@ pub fn estimate(
     let (eigenvalues, vectors) = (&eigenvalues[..count], vectors.subcols(0, count));
     let factor = symbolic.factor_of(pencil.stiffness())?;
     let space = RaisedSpace::new(model);
-    let [scale, bound_scale] = factors(model.mesh().order, smooth_rim);
+    let [scale, bound_scale] = factors(model.mesh().order(), smooth_rim);
     let change = frequency_changes(
         &space,
         &factor,

@@ -4,7 +4,7 @@ use std::collections::HashMap;
 
 use crate::fem::Model;
 use crate::linalg::vec3::{cross, dot, norm, sub};
-use crate::mesh::quality::FACES;
+use crate::mesh::FACES;
 use crate::mesh::surface::Surface;
 
 /// Largest angle between two facets of one smooth face: its cosine (30°).
@@ -32,7 +32,7 @@ pub(super) fn support_shape(model: &Model) -> SupportShape {
     let surface = Surface::of(mesh);
     for c in 0..3 {
         let mut covered = vec![false; n_nodes];
-        let elements = || mesh.elements.chunks_exact(mesh.order.nodes_per_element());
+        let elements = || mesh.elements.chunks_exact(mesh.order().nodes_per_element());
         for element in elements() {
             for face in FACES.map(|face| face.map(|i| element[i])) {
                 if face.iter().all(|&node| held(node, c)) {

@@ -385,10 +385,10 @@ fn cut_region(mesh: &mut Mesh, name: &str, nodes: &[u32]) -> bool {
     nodes.iter().for_each(|&node| chosen[node as usize] = true);
     let tag = 1 + mesh.regions.iter().map(|r| r.tag).max().unwrap_or(0);
     let new = mesh.regions.len() as u32;
-    mesh.regions.push(mesh::Region { tag, name: name.into() });
-    let per = mesh.order.nodes_per_element();
-    for (element, region) in mesh.elements.chunks_exact(per).zip(&mut mesh.element_region) {
-        if element[..4].iter().all(|&node| chosen[node as usize]) {
+    mesh.regions.push(mesh::Region::new(tag, name));
+    let elements = mesh.kinds.each(&mesh.elements);
+    for ((kind, element), region) in elements.zip(&mut mesh.element_region) {
+        if element[..kind.corners()].iter().all(|&node| chosen[node as usize]) {
             *region = new;
         }
     }

@@ -7,8 +7,9 @@
 use vademecum_eval::nearest_in_triangle;
 
 use crate::input::GaugeEntry;
+use crate::mesh::shapes::quadrangle_shapes;
 use crate::mesh::surface::Surface;
-use crate::mesh::{Mesh, Order};
+use crate::mesh::{FacetKind, Mesh};
 
 /// Largest distance of an end from the surface, as a share of the gauge's length.
 const OFF: f64 = 0.1;
@@ -66,13 +67,18 @@ fn at_surface(mesh: &Mesh, surface: &Surface, point: [f64; 3]) -> Option<(Vec<(u
     };
     let all = surface.triangles.iter().enumerate().map(of_triangle);
     let (place, weights, square) = all.min_by(|a, b| a.2.total_cmp(&b.2))?;
-    let facet = surface.facet(surface.triangle_facet[place] as usize);
-    let shapes: Vec<f64> = match surface.order {
-        Order::Linear => weights.to_vec(),
-        Order::Quadratic => {
+    let index = surface.triangle_facet[place] as usize;
+    let facet = surface.facet(index);
+    let shapes: Vec<f64> = match surface.facet_kind(index) {
+        FacetKind::Tri3 => weights.to_vec(),
+        FacetKind::Tri6 => {
             let [a, b, c] = in_facet(facet, surface.triangles[place], weights);
             let corner = |l: f64| l * (2.0 * l - 1.0);
             vec![corner(a), corner(b), corner(c), 4.0 * a * b, 4.0 * b * c, 4.0 * c * a]
+        }
+        kind @ (FacetKind::Quad4 | FacetKind::Quad8 | FacetKind::Quad9) => {
+            let [x, y] = in_quadrangle(facet, surface.triangles[place], weights);
+            quadrangle_shapes(kind, x, y).0
         }
     };
     Some((facet.iter().copied().zip(shapes).collect(), square.sqrt()))
@@ -92,6 +98,27 @@ fn in_facet(facet: &[u32], triangle: [u32; 3], weights: [f64; 3]) -> [f64; 3] {
     for (node, weight) in triangle.iter().zip(weights) {
         let place = facet.iter().position(|other| other == node).expect("a node of its facet");
         sum.iter_mut().zip(PLACES[place]).for_each(|(sum, l)| *sum += weight * l);
+    }
+    sum
+}
+
+/// Coordinates in a quadrangle of a place in one of its triangles.
+fn in_quadrangle(facet: &[u32], triangle: [u32; 3], weights: [f64; 3]) -> [f64; 2] {
+    const PLACES: [[f64; 2]; 9] = [
+        [-1.0, -1.0],
+        [1.0, -1.0],
+        [1.0, 1.0],
+        [-1.0, 1.0],
+        [0.0, -1.0],
+        [1.0, 0.0],
+        [0.0, 1.0],
+        [-1.0, 0.0],
+        [0.0, 0.0],
+    ];
+    let mut sum = [0.0; 2];
+    for (node, weight) in triangle.iter().zip(weights) {
+        let place = facet.iter().position(|other| other == node).expect("a node of its facet");
+        sum.iter_mut().zip(PLACES[place]).for_each(|(sum, x)| *sum += weight * x);
     }
     sum
 }

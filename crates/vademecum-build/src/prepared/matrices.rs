@@ -206,10 +206,10 @@ impl NodeTable {
         Mesh {
             nodes: self.points.iter().map(|point| point.position.map(|x| scale * x)).collect(),
             node_ids: self.points.iter().map(|point| point.node).collect(),
-            order: Order::Linear,
+            kinds: Order::Linear.into(),
             elements: vec![],
             element_region: vec![],
-            regions: vec![Region { tag: 1, name: REGION.into() }],
+            regions: vec![Region::new(1, REGION)],
             node_groups: Default::default(),
             facet_groups: Default::default(),
             notes: vec![],

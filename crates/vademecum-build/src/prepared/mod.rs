@@ -280,7 +280,7 @@ fn note_free(body: &Body, listener: &dyn Listener) {
 fn note_locking(problem: &Problem, mesh: &Mesh, listener: &dyn Listener) {
     const NEARLY_INCOMPRESSIBLE: f64 = 0.45;
     let poisson = problem.materials.iter().map(|m| m.poisson).fold(0.0, f64::max);
-    if mesh.order != Order::Linear {
+    if mesh.tetrahedra() != Some(Order::Linear) {
         return;
     }
     if poisson >= NEARLY_INCOMPRESSIBLE {

@@ -1,12 +1,12 @@
 //! Check that a mesh and its matrices fit the memory, before they are allocated.
 //!
-//! Everything is counted from below, so that nothing is refused that would have fitted: a mesh of tetrahedra
+//! Everything is counted from below, so that nothing is refused that would have fitted: a mesh
 //! has at least so many pairs of neighbouring nodes per element, and each pair takes so many numbers.
 
 use crate::fem::{pair_bytes, pairs};
 use crate::input::{BlockSource, OrderEntry};
 use crate::limits::{Memory, TooMuchMemory};
-use crate::mesh::{Mesh, Order};
+use crate::mesh::{ElementKind, Mesh, Order};
 
 /// Tetrahedra of one cell of a block.
 const PER_CELL: f64 = 6.0;
@@ -15,9 +15,9 @@ const MESH: f64 = 100.0;
 
 /// Bytes of a model while it is assembled: a place for each pair, and its matrices. Of several ranks each has
 /// its share of these.
-fn model_bytes(elements: f64, order: Order, regions: usize, ranks: usize) -> f64 {
+fn model_bytes(elements: f64, kind: ElementKind, regions: usize, ranks: usize) -> f64 {
     let pair = 4.0 + pair_bytes(regions) / ranks as f64;
-    elements * (MESH + pairs(order) * pair)
+    elements * (MESH + pairs(kind) * pair)
 }
 
 /// Refuses a block whose mesh and matrices do not fit.
@@ -26,12 +26,12 @@ fn model_bytes(elements: f64, order: Order, regions: usize, ranks: usize) -> f64
 /// [`TooMuchMemory`].
 pub(super) fn check_block(block: &BlockSource, ranks: usize, memory: Memory) -> Result<(), TooMuchMemory> {
     let cells: f64 = block.divisions.iter().map(|&d| d as f64).product();
-    let order = Order::from(block.order);
+    let kind = Order::from(block.order).into();
     let instead = match block.order {
         OrderEntry::Quadratic => ": smaller `mesh.block.divisions`, or `order = \"linear\"`",
         OrderEntry::Linear => ": smaller `mesh.block.divisions`",
     };
-    memory.check(model_bytes(PER_CELL * cells, order, 1, ranks), instead, || {
+    memory.check(model_bytes(PER_CELL * cells, kind, 1, ranks), instead, || {
         format!("the {cells} cells of `mesh.block.divisions`")
     })
 }
@@ -42,7 +42,11 @@ pub(super) fn check_block(block: &BlockSource, ranks: usize, memory: Memory) -> 
 /// [`TooMuchMemory`].
 pub(super) fn check_mesh(mesh: &Mesh, ranks: usize, memory: Memory) -> Result<(), TooMuchMemory> {
     let (elements, regions) = (mesh.element_count(), mesh.regions.len().max(1));
-    let needed = model_bytes(elements as f64, mesh.order, regions, ranks);
+    let of_kind = |&kind: &ElementKind| {
+        let count = mesh.each().filter(|element| element.0 == kind).count();
+        model_bytes(count as f64, kind, regions, ranks)
+    };
+    let needed = mesh.kinds.distinct().iter().map(of_kind).sum();
     memory.check(needed, ": a coarser mesh, fewer regions", || {
         format!("the matrices of {elements} elements in {regions} region(s)")
     })
@@ -66,7 +70,10 @@ mod tests {
             let model = Model::assemble(mesh, &[material], &held).unwrap();
             // 9 entries a pair; the held ones are left out of the pattern.
             let found = model.pencil().mass().pattern().n_stored() as f64 / 9.0 / elements;
-            assert!(pairs(order) <= found && found <= 1.5 * pairs(order), "{found} pairs per element");
+            assert!(
+                pairs(order.into()) <= found && found <= 1.5 * pairs(order.into()),
+                "{found} pairs per element"
+            );
         }
     }
 }

@@ -16,7 +16,7 @@ const RUBBER: Material = Material { young: 1e7, poisson: 0.3, density: 1000.0 };
 /// A beam with its first period near 0.3 s, of two materials.
 fn beam() -> Model {
     let mut mesh = quadratic(&block([6, 1, 1], [1.0, 0.2, 0.15]));
-    mesh.regions.push(Region { tag: 2, name: "stiff".into() });
+    mesh.regions.push(Region::new(2, "stiff"));
     let centre = |e: usize| mesh.element(e)[..4].iter().map(|&n| mesh.nodes[n as usize][0]).sum::<f64>();
     mesh.element_region = (0..mesh.element_count()).map(|e| u32::from(centre(e) > 2.0)).collect();
     let held = hold(&mesh, |[x, _, _]| x == 0.0);

@@ -4,12 +4,11 @@
 //! edges of a linear element; `Lᵢ Lⱼ (Lᵢ − Lⱼ)` on the edges and `27 Lᵢ Lⱼ Lₖ` on the faces of a quadratic
 //! one. The map stays that of the mesh, so that curved elements keep their shape.
 
-use crate::fem::element::{
-    EDGES, ElementKernel, MAX_NODES, Material, Point, jacobian, rule_degree_2, rule_degree_5, rule_degree_6,
-    tabulate_point,
-};
+use crate::fem::element::{ElementKernel, Material, jacobian};
 use crate::mesh::Order;
-use crate::mesh::quality::FACES;
+use crate::mesh::rules::{rule_degree_2, rule_degree_5, rule_degree_6};
+use crate::mesh::shapes::{Point, TET_NODES, tabulate_point};
+use crate::mesh::{EDGES, FACES};
 
 /// Right-hand sides handled at once.
 pub(super) const LANES: usize = 4;
@@ -69,7 +68,7 @@ impl RaisedKernel {
                 }
             }
         }
-        Self { given: ElementKernel::new(order), functions, straight, curved, reference_mass }
+        Self { given: ElementKernel::tetrahedra(order), functions, straight, curved, reference_mass }
     }
 
     /// Functions of an element.
@@ -89,7 +88,7 @@ impl RaisedKernel {
     #[inline(always)]
     pub(super) fn stiffness(
         &self,
-        nodes: &[[f64; 3]; MAX_NODES],
+        nodes: &[[f64; 3]; TET_NODES],
         material: &Material,
         u: &Local,
         out: &mut Local,
@@ -124,7 +123,7 @@ impl RaisedKernel {
 
     /// `out ← M u`.
     #[inline(always)]
-    pub(super) fn mass(&self, nodes: &[[f64; 3]; MAX_NODES], density: f64, u: &Local, out: &mut Local) {
+    pub(super) fn mass(&self, nodes: &[[f64; 3]; TET_NODES], density: f64, u: &Local, out: &mut Local) {
         *out = [[[0.0; LANES]; 3]; MAX_FUNCTIONS];
         let n = self.functions;
         if self.is_straight(nodes) {
@@ -151,7 +150,7 @@ impl RaisedKernel {
     /// Adds the 3 × 3 diagonal blocks of the stiffness, row by row, of the functions of the increment.
     pub(super) fn add_diagonal(
         &self,
-        nodes: &[[f64; 3]; MAX_NODES],
+        nodes: &[[f64; 3]; TET_NODES],
         material: &Material,
         blocks: &mut [[f64; 9]],
     ) {

@@ -16,14 +16,13 @@ use rayon::prelude::*;
 
 use self::element::{LANES, Local, MAX_FUNCTIONS, RaisedKernel, increment};
 use super::assembly::element_nodes;
-use super::element::EDGES;
 use super::factor::{Factor, Solve};
 use super::model::Model;
 use super::sparse::{contiguous, contiguous_mut};
 use crate::linalg::column_groups;
 use crate::linalg::vec3::{norm, sub};
 use crate::mesh::Order;
-use crate::mesh::quality::FACES;
+use crate::mesh::{EDGES, FACES};
 
 /// Elements whose products are computed before they are added up.
 const WAVE: usize = 1024;
@@ -53,10 +52,10 @@ impl<'a> RaisedSpace<'a> {
     /// set is that of the mesh.
     pub(crate) fn new(model: &'a Model) -> Self {
         let mesh = model.mesh();
-        let per = mesh.order.nodes_per_element();
+        let per = mesh.order().nodes_per_element();
         let elements = || mesh.elements.chunks_exact(per);
         let edges = distinct(elements().flat_map(|e| EDGES.map(|edge| ascending(edge.map(|i| e[i])))));
-        let faces = match mesh.order {
+        let faces = match mesh.order() {
             Order::Linear => vec![],
             Order::Quadratic => {
                 distinct(elements().flat_map(|e| FACES.map(|face| ascending(face.map(|i| e[i])))))
@@ -67,9 +66,9 @@ impl<'a> RaisedSpace<'a> {
             for edge in EDGES {
                 let ends = edge.map(|i| element[i]);
                 of_element.push(place(&edges, ascending(ends)) as u32);
-                turned.push(mesh.order == Order::Quadratic && ends[0] > ends[1]);
+                turned.push(mesh.order() == Order::Quadratic && ends[0] > ends[1]);
             }
-            if mesh.order == Order::Quadratic {
+            if mesh.order() == Order::Quadratic {
                 for face in FACES {
                     let corners = ascending(face.map(|i| element[i]));
                     of_element.push((edges.len() + place(&faces, corners)) as u32);
@@ -89,7 +88,7 @@ impl<'a> RaisedSpace<'a> {
                 n += 1;
             }
         }
-        let kernel = RaisedKernel::new(mesh.order);
+        let kernel = RaisedKernel::new(mesh.order());
         let mut space = Self { model, kernel, edges, faces, of_element, turned, rows, inverses: vec![], n };
         space.inverses = space.inverse_blocks();
         space
@@ -97,7 +96,7 @@ impl<'a> RaisedSpace<'a> {
 
     /// The order of the mesh, one below that of the displacements here.
     pub(crate) fn order(&self) -> Order {
-        self.model.mesh().order
+        self.model.mesh().order()
     }
 
     /// Unknowns: those of the mesh come first.
@@ -119,7 +118,7 @@ impl<'a> RaisedSpace<'a> {
 
     /// The number of an edge's function, and whether the edge is seen from its other end.
     pub(crate) fn edge(&self, ends: [u32; 2]) -> (usize, bool) {
-        let turned = self.model.mesh().order == Order::Quadratic && ends[0] > ends[1];
+        let turned = self.model.mesh().order() == Order::Quadratic && ends[0] > ends[1];
         (place(&self.edges, ascending(ends)), turned)
     }
 
@@ -223,7 +222,7 @@ impl<'a> RaisedSpace<'a> {
     /// Rows of the components of an element's functions, and the sign with which the element sees each.
     fn rows_of(&self, element: usize, rows: &mut [[u32; 3]; MAX_FUNCTIONS]) -> [f64; MAX_FUNCTIONS] {
         let mesh = self.model.mesh();
-        let (given, more) = (mesh.order.nodes_per_element(), increment(mesh.order));
+        let (given, more) = (mesh.order().nodes_per_element(), increment(mesh.order()));
         for (rows, &node) in rows.iter_mut().zip(&mesh.elements[element * given..][..given]) {
             *rows = std::array::from_fn(|c| self.model.dofs().free(3 * node as usize + c).unwrap_or(HELD));
         }
@@ -241,7 +240,7 @@ impl<'a> RaisedSpace<'a> {
     /// Inverses of the diagonal blocks of the increment. Where a component is held its row is left alone.
     fn inverse_blocks(&self) -> Vec<[f64; 9]> {
         let mesh = self.model.mesh();
-        let more = increment(mesh.order);
+        let more = increment(mesh.order());
         let mut blocks = vec![[0.0; 9]; self.rows.len() / 3];
         let mut of_element = vec![[0.0; 9]; more];
         for element in 0..mesh.element_count() {

@@ -36,7 +36,7 @@ fn coefficients(model: &Model, space: &RaisedSpace<'_>, field: impl Fn([f64; 3])
     let mut edge_parts = std::collections::HashMap::new();
     for &[a, b] in &space.edges {
         let (function, _) = space.edge([a, b]);
-        let value = match mesh.order {
+        let value = match mesh.order() {
             Order::Linear => {
                 let shown = sum(&[(field(at(a)), 0.5), (field(at(b)), 0.5)]);
                 difference(between(&[(a, 0.5), (b, 0.5)]), shown, 1.0)

@@ -19,6 +19,7 @@ use self::sets::{Family, Sets};
 use crate::mesh::error::{MeshError, shown};
 use crate::mesh::raw::{CellKind, NodeIndex, RawMesh};
 use crate::mesh::text::ParsedNumber;
+use crate::mesh::{ElementKind, FacetKind, Hexahedra};
 
 /// Keywords that make or move nodes or elements in ways that are not supported.
 const REFUSED: [&str; 9] =
@@ -39,8 +40,12 @@ pub(crate) fn parse(file: &Path, bytes: &[u8]) -> Result<RawMesh, MeshError> {
         in_assembly: false,
         part: String::new(),
         part_with_nodes: None,
+        abaqus: false,
     };
-    for card in cards(file, bytes)? {
+    let cards = cards(file, bytes)?;
+    let of_abaqus = ["PART", "INSTANCE", "ASSEMBLY"];
+    deck.abaqus = cards.iter().any(|card| of_abaqus.contains(&card.keyword.as_str()));
+    for card in cards {
         deck.card(card)?;
     }
     deck.finish()
@@ -151,22 +156,23 @@ impl Deck {
     fn read_elements(&mut self, card: &Card) -> Result<(), MeshError> {
         let name = card.parameter("TYPE").unwrap_or("").to_ascii_uppercase();
         let kind = element_kind(&name).ok_or_else(|| {
-            let remedy = "mesh with C3D4 or C3D10, and leave other elements out of the deck";
+            let remedy = "mesh with solid elements, and leave others out of the deck";
             let found = format!("{} lines of element type `{name}`", card.data.len());
             card.place.at("*ELEMENT").unsupported(
                 found,
-                "C3D4 or C3D10 (surface triangles may name groups)",
+                "C3D4, C3D10, C3D5, C3D6, C3D15, C3D8, C3D20 or C3D27 (surface elements may name groups)",
                 remedy,
             )
         })?;
-        if matches!(kind, CellKind::Tetrahedron4 | CellKind::Tetrahedron10)
-            && !matches!(name.as_str(), "C3D4" | "C3D10")
+        if let CellKind::Solid(solid) = kind
+            && !PLAIN.contains(&name.as_str())
         {
-            let plain = kind.node_count();
-            self.raw
-                .notes
-                .push(format!("elements of type {name} are taken as plain {plain}-node tetrahedra"));
+            let note = format!("elements of type {name} are taken as plain elements ({})", solid.name());
+            if !self.raw.notes.contains(&note) {
+                self.raw.notes.push(note);
+            }
         }
+        let hexahedra = formulation(&name, self.is_abaqus());
         let mut members = Vec::new();
         let mut numbers: Vec<u64> = Vec::new();
         for line in &card.data {
@@ -177,12 +183,16 @@ impl Deck {
                 numbers
                     .push(number.ok_or_else(|| at.malformed(shown(line.text.as_bytes()), expected.clone()))?);
             }
+            // CalculiX adds three nodes of its own to C3D8I.
+            if name == "C3D8I" && numbers.len() == 4 + kind.node_count() {
+                numbers.truncate(1 + kind.node_count());
+            }
             if numbers.len() > 1 + kind.node_count() {
                 return Err(at.malformed(format!("{} numbers", numbers.len()), expected));
             }
             // An element may go on over several lines.
             if numbers.len() == 1 + kind.node_count() {
-                members.push(self.element(kind, &numbers, &line.place)?);
+                members.push(self.element(kind, hexahedra, &numbers, &line.place)?);
                 numbers.clear();
             }
         }
@@ -196,7 +206,13 @@ impl Deck {
         Ok(())
     }
 
-    fn element(&mut self, kind: CellKind, numbers: &[u64], place: &LineLocation) -> Result<usize, MeshError> {
+    fn element(
+        &mut self,
+        kind: CellKind,
+        hexahedra: Option<Hexahedra>,
+        numbers: &[u64],
+        place: &LineLocation,
+    ) -> Result<usize, MeshError> {
         let at = place.at("*ELEMENT");
         let nodes: Result<Vec<u32>, MeshError> =
             numbers[1..].iter().map(|&id| self.index.find(id, &at)).collect();
@@ -204,7 +220,11 @@ impl Deck {
         if self.element_index.insert(numbers[0], index).is_some() {
             return Err(at.malformed(format!("element {} a second time", numbers[0]), "every number once"));
         }
-        self.elements.push(Element { kind, nodes: nodes?, place: place.clone() });
+        let mut nodes = nodes?;
+        if kind == CellKind::Solid(ElementKind::Hex27) {
+            order_hex27(&mut nodes);
+        }
+        self.elements.push(Element { kind, hexahedra, nodes, place: place.clone() });
         Ok(index)
     }
 
@@ -221,6 +241,11 @@ impl Deck {
             _ => self.raw.notes.push(format!("surface `{name}` of type {kind} is ignored")),
         }
         Ok(())
+    }
+
+    /// True for a deck that Abaqus wrote: it has parts, instances or an assembly.
+    fn is_abaqus(&self) -> bool {
+        self.abaqus
     }
 
     /// Removes the name of the instance in front of a set or number.
@@ -241,11 +266,28 @@ impl Deck {
                 let next = names.len() as i64 + 1;
                 tag = *names.entry(name.clone()).or_insert(next);
             }
+            if let Some(named) = element.hexahedra {
+                let known = *self.raw.hexahedra.entry(tag).or_insert(named);
+                if known != named {
+                    let found = format!("a region with two formulations of hexahedra ({known:?}, {named:?})");
+                    let remedy = "give the elements of each type a *SOLID SECTION of their own";
+                    let at = element.place.at("*ELEMENT");
+                    return Err(at.unsupported(found, "one formulation in a region", remedy));
+                }
+            }
             let tags = if element.kind.dimension() == 3 { &[tag][..] } else { &[][..] };
             self.raw.push(element.kind, &element.nodes, tags, element.place.place());
         }
         for (name, tag) in names {
             self.raw.region_names.insert(tag, name);
+        }
+        if self.elements.iter().any(|element| element.kind == CellKind::Solid(ElementKind::Hex8)) {
+            let (dialect, meaning) = match self.is_abaqus() {
+                true => ("Abaqus", "mean dilatation"),
+                false => ("CalculiX", "full integration"),
+            };
+            let note = format!("dialect {dialect}, found from the cards: C3D8 means {meaning}");
+            self.raw.notes.push(note);
         }
         self.raw.names.insert((3, 0), "body".into());
         self.groups();
@@ -260,17 +302,11 @@ fn element_kind(name: &str) -> Option<CellKind> {
     const SURFACES: [(&[&str], CellKind); 4] = [
         (
             &["S3", "S3R", "S3RS", "DS3", "STRI3", "M3D3", "SFM3D3", "R3D3", "CPS3", "CPE3"],
-            CellKind::Triangle3,
+            CellKind::Facet(FacetKind::Tri3),
         ),
-        (&["S6", "DS6", "STRI65", "M3D6", "SFM3D6", "CPS6", "CPE6"], CellKind::Triangle6),
-        (
-            &["S4", "S4R", "DS4", "M3D4", "SFM3D4", "R3D4", "CPS4", "CPE4"],
-            CellKind::OtherSurface("4-node quadrangle", 4),
-        ),
-        (
-            &["S8", "S8R", "DS8", "M3D8", "SFM3D8", "CPS8", "CPE8"],
-            CellKind::OtherSurface("8-node quadrangle", 8),
-        ),
+        (&["S6", "DS6", "STRI65", "M3D6", "SFM3D6", "CPS6", "CPE6"], CellKind::Facet(FacetKind::Tri6)),
+        (&["S4", "S4R", "DS4", "M3D4", "SFM3D4", "R3D4", "CPS4", "CPE4"], CellKind::Facet(FacetKind::Quad4)),
+        (&["S8", "S8R", "DS8", "M3D8", "SFM3D8", "CPS8", "CPE8"], CellKind::Facet(FacetKind::Quad8)),
     ];
     const LINES: [(&[&str], CellKind); 2] =
         [(&["T3D2", "B31", "B33", "T2D2"], CellKind::Line(2)), (&["T3D3", "B32", "T2D3"], CellKind::Line(3))];
@@ -280,15 +316,37 @@ fn element_kind(name: &str) -> Option<CellKind> {
     // Letters after the node count choose a formulation, not another shape.
     let solid = name.trim_start_matches(['D', 'A', 'Q']).strip_prefix("C3D")?;
     let digits = solid.len() - solid.trim_start_matches(|c: char| c.is_ascii_digit()).len();
-    Some(match &solid[..digits] {
-        "4" => CellKind::Tetrahedron4,
-        "10" => CellKind::Tetrahedron10,
-        "5" => CellKind::OtherVolume("5-node pyramid (C3D5)", 5),
-        "6" => CellKind::OtherVolume("6-node wedge (C3D6)", 6),
-        "8" => CellKind::OtherVolume("8-node hexahedron (C3D8)", 8),
-        "15" => CellKind::OtherVolume("15-node wedge (C3D15)", 15),
-        "20" => CellKind::OtherVolume("20-node hexahedron (C3D20)", 20),
-        "27" => CellKind::OtherVolume("27-node hexahedron (C3D27)", 27),
+    Some(CellKind::Solid(match &solid[..digits] {
+        "4" => ElementKind::Tet4,
+        "10" => ElementKind::Tet10,
+        "5" => ElementKind::Pyramid5,
+        "6" => ElementKind::Wedge6,
+        "8" => ElementKind::Hex8,
+        "15" => ElementKind::Wedge15,
+        "20" => ElementKind::Hex20,
+        "27" => ElementKind::Hex27,
+        _ => return None,
+    }))
+}
+
+/// Types whose formulation is that of the kernels.
+const PLAIN: [&str; 12] =
+    ["C3D4", "C3D10", "C3D5", "C3D6", "C3D15", "C3D8", "C3D8I", "C3D8R", "C3D20", "C3D20R", "C3D27", "C3D13"];
+
+/// Formulation of the hexahedra of a type.
+fn formulation(name: &str, abaqus: bool) -> Option<Hexahedra> {
+    Some(match name {
+        "C3D8I" => Hexahedra::Incompatible,
+        "C3D8R" | "C3D20R" => Hexahedra::Reduced,
+        "C3D8" if abaqus => Hexahedra::MeanDilatation,
+        "C3D8" | "C3D20" => Hexahedra::Full,
         _ => return None,
     })
+}
+
+/// Both programs number the middle of a 27-node hexahedron before those of its faces S1 to S6.
+fn order_hex27(nodes: &mut [u32]) {
+    const PLACES: [usize; 7] = [26, 24, 23, 25, 21, 22, 20];
+    let given = nodes.to_vec();
+    nodes[20..].iter_mut().zip(PLACES).for_each(|(node, place)| *node = given[place]);
 }

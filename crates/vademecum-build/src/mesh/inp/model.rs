@@ -4,11 +4,13 @@ use std::collections::HashMap;
 
 use super::deck::{DataLine, LineLocation};
 use super::sets::Sets;
+use crate::mesh::Hexahedra;
 use crate::mesh::raw::{CellKind, NodeIndex, RawMesh};
 
 /// An element of a deck.
 pub(crate) struct Element {
     pub(crate) kind: CellKind,
+    pub(crate) hexahedra: Option<Hexahedra>,
     pub(crate) nodes: Vec<u32>,
     pub(crate) place: LineLocation,
 }
@@ -29,6 +31,8 @@ pub(crate) struct Deck {
     pub(crate) in_assembly: bool,
     pub(crate) part: String,
     pub(crate) part_with_nodes: Option<String>,
+    /// Written by Abaqus.
+    pub(crate) abaqus: bool,
 }
 
 pub(crate) fn is_volume(element: &Element) -> bool {

@@ -139,7 +139,7 @@ impl Deck {
         let regions: Vec<String> = self.raw.region_names.values().cloned().collect();
         for set in self.element_sets.all.iter().filter(|s| s.family != Family::Internal) {
             let members = || set.members.iter().map(|&e| &self.elements[e]);
-            let triangle = |e: &&Element| matches!(e.kind, CellKind::Triangle3 | CellKind::Triangle6);
+            let triangle = |e: &&Element| matches!(e.kind, CellKind::Facet(_));
             let facets: Vec<[u32; 3]> =
                 members().filter(triangle).map(|e| [e.nodes[0], e.nodes[1], e.nodes[2]]).collect();
             if !facets.is_empty() {

@@ -1,16 +1,15 @@
-//! Surfaces of a deck: faces of tetrahedra by number, free faces of sets, surface triangles.
+//! Surfaces of a deck: faces of elements by number, free faces of sets, surface elements.
 
 use std::collections::HashMap;
 
 use super::deck::DataLine;
-use super::model::{Deck, Element, is_volume};
-use crate::mesh::check::sorted_with_parity;
+use super::model::Deck;
 use crate::mesh::error::MeshError;
-use crate::mesh::quality::EDGES;
+use crate::mesh::face_key;
 use crate::mesh::raw::CellKind;
 
-/// Corner places of the faces S1 to S4 of a tetrahedron.
-const ABAQUS_FACES: [[usize; 3]; 4] = [[0, 1, 2], [0, 3, 1], [1, 3, 2], [2, 3, 0]];
+/// Corners of each face of an element, ascending.
+type FaceCorners = [u32; 4];
 
 impl Deck {
     /// Surfaces become facet groups.
@@ -41,41 +40,41 @@ impl Deck {
     fn surface_line(
         &self,
         line: &DataLine,
-        free: &HashMap<[u32; 3], u32>,
+        free: &HashMap<FaceCorners, u32>,
         facets: &mut Vec<[u32; 3]>,
         nodes: &mut Vec<u32>,
     ) -> Result<(), MeshError> {
         let at = line.place.at("*SURFACE");
         let fields = line.fields();
         let label = fields.get(1).map_or(String::new(), |l| l.to_ascii_uppercase());
-        let face = ["S1", "S2", "S3", "S4"].iter().position(|l| *l == label);
+        let face = ["S1", "S2", "S3", "S4", "S5", "S6"].iter().position(|l| *l == label);
         let whole_surface = matches!(label.as_str(), "" | "SPOS" | "SNEG");
         let Some(first) = fields.first() else {
             return Err(at.malformed("a line without values", "an element or an element set, and a face"));
         };
         for e in self.members_of_field(line, first)? {
             let element = &self.elements[e];
-            if matches!(element.kind, CellKind::Triangle3 | CellKind::Triangle6) && whole_surface {
+            if matches!(element.kind, CellKind::Facet(_)) && whole_surface {
                 facets.push([element.nodes[0], element.nodes[1], element.nodes[2]]);
                 nodes.extend_from_slice(&element.nodes);
                 continue;
             }
-            if !matches!(element.kind, CellKind::Tetrahedron4 | CellKind::Tetrahedron10) {
-                continue;
-            }
-            // Other elements have other faces; they are refused by their type.
-            if face.is_none() && !whole_surface {
+            // Other cells have other faces; they are refused by their type.
+            let CellKind::Solid(kind) = element.kind else { continue };
+            // Both programs number faces as the table of kinds does.
+            let faces = kind.faces();
+            if !whole_surface && face.is_none_or(|face| face >= faces.len()) {
                 return Err(at.unsupported(
-                    format!("face `{label}` of a tetrahedron"),
-                    "S1 to S4 or no label",
-                    "name faces that a tetrahedron has",
+                    format!("face `{label}` of a {}", kind.name()),
+                    format!("S1 to S{} or no label", faces.len()),
+                    "name faces that the element has",
                 ));
             }
-            for (f, corners) in ABAQUS_FACES.iter().enumerate() {
-                let key = sorted_with_parity(corners.map(|i| element.nodes[i])).0;
+            for (f, found) in faces.iter().enumerate() {
+                let key = face_key(found, &element.nodes).0;
                 if face == Some(f) || (face.is_none() && free.get(&key) == Some(&1)) {
-                    facets.push(corners.map(|i| element.nodes[i]));
-                    nodes.extend(face_nodes(element, *corners));
+                    facets.push([0, 1, 2].map(|i| element.nodes[found.1[i]]));
+                    nodes.extend(found.1.iter().map(|&i| element.nodes[i]));
                 }
             }
         }
@@ -88,25 +87,15 @@ impl Deck {
         self.members(std::slice::from_ref(&field), "*SURFACE", &self.element_sets, find)
     }
 
-    /// Number of tetrahedra of each face.
-    fn free_faces(&self) -> HashMap<[u32; 3], u32> {
+    /// Number of elements of each face.
+    fn free_faces(&self) -> HashMap<FaceCorners, u32> {
         let mut count = HashMap::new();
-        for element in self.elements.iter().filter(|e| is_volume(e) && matches!(e.nodes.len(), 4 | 10)) {
-            for face in ABAQUS_FACES {
-                *count.entry(sorted_with_parity(face.map(|i| element.nodes[i])).0).or_default() += 1;
+        for element in &self.elements {
+            let CellKind::Solid(kind) = element.kind else { continue };
+            for face in kind.faces() {
+                *count.entry(face_key(face, &element.nodes).0).or_default() += 1;
             }
         }
         count
     }
-}
-
-/// Corners and mid-side nodes of a face.
-fn face_nodes(element: &Element, corners: [usize; 3]) -> Vec<u32> {
-    let mut nodes = corners.map(|i| element.nodes[i]).to_vec();
-    if element.nodes.len() == 10 {
-        let on_face = |edge: &[usize; 2]| edge.iter().all(|i| corners.contains(i));
-        nodes
-            .extend(EDGES.iter().zip(&element.nodes[4..]).filter(|(edge, _)| on_face(edge)).map(|(_, &n)| n));
-    }
-    nodes
 }

@@ -3,6 +3,7 @@
 use crate::mesh::error::{FaultSite, MeshError};
 use crate::mesh::place::Location;
 use crate::mesh::raw::{CellKind, RawMesh};
+use crate::mesh::{ElementKind, FacetKind};
 
 /// Names under which programs store the material of a cell.
 const REGION_NAMES: [&str; 12] = [
@@ -44,23 +45,27 @@ fn cell_kind(code: i64, nodes: usize) -> Option<CellKind> {
         0 => Line(nodes),
         1 => CellKind::Point,
         2 | 3 | 4 | 21 | 35 | 68 => Line(nodes),
-        5 => CellKind::Triangle3,
+        5 => CellKind::Facet(FacetKind::Tri3),
         6 => OtherSurface("triangle strip", nodes),
         7 => OtherSurface("polygon", nodes),
-        8 | 9 => OtherSurface("4-node quadrangle", 4),
-        10 => CellKind::Tetrahedron4,
-        11 => OtherVolume("voxel", 8),
-        12 => OtherVolume("8-node hexahedron", 8),
-        13 => OtherVolume("6-node wedge", 6),
-        14 => OtherVolume("5-node pyramid", 5),
+        8 | 9 => CellKind::Facet(FacetKind::Quad4),
+        10 => CellKind::Solid(ElementKind::Tet4),
+        11 | 12 => CellKind::Solid(ElementKind::Hex8),
+        13 => CellKind::Solid(ElementKind::Wedge6),
+        14 => CellKind::Solid(ElementKind::Pyramid5),
         15 | 16 => OtherVolume("prism", nodes),
-        22 => CellKind::Triangle6,
-        23 | 28 | 30 | 36 => OtherSurface("quadratic polygon", nodes),
-        24 => CellKind::Tetrahedron10,
-        25 => OtherVolume("20-node hexahedron", 20),
-        26 | 31 | 32 => OtherVolume("quadratic wedge", nodes),
-        27 | 37 => OtherVolume("quadratic pyramid", nodes),
-        29 | 33 => OtherVolume("27-node hexahedron", nodes),
+        22 => CellKind::Facet(FacetKind::Tri6),
+        23 => CellKind::Facet(FacetKind::Quad8),
+        28 => CellKind::Facet(FacetKind::Quad9),
+        30 | 36 => OtherSurface("quadratic polygon", nodes),
+        24 => CellKind::Solid(ElementKind::Tet10),
+        25 => CellKind::Solid(ElementKind::Hex20),
+        26 => CellKind::Solid(ElementKind::Wedge15),
+        31 | 32 => OtherVolume("quadratic wedge", nodes),
+        27 => CellKind::Solid(ElementKind::Pyramid13),
+        37 => OtherVolume("quadratic pyramid", nodes),
+        29 => CellKind::Solid(ElementKind::Hex27),
+        33 => OtherVolume("24-node hexahedron", nodes),
         34 => OtherSurface("7-node triangle", 7),
         42 => OtherVolume("polyhedron", nodes),
         69 | 70 | 75 | 76 => OtherSurface("high-order surface cell", nodes),
@@ -87,7 +92,7 @@ pub(crate) fn build(mut raw: RawMesh, grid: &Grid, at: &FaultSite<'_>) -> Result
     }
     let mut start = 0;
     for (cell, (&end, &code)) in grid.offsets.iter().zip(&grid.types).enumerate() {
-        let nodes = cell_nodes(grid, start, end, cell, at)?;
+        let mut nodes = cell_nodes(grid, start, end, cell, at)?;
         let kind = cell_kind(code, nodes.len()).ok_or_else(|| {
             at.unsupported(
                 format!("cell type {code} of cell {cell}"),
@@ -98,6 +103,15 @@ pub(crate) fn build(mut raw: RawMesh, grid: &Grid, at: &FaultSite<'_>) -> Result
         if nodes.len() != kind.node_count() {
             let found = format!("{} nodes of cell {cell}, type {code}", nodes.len());
             return Err(at.malformed(found, format!("{} nodes", kind.node_count())));
+        }
+        match code {
+            // Pixels and voxels run through their corners row by row.
+            8 => nodes.swap(2, 3),
+            11 => {
+                nodes.swap(2, 3);
+                nodes.swap(6, 7);
+            }
+            _ => {}
         }
         let value = region.map_or(0, |(_, values)| values[cell]);
         let grouped = region.is_some() && (kind.dimension() == 3 || value != 0);

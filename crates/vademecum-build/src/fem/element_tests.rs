@@ -1,0 +1,301 @@
+//! Every kind of element and formulation: rigid motions, rank, patches of one kind and of several.
+
+use std::collections::{BTreeMap, HashMap};
+
+use faer::{Mat, Side};
+
+use super::element::{ElementKernel, Material};
+use super::model::Model;
+use crate::mesh::shapes::{CORNERS, reference_nodes};
+use crate::mesh::{ElementKind, Hexahedra, Mesh, Order, Region};
+
+const SOLID: Material = Material { young: 7.0, poisson: 0.3, density: 2.0 };
+
+/// A place that no symmetry keeps: a map that bends faces.
+fn bent([x, y, z]: [f64; 3]) -> [f64; 3] {
+    [1.1 * x + 0.2 * y + 0.05 * y * z, 0.9 * y - 0.1 * z + 0.06 * x * x, 1.2 * z + 0.15 * x + 0.04 * x * y]
+}
+
+fn formulations(kind: ElementKind) -> Vec<Option<Hexahedra>> {
+    match kind {
+        ElementKind::Hex8 => Hexahedra::ALL.map(Some).to_vec(),
+        ElementKind::Hex20 => vec![Some(Hexahedra::Full), Some(Hexahedra::Reduced)],
+        _ => vec![None],
+    }
+}
+
+/// The dense stiffness of one element.
+fn stiffness(kind: ElementKind, hexahedra: Option<Hexahedra>, nodes: &[[f64; 3]]) -> Mat<f64> {
+    let n = kind.nodes();
+    let mut blocks = vec![0.0; 9 * n * n];
+    ElementKernel::new(kind, hexahedra).stiffness_into(nodes, &SOLID, &mut blocks).unwrap();
+    Mat::from_fn(3 * n, 3 * n, |i, j| blocks[((i / 3) * n + j / 3) * 9 + 3 * (i % 3) + j % 3])
+}
+
+#[test]
+fn rigid_motions_strain_nothing_and_nothing_else_does() {
+    for kind in ElementKind::all() {
+        let nodes: Vec<[f64; 3]> = reference_nodes(kind).into_iter().map(bent).collect();
+        for hexahedra in formulations(kind) {
+            let k = stiffness(kind, hexahedra, &nodes);
+            let largest = k.norm_max();
+            for motion in 0..6 {
+                let at = |[x, y, z]: [f64; 3]| match motion {
+                    0..3 => std::array::from_fn(|i| f64::from(u8::from(i == motion))),
+                    3 => [0.0, -z, y],
+                    4 => [z, 0.0, -x],
+                    _ => [-y, x, 0.0],
+                };
+                let u = Mat::from_fn(k.nrows(), 1, |i, _| at(nodes[i / 3])[i % 3]);
+                assert!((&k * &u).norm_max() < 1e-12 * largest, "{kind:?} {hexahedra:?} {motion}");
+            }
+            let values = k.self_adjoint_eigenvalues(Side::Lower).unwrap();
+            let free = values.iter().filter(|&&value| value < 1e-9 * values[values.len() - 1]).count();
+            let expected = match (kind, hexahedra) {
+                (ElementKind::Hex20, Some(Hexahedra::Reduced)) => 12,
+                // Its two points lie on the axis about which its triangles may turn against each other.
+                (ElementKind::Wedge6, _) => 7,
+                _ => 6,
+            };
+            assert_eq!(free, expected, "{kind:?} {hexahedra:?}");
+        }
+    }
+}
+
+#[test]
+fn the_mass_is_that_of_the_volume_and_positive() {
+    for kind in ElementKind::all() {
+        let nodes: Vec<[f64; 3]> = reference_nodes(kind).into_iter().map(|x| x.map(|x| 2.0 * x)).collect();
+        let n = kind.nodes();
+        let mut mass = vec![0.0; n * n];
+        ElementKernel::new(kind, None).mass_into(&nodes, SOLID.density, &mut mass).unwrap();
+        let volume = match kind {
+            ElementKind::Tet4 | ElementKind::Tet10 => 1.0 / 6.0,
+            ElementKind::Pyramid5 | ElementKind::Pyramid13 => 4.0 / 3.0,
+            ElementKind::Wedge6 | ElementKind::Wedge15 => 1.0,
+            _ => 8.0,
+        };
+        let expected = SOLID.density * 8.0 * volume;
+        assert!((mass.iter().sum::<f64>() - expected).abs() < 1e-13 * expected, "{kind:?}");
+        let matrix = Mat::from_fn(n, n, |i, j| mass[i * n + j]);
+        let least = matrix.self_adjoint_eigenvalues(Side::Lower).unwrap()[0];
+        assert!(least > 1e-4 * expected / n as f64, "{kind:?} {least}");
+    }
+}
+
+/// A cube of `n³` distorted cells, each cut into elements by `cut`, which lists their corners by places in the
+/// cell: its eight corners, then its middle.
+struct Cut {
+    name: &'static str,
+    elements: Vec<(ElementKind, Vec<usize>)>,
+}
+
+/// Corners of the six pyramids of a cell.
+const PYRAMIDS: [[usize; 5]; 6] =
+    [[0, 1, 2, 3, 8], [4, 7, 6, 5, 8], [0, 4, 5, 1, 8], [1, 5, 6, 2, 8], [2, 6, 7, 3, 8], [3, 7, 4, 0, 8]];
+
+fn cuts() -> Vec<Cut> {
+    let six = [[0, 1, 2, 6], [0, 2, 3, 6], [0, 3, 7, 6], [0, 7, 4, 6], [0, 4, 5, 6], [0, 5, 1, 6]];
+    let wedges = [[0, 1, 2, 4, 5, 6], [0, 2, 3, 4, 6, 7]];
+    let mut all = vec![];
+    for order in [Order::Linear, Order::Quadratic] {
+        let of = |linear, quadratic| if order == Order::Linear { linear } else { quadratic };
+        let tet = of(ElementKind::Tet4, ElementKind::Tet10);
+        let wedge = of(ElementKind::Wedge6, ElementKind::Wedge15);
+        let pyramid = of(ElementKind::Pyramid5, ElementKind::Pyramid13);
+        let hex = of(ElementKind::Hex8, ElementKind::Hex20);
+        let whole: Vec<usize> = (0..8).collect();
+        all.push(Cut { name: "tetrahedra", elements: six.iter().map(|e| (tet, e.to_vec())).collect() });
+        all.push(Cut { name: "wedges", elements: wedges.iter().map(|e| (wedge, e.to_vec())).collect() });
+        all.push(Cut {
+            name: "pyramids",
+            elements: PYRAMIDS.iter().map(|e| (pyramid, e.to_vec())).collect(),
+        });
+        all.push(Cut { name: "hexahedra", elements: vec![(hex, whole.clone())] });
+    }
+    all.push(Cut { name: "27 nodes", elements: vec![(ElementKind::Hex27, (0..8).collect())] });
+    all
+}
+
+/// A block of `n³` cells; `cut` chooses the elements of each cell by its number.
+fn mesh(n: usize, cut: impl Fn(usize) -> Vec<(ElementKind, Vec<usize>)>) -> Mesh {
+    let mut nodes: Vec<[f64; 3]> = vec![];
+    let mut known: HashMap<[i64; 3], u32> = HashMap::new();
+    // Nodes by their place on a lattice of quarter cells, distorted inside.
+    let mut node = |nodes: &mut Vec<[f64; 3]>, place: [f64; 3]| -> u32 {
+        let key = place.map(|x| (1e6 * x).round() as i64);
+        *known.entry(key).or_insert_with(|| {
+            nodes.push(place);
+            nodes.len() as u32 - 1
+        })
+    };
+    let (mut kinds, mut elements) = (vec![], vec![]);
+    for cell in 0..n * n * n {
+        let corner = [cell % n, cell / n % n, cell / n / n];
+        let at = |place: usize| -> [f64; 3] {
+            let local = if place == 8 { [0.0; 3] } else { CORNERS[place] };
+            distorted(std::array::from_fn(|i| corner[i] as f64 + 0.5 * (1.0 + local[i])), n as f64)
+        };
+        for (kind, corners) in cut(cell) {
+            kinds.push(kind);
+            let places: Vec<[f64; 3]> = corners.iter().map(|&c| at(c)).collect();
+            let mean = |ends: &[usize]| -> [f64; 3] {
+                std::array::from_fn(|i| ends.iter().map(|&e| places[e][i]).sum::<f64>() / ends.len() as f64)
+            };
+            let mut all = places.clone();
+            if kind.order() == Order::Quadratic {
+                all.extend(kind.edges().iter().map(|ends| mean(ends)));
+            }
+            if kind == ElementKind::Hex27 {
+                for side in
+                    [[0, 3, 4, 7], [1, 2, 5, 6], [0, 1, 4, 5], [2, 3, 6, 7], [0, 1, 2, 3], [4, 5, 6, 7]]
+                {
+                    all.push(mean(&side));
+                }
+                all.push(mean(&[0, 1, 2, 3, 4, 5, 6, 7]));
+            }
+            elements.extend(all.into_iter().map(|place| node(&mut nodes, place)));
+        }
+    }
+    let count = kinds.len();
+    Mesh {
+        node_ids: (0..nodes.len() as u64).collect(),
+        nodes,
+        kinds: kinds.into_iter().collect(),
+        elements,
+        element_region: vec![0; count],
+        regions: vec![Region::new(1, "body")],
+        node_groups: BTreeMap::new(),
+        facet_groups: BTreeMap::new(),
+        notes: vec![],
+    }
+}
+
+/// Moves what lies inside the block, and nothing on its faces.
+fn distorted(x: [f64; 3], n: f64) -> [f64; 3] {
+    let inside = x.iter().map(|x| x * (n - x)).product::<f64>();
+    [x[0] + 0.11 * inside, x[1] - 0.08 * inside, x[2] + 0.06 * inside]
+}
+
+/// The largest force at free dofs under a linear displacement, beside the largest at held ones.
+fn patch(mesh: Mesh, n: f64) -> f64 {
+    let gradient = [[0.3, -0.2, 0.5], [0.1, 0.4, -0.7], [0.2, 0.6, -0.1]];
+    let on = |x: &[f64; 3]| x.iter().any(|&x| x.abs() < 1e-12 || (x - n).abs() < 1e-12);
+    let held: Vec<bool> = mesh.nodes.iter().flat_map(|x| [on(x); 3]).collect();
+    let u: Vec<f64> = mesh
+        .nodes
+        .iter()
+        .flat_map(|x| gradient.map(|row| (0..3).map(|i| row[i] * x[i]).sum::<f64>()))
+        .collect();
+    let model = Model::assemble(mesh, &[SOLID], &held).unwrap();
+    let of = |held_part: bool| Mat::from_fn(u.len(), 1, |i, _| if held[i] == held_part { u[i] } else { 0.0 });
+    let free: Vec<f64> = model.free_part(of(false).col_as_slice(0));
+    let free = Mat::from_fn(free.len(), 1, |i, _| free[i]);
+    let mut inside = Mat::<f64>::zeros(free.nrows(), 1);
+    model.pencil().stiffness().mul_into(free.as_ref(), inside.as_mut());
+    let [outside, _] = model.couple(of(true).as_ref());
+    let largest = (0..inside.nrows()).map(|i| outside[(i, 0)].abs()).fold(0.0, f64::max);
+    let rest = (0..inside.nrows()).map(|i| (inside[(i, 0)] + outside[(i, 0)]).abs()).fold(0.0, f64::max);
+    rest / largest
+}
+
+#[test]
+fn distorted_patches_of_each_kind_keep_a_constant_strain() {
+    for Cut { name, elements } in cuts() {
+        let kind = elements[0].0;
+        for hexahedra in formulations(kind) {
+            let mut mesh = mesh(2, |_| elements.clone());
+            mesh.regions[0].hexahedra = hexahedra;
+            let rest = patch(mesh, 2.0);
+            assert!(rest < 1e-12, "{name} {kind:?} {hexahedra:?}: {rest:e}");
+        }
+    }
+}
+
+#[test]
+fn mixed_patches_keep_a_constant_strain() {
+    for order in [Order::Linear, Order::Quadratic] {
+        let of = |linear, quadratic| if order == Order::Linear { linear } else { quadratic };
+        let hex = of(ElementKind::Hex8, ElementKind::Hex20);
+        let pyramid = of(ElementKind::Pyramid5, ElementKind::Pyramid13);
+        let wedge = of(ElementKind::Wedge6, ElementKind::Wedge15);
+        let tet = of(ElementKind::Tet4, ElementKind::Tet10);
+        // Whole cells, pyramids, and pyramids of which one is two tetrahedra at the outside.
+        let cut = |cell: usize| -> Vec<(ElementKind, Vec<usize>)> {
+            match cell % 3 {
+                0 => vec![(hex, (0..8).collect())],
+                1 => PYRAMIDS.iter().map(|e| (pyramid, e.to_vec())).collect(),
+                _ => {
+                    let first = (cell / 4) % 2;
+                    PYRAMIDS
+                        .iter()
+                        .enumerate()
+                        .flat_map(|(i, &[a, b, c, d, top])| {
+                            // The bottom of cells below, the top of those above lies at the outside.
+                            if i == first {
+                                vec![(tet, vec![a, b, c, top]), (tet, vec![a, c, d, top])]
+                            } else {
+                                vec![(pyramid, vec![a, b, c, d, top])]
+                            }
+                        })
+                        .collect()
+                }
+            }
+        };
+        let rest = patch(mesh(2, cut), 2.0);
+        assert!(rest < 1e-12, "{order:?}: {rest:e}");
+        // Layers of hexahedra under wedges: the wedges' quadrangles fit, their triangles are cut alike.
+        let columns = |cell: usize| match cell % 4 {
+            0 => vec![(wedge, vec![0, 1, 2, 4, 5, 6]), (wedge, vec![0, 2, 3, 4, 6, 7])],
+            _ => vec![(hex, (0..8).collect())],
+        };
+        let rest = patch(mesh(2, columns), 2.0);
+        assert!(rest < 1e-12, "{order:?}: {rest:e}");
+    }
+}
+
+/// A slender beam bends as far as its theory says with incompatible modes, and far less without.
+#[test]
+fn incompatible_modes_do_not_lock_in_bending() {
+    let tip = |hexahedra| {
+        let mut beam = mesh(1, |_| vec![]);
+        let (cells, mut kinds) = (10, vec![]);
+        for cell in 0..cells {
+            let x = cell as f64;
+            for [a, b, c] in CORNERS {
+                let place = [x + 0.5 * (1.0 + a), 0.5 * (1.0 + b), 0.5 * (1.0 + c)];
+                let known = beam.nodes.iter().position(|p| *p == place);
+                let node = known.unwrap_or_else(|| {
+                    beam.nodes.push(place);
+                    beam.nodes.len() - 1
+                });
+                beam.elements.push(node as u32);
+            }
+            kinds.push(ElementKind::Hex8);
+        }
+        beam.kinds = kinds.into_iter().collect();
+        beam.element_region = vec![0; cells];
+        beam.node_ids = (0..beam.nodes.len() as u64).collect();
+        beam.regions[0].hexahedra = Some(hexahedra);
+        let held: Vec<bool> = beam.nodes.iter().flat_map(|p| [p[0] == 0.0; 3]).collect();
+        let material = Material { young: 1000.0, poisson: 0.0, density: 1.0 };
+        let end: Vec<usize> = (0..beam.nodes.len()).filter(|&i| beam.nodes[i][0] == 10.0).collect();
+        let model = Model::assemble(beam, &[material], &held).unwrap();
+        let mut load = vec![0.0; held.len()];
+        end.iter().for_each(|&node| load[3 * node + 2] = 0.25);
+        let free = model.free_part(&load);
+        let dense =
+            Mat::from_fn(free.len(), free.len(), |i, j| model.pencil().stiffness().get(i, j).unwrap_or(0.0));
+        let force = Mat::from_fn(free.len(), 1, |i, _| free[i]);
+        let factor = dense.llt(Side::Lower).unwrap();
+        let u = faer::linalg::solvers::Solve::solve(&factor, &force);
+        let mut all = vec![0.0; held.len()];
+        model.dofs().expand_into(u.col_as_slice(0), &mut all);
+        all[3 * end[0] + 2]
+    };
+    // Timoshenko: F L³/(3 E I) + F L/(κ G A), κ = 5/6.
+    let theory = 1000.0 / (3.0 * 1000.0 / 12.0) + 10.0 / (5.0 / 6.0 * 500.0);
+    let (soft, stiff) = (tip(Hexahedra::Incompatible), tip(Hexahedra::Full));
+    assert!((soft / theory - 1.0).abs() < 0.01, "{soft} {theory}");
+    assert!(stiff < 0.75 * theory, "{stiff} {theory}");
+}

@@ -1,0 +1,171 @@
+//! Formulations of the 8-node hexahedron beside full integration, which locks in bending.
+//!
+//! - *Incompatible modes* (Wilson, Taylor, Doherty and Ghaboussi 1973) add the functions `1 − ξ²`, `1 − η²`,
+//!   `1 − ζ²` to each component of the displacement and eliminate them. Their gradients take the Jacobian of the
+//!   centre (Taylor, Beresford and Wilson 1976), so that a distorted element passes the patch test.
+//! - *Mean dilatation* (Nagtegaal, Parks and Rice 1974) takes the volume strain as its mean over the element.
+//! - *Reduced* integrates at the centre and gives each hourglass mode, cleaned of linear displacements, a small
+//!   stiffness (Flanagan and Belytschko 1981).
+
+use faer::linalg::solvers::Solve;
+use faer::{Mat, Side};
+
+use super::element::{ElementError, add_stiffness, gradients, jacobian};
+use crate::mesh::shapes::{CORNERS, MAX_NODES, Point, tabulate};
+use crate::mesh::{ElementKind, Hexahedra};
+
+/// Nodes.
+const N: usize = 8;
+
+/// Share of the largest stiffness of the element at its centre that an hourglass mode has.
+const HOURGLASS: f64 = 0.05;
+
+/// Adds the blocks on and above the diagonal of the stiffness; Lamé constants `[λ, μ]`.
+pub(super) fn stiffness_into(
+    formulation: Hexahedra,
+    rule: &[Point],
+    nodes: &[[f64; 3]],
+    lame: [f64; 2],
+    stiffness: &mut [f64],
+) -> Result<(), ElementError> {
+    match formulation {
+        Hexahedra::Full | Hexahedra::Incompatible => incompatible(rule, nodes, lame, stiffness),
+        Hexahedra::MeanDilatation => mean_dilatation(rule, nodes, lame, stiffness),
+        Hexahedra::Reduced => reduced(rule, nodes, lame, stiffness),
+    }
+}
+
+fn add_outer(stiffness: &mut [f64], a: usize, b: usize, g: [f64; 3], h: [f64; 3], factor: f64) {
+    let block = &mut stiffness[(a * N + b) * 9..][..9];
+    for i in 0..3 {
+        for j in 0..3 {
+            block[3 * i + j] += factor * g[i] * h[j];
+        }
+    }
+}
+
+fn mean_dilatation(
+    rule: &[Point],
+    nodes: &[[f64; 3]],
+    [lambda, mu]: [f64; 2],
+    stiffness: &mut [f64],
+) -> Result<(), ElementError> {
+    let bulk = lambda + 2.0 / 3.0 * mu;
+    let (mut mean, mut volume) = ([[0.0; 3]; N], 0.0);
+    for point in rule {
+        let (inverse, determinant) = jacobian(N, point, nodes)?;
+        let g = gradients(N, point, &inverse);
+        let weight = determinant * point.weight;
+        // The deviatoric part: λ = −2μ/3.
+        add_stiffness(N, &g, weight, [-2.0 / 3.0 * mu, mu], stiffness);
+        volume += weight;
+        for (mean, g) in mean.iter_mut().zip(&g) {
+            mean.iter_mut().zip(g).for_each(|(mean, g)| *mean += weight * g);
+        }
+    }
+    for a in 0..N {
+        for b in a..N {
+            add_outer(stiffness, a, b, mean[a], mean[b], bulk / volume);
+        }
+    }
+    Ok(())
+}
+
+fn incompatible(
+    rule: &[Point],
+    nodes: &[[f64; 3]],
+    [lambda, mu]: [f64; 2],
+    stiffness: &mut [f64],
+) -> Result<(), ElementError> {
+    let centre = tabulate(ElementKind::Hex8, [0.0; 3], 8.0);
+    let (inverse_centre, at_centre) = jacobian(N, &centre, nodes)?;
+    // Eight nodes, then three inner functions.
+    let mut inner = Mat::<f64>::zeros(9, 9);
+    let mut coupling = Mat::<f64>::zeros(9, 3 * N);
+    for (point, at) in rule.iter().zip(gauss_places()) {
+        let (inverse, determinant) = jacobian(N, point, nodes)?;
+        let g = gradients(N, point, &inverse);
+        let weight = determinant * point.weight;
+        add_stiffness(N, &g, weight, [lambda, mu], stiffness);
+        let scale = at_centre / determinant;
+        let h: [[f64; 3]; 3] =
+            std::array::from_fn(|m| inverse_centre[m].map(|slope| -2.0 * at[m] * scale * slope));
+        let entry = |p: [f64; 3], q: [f64; 3], i: usize, j: usize| {
+            let shear = if i == j { mu * (p[0] * q[0] + p[1] * q[1] + p[2] * q[2]) } else { 0.0 };
+            weight * (lambda * p[i] * q[j] + mu * p[j] * q[i] + shear)
+        };
+        for m in 0..3 {
+            for i in 0..3 {
+                for (k, q) in h.iter().enumerate() {
+                    for j in 0..3 {
+                        inner[(3 * m + i, 3 * k + j)] += entry(h[m], *q, i, j);
+                    }
+                }
+                for (b, &q) in g.iter().enumerate().take(N) {
+                    for j in 0..3 {
+                        coupling[(3 * m + i, 3 * b + j)] += entry(h[m], q, i, j);
+                    }
+                }
+            }
+        }
+    }
+    // Positive definite: the inner functions have strains of their own.
+    let solved = match inner.llt(Side::Lower) {
+        Ok(factor) => factor.solve(&coupling),
+        Err(_) => return Err(ElementError { determinant: at_centre }),
+    };
+    let lost = coupling.transpose() * &solved;
+    for a in 0..N {
+        for b in a..N {
+            let block = &mut stiffness[(a * N + b) * 9..][..9];
+            for i in 0..3 {
+                for j in 0..3 {
+                    block[3 * i + j] -= lost[(3 * a + i, 3 * b + j)];
+                }
+            }
+        }
+    }
+    Ok(())
+}
+
+/// Places of the 2 × 2 × 2 rule, in the order of `shapes`.
+fn gauss_places() -> impl Iterator<Item = [f64; 3]> {
+    let x = (1.0_f64 / 3.0).sqrt();
+    let line = [-x, x];
+    line.into_iter().flat_map(move |z| line.into_iter().flat_map(move |y| line.map(|x| [x, y, z])))
+}
+
+fn reduced(
+    rule: &[Point],
+    nodes: &[[f64; 3]],
+    [lambda, mu]: [f64; 2],
+    stiffness: &mut [f64],
+) -> Result<(), ElementError> {
+    let mut gradient = [[0.0; 3]; MAX_NODES];
+    let mut volume = 0.0;
+    for point in rule {
+        let (inverse, determinant) = jacobian(N, point, nodes)?;
+        gradient = gradients(N, point, &inverse);
+        volume += determinant * point.weight;
+        add_stiffness(N, &gradient, determinant * point.weight, [lambda, mu], stiffness);
+    }
+    let size: f64 = gradient[..N].iter().flatten().map(|g| g * g).sum();
+    let scale = HOURGLASS * (lambda + 2.0 * mu) / 3.0 * volume * size / 8.0;
+    let patterns: [fn([f64; 3]) -> f64; 4] =
+        [|[x, y, _]| x * y, |[_, y, z]| y * z, |[x, _, z]| x * z, |[x, y, z]| x * y * z];
+    for pattern in patterns {
+        let hourglass = CORNERS.map(pattern);
+        // Less what a linear displacement has of the pattern.
+        let moment: [f64; 3] =
+            std::array::from_fn(|i| (0..N).map(|a| hourglass[a] * nodes[a][i]).sum::<f64>());
+        let gamma: [f64; N] =
+            std::array::from_fn(|a| hourglass[a] - (0..3).map(|i| moment[i] * gradient[a][i]).sum::<f64>());
+        for a in 0..N {
+            for b in a..N {
+                let block = &mut stiffness[(a * N + b) * 9..][..9];
+                (0..3).for_each(|i| block[4 * i] += scale * gamma[a] * gamma[b]);
+            }
+        }
+    }
+    Ok(())
+}
