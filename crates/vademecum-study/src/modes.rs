@@ -141,7 +141,10 @@ pub fn natural_modes(
     let numerical: Vec<_> = modes.eigenvalues.iter().zip(&material_damping).map(damping).collect();
     let added = numerical.iter().zip(&material_damping).map(|(n, m)| n.ratio.map(|r| r - m));
     let (free_mass, participation) = participation(&prepared.body, &modes.vectors);
-    let share = |factors: &[f64; 3]| std::array::from_fn(|c| factors[c] * factors[c] / free_mass[c]);
+    // A direction in which everything is held has no mass to share.
+    let share = |factors: &[f64; 3]| {
+        std::array::from_fn(|c| if free_mass[c] > 0.0 { factors[c] * factors[c] / free_mass[c] } else { 0.0 })
+    };
     let figures = NaturalModes {
         dofs: pencil.n_dof(),
         rigid_motions: pencil.n_dof() - pencil.n_elastic(),

@@ -1,9 +1,10 @@
 //! Formulations of hexahedra.
 
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 /// Formulation of the hexahedra of a region.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum Hexahedra {
     /// Incompatible modes in 8-node hexahedra, full integration in larger ones (C3D8I, C3D20).

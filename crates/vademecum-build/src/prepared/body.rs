@@ -12,7 +12,9 @@ use super::matrices::{MatricesError, MatrixModel};
 use crate::fem::{
     Engine, LoadError, Material, Model, ModelError, StressPoint, stress_points, surface_facets,
 };
-use crate::input::{CENTRIFUGAL, Fields, GaugeEntry, PatternEntry, Problem, RaisedOrder, StressPlaces};
+use crate::input::{
+    CENTRIFUGAL, Fields, GaugeEntry, MaterialEntry, PatternEntry, Problem, RaisedOrder, StressPlaces,
+};
 use crate::limits::MAGNITUDE;
 use crate::mesh::select::{SelectError, Selection};
 use crate::mesh::surface::Surface;
@@ -239,10 +241,18 @@ impl Body {
     ///
     /// # Errors
     /// [`BodyError`], by cause.
-    pub fn build(problem: &Problem, mesh: Mesh, engine: Option<&Arc<dyn Engine>>) -> Result<Self, BodyError> {
+    pub fn build(
+        problem: &Problem,
+        mut mesh: Mesh,
+        engine: Option<&Arc<dyn Engine>>,
+    ) -> Result<Self, BodyError> {
         let mesh_hash = mesh::hash(&mesh);
         let (constrained, supports) = supports(problem, &mesh)?;
         let materials = region_materials(problem, &mesh)?;
+        for region in &mut mesh.regions {
+            let named = material_entry(problem, region).and_then(|entry| entry.hexahedra);
+            region.hexahedra = named.or(region.hexahedra);
+        }
         let surface = Surface::of(&mesh);
         let loadable = loadable_triangles(problem, &mesh, &surface, &constrained)?;
         let mut probes = probes(problem, &mesh);
@@ -446,6 +456,17 @@ pub(super) fn not_a_region(problem: &Problem, name: &str) -> String {
     }
 }
 
+/// True if a material names a region by its name or tag.
+fn names_region(entry: &MaterialEntry, region: &mesh::Region) -> bool {
+    entry.region == region.name || entry.region == region.tag.to_string()
+}
+
+/// The material of a region: the one that names it, else the one for `"*"`.
+fn material_entry<'p>(problem: &'p Problem, region: &mesh::Region) -> Option<&'p MaterialEntry> {
+    let named = problem.materials.iter().find(|entry| names_region(entry, region));
+    named.or_else(|| problem.materials.iter().find(|entry| entry.region == "*"))
+}
+
 /// One material per region: the one that names it (by name or tag), else the one for `"*"`.
 fn region_materials(problem: &Problem, mesh: &Mesh) -> Result<Vec<Material>, BodyError> {
     let names = || mesh.regions.iter().map(|r| format!("`{}`", r.name)).collect::<Vec<_>>().join(", ");
@@ -454,18 +475,15 @@ fn region_materials(problem: &Problem, mesh: &Mesh) -> Result<Vec<Material>, Bod
         found,
         regions: names() + nearest,
     };
-    let fits = |entry: &str, region: &mesh::Region| entry == region.name || entry == region.tag.to_string();
     for (i, entry) in problem.materials.iter().enumerate().filter(|(_, entry)| entry.region != "*") {
-        if !mesh.regions.iter().any(|region| fits(&entry.region, region)) {
+        if !mesh.regions.iter().any(|region| names_region(entry, region)) {
             let nearest = did_you_mean(&entry.region, mesh.regions.iter().map(|r| r.name.as_str()));
             let (key, found) = (format!("material[{i}].region"), not_a_region(problem, &entry.region));
             return Err(error(&key, found, &nearest));
         }
     }
     let material = |region: &mesh::Region| {
-        let named = problem.materials.iter().find(|entry| fits(&entry.region, region));
-        let entry = named.or_else(|| problem.materials.iter().find(|entry| entry.region == "*"));
-        let entry = entry
+        let entry = material_entry(problem, region)
             .ok_or_else(|| error("material", format!("no material for region `{}`", region.name), ""))?;
         Ok(Material { young: entry.young, poisson: entry.poisson, density: entry.density })
     };

@@ -31,7 +31,7 @@ use crate::fem::{FactorError, Pencil, Solve, Symbolic, SymmetricMatrix};
 use crate::input::{BasisKind, Problem, ProblemError};
 use crate::limits::TooMuchMemory;
 use crate::linalg::Random;
-use crate::mesh::{Mesh, Order};
+use crate::mesh::{ElementKind, Hexahedra, Mesh, Order};
 use crate::progress::{Listener, Stopwatch};
 use crate::store::{Inputs, StageInput};
 
@@ -276,9 +276,17 @@ fn note_free(body: &Body, listener: &dyn Listener) {
     }
 }
 
-/// Linear tetrahedra cannot bend, and near ν = ½ they cannot even keep their volume: they are too stiff.
+/// Fully integrated 8-node hexahedra and linear tetrahedra cannot bend, and near ν = ½ they cannot even keep their volume: they are too stiff.
 fn note_locking(problem: &Problem, mesh: &Mesh, listener: &dyn Listener) {
     const NEARLY_INCOMPRESSIBLE: f64 = 0.45;
+    if mesh.kinds.distinct().contains(&ElementKind::Hex8)
+        && mesh.regions.iter().any(|region| region.hexahedra == Some(Hexahedra::Full))
+    {
+        listener.note(
+            "8-node hexahedra with full integration are too stiff where the body bends; `hexahedra = \"incompatible\"` \
+             in `[[material]]` has none of it, and no other frequencies where the mesh is fine",
+        );
+    }
     let poisson = problem.materials.iter().map(|m| m.poisson).fold(0.0, f64::max);
     if mesh.tetrahedra() != Some(Order::Linear) {
         return;

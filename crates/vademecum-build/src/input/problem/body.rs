@@ -5,8 +5,8 @@ use serde::Deserialize;
 use std::path::PathBuf;
 
 use crate::dynamics::{Damping, ModalRatios, Rayleigh};
-use crate::mesh::Order;
 use crate::mesh::select::Selection;
+use crate::mesh::{Hexahedra, Order};
 
 /// Source of the mesh: exactly one of `file`, `tables`, `block` and `matrices`.
 #[derive(Clone, Debug, Deserialize, JsonSchema)]
@@ -124,6 +124,9 @@ pub struct MaterialEntry {
     pub poisson: f64,
     /// Density, > 0.
     pub density: f64,
+    /// Formulation of the region's hexahedra; absent: that of the mesh file, else incompatible modes in 8-node
+    /// ones and full integration in larger ones.
+    pub hexahedra: Option<Hexahedra>,
 }
 
 pub(super) fn every_region() -> String {

@@ -26,9 +26,7 @@ impl Deck {
             }
             // A program may write a surface that it does not use, or one of elements that are refused anyway.
             if facets.is_empty() {
-                self.raw
-                    .notes
-                    .push(format!("surface `{name}` names no face of a tetrahedron and is left out"));
+                self.raw.notes.push(format!("surface `{name}` names no face of an element and is left out"));
                 continue;
             }
             self.raw.facet_groups.insert(name.clone(), facets);
