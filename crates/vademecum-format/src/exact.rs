@@ -45,11 +45,14 @@ pub struct ForceFilter {
 }
 
 impl ForceFilter {
+    /// That of no damping: it shows forces at once.
+    pub const NONE: Self = Self { keep: 0.0, start: 0.0, end: 1.0 };
+
     /// The filter of a step; that of no damping shows forces at once.
     #[must_use]
     pub fn of(parameters: &StepParameters) -> Self {
         if parameters.beta <= 0.0 {
-            return Self { keep: 0.0, start: 0.0, end: 1.0 };
+            return Self::NONE;
         }
         let x = parameters.time_step / parameters.beta;
         let keep = libm::exp(-x);
@@ -141,17 +144,32 @@ fn responses(w2: f64, s: f64) -> [f64; 3] {
     [impulse, step, ramp]
 }
 
+/// `a b` less its rounded value, exactly, for factors below 1e300 whose product is a normal number (Dekker
+/// 1971): what a fused product would give, in a fifth of the code where a processor has none.
+#[must_use]
+#[inline(never)]
+pub fn product_error(a: f64, b: f64) -> f64 {
+    let split = |x: f64| {
+        let scaled = 134_217_729.0 * x;
+        let high = scaled - (scaled - x);
+        (high, x - high)
+    };
+    let ((a, low_a), (b, low_b), product) = (split(a), split(b), a * b);
+    low_a * low_b - (((product - a * b) - low_a * b) - a * low_b)
+}
+
 /// `cos a` and `sin a / a` of the angle `a = √(w² − s²)`. The angle carries its own rounding along: an angle
 /// of a thousand that is rounded once has lost a part in 1e13 of its sine.
 fn rotation(w2: f64, s: f64) -> (f64, f64) {
     let square = s * s;
     let difference = w2 - square;
-    let lost = ((w2 - difference) - square) - libm::fma(s, s, -square);
+    let lost = ((w2 - difference) - square) - product_error(s, s);
     let angle = libm::sqrt(difference);
     if angle < 1e-4 {
         return (1.0 - 0.5 * difference, 1.0 - difference / 6.0);
     }
-    let rest = (libm::fma(-angle, angle, difference) + lost) / (2.0 * angle);
+    // `difference − angle²`: the first subtraction is exact, since the two are within a unit of each other.
+    let rest = (((difference - angle * angle) - product_error(angle, angle)) + lost) / (2.0 * angle);
     let (sine, cosine) = libm::sincos(angle);
     (cosine - rest * sine, (sine + rest * cosine) / (angle + rest))
 }

@@ -37,6 +37,12 @@ pub enum BindError {
          `full`"
     )]
     LeftOut,
+    /// The evaluator was built without its feature `filter`, and the body has residual flexibility and a β.
+    #[error(
+        "this program was built without residual flexibility under stiffness-proportional damping; bind \
+         without the residual or with a beta of 0, or build it with the evaluator's feature `filter`"
+    )]
+    FilterLeftOut,
     /// A scene that was bound without stiffness-proportional damping has no room for the filter of its
     /// residual flexibility.
     #[error(

@@ -232,10 +232,10 @@ impl<'m, T: Scalar> Batch<'m, T> {
         // Nothing acted on a body that rests.
         if state.y.at_rest {
             state.statics.clear();
-            state.filtered.clear();
+            state.clear_filtered();
         } else {
             state.statics.forget();
-            state.filtered.clear();
+            state.clear_filtered();
         }
         Ok(())
     }

@@ -155,15 +155,16 @@ impl<T: Scalar> Scene<'_, T> {
             *moved = state.y.part(0).get(k).copied().unwrap_or(T::ZERO) + next;
         }
         show(rows, moved, out);
-        let (filter, old) = (&self.filter, &state.filtered.forces);
-        let acting = if self.shape.is_filtered() { &loads.drive } else { &loads.statics };
-        if !acting.is_empty() || !old.is_empty() {
+        let (filter, old, filters) = (&self.filter, &state.filtered.forces, self.shape.is_filtered());
+        let acting = if filters { &loads.drive } else { &loads.statics };
+        let kept = filters && !old.is_empty();
+        if !acting.is_empty() || kept {
             for (place, out) in places.iter().zip(&mut *out) {
                 for (node, weight) in place.as_ref().entries() {
                     let scale = weight / self.parameters.stiffness;
                     let rest = self.sections.residual.node(node as usize, acting);
                     out.iter_mut().zip(rest).for_each(|(out, rest)| *out += scale * rest);
-                    if !old.is_empty() {
+                    if kept {
                         let scale = scale * filter.keep;
                         let rest = self.sections.residual.node(node as usize, old);
                         out.iter_mut().zip(rest).for_each(|(out, rest)| *out += scale * rest);

@@ -11,7 +11,7 @@ use crate::scene::bind::{Asked, fuse, lay_out};
 use crate::scene::scene::{Scene, strain_step};
 use crate::scene::shape;
 use crate::scene::state::State;
-use vademecum_format::exact::ForceFilter;
+use crate::sections::filter::filter_of;
 
 impl<T: Scalar> Scene<'_, T> {
     /// Sets parameters of the file ([`SceneOptions::find`] tells the number of a name) and carries `state`
@@ -109,7 +109,7 @@ impl<T: Scalar> Scene<'_, T> {
         let strain = strain_step::<T>(&self.sections.strain, self.shape, &asked.step, options)?;
         lay_out(&fused, self.shape, self.map, self.load_maps, self.weights)?;
         self.options = *options;
-        self.filter = ForceFilter::of(&asked.step);
+        self.filter = filter_of(&asked.step);
         (self.parameters, self.strain) = (asked.step, strain);
         self.lay_out_strain()?;
         self.rest_below = options.rest_threshold();

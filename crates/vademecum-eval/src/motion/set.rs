@@ -33,8 +33,8 @@ impl<T: Scalar> Scene<'_, T> {
         self.check_fresh(loads)?;
         self.equation().place(&mut state.y, zeta, zeta_dot, loads.force)?;
         state.settle_residual(loads);
-        if self.filter.keep > 0.0 && zeta.iter().chain(zeta_dot).all(|&number| number == 0.0) {
-            state.filtered.clear();
+        if self.shape.is_filtered() && zeta.iter().chain(zeta_dot).all(|&number| number == 0.0) {
+            state.clear_filtered();
         }
         Ok(())
     }

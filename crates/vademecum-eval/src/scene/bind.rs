@@ -18,7 +18,7 @@ use crate::sections::residual::Residual;
 use crate::sections::rows::Rows;
 use crate::sections::stress_rows::StressRows;
 use crate::sections::supports::Supports;
-use vademecum_format::exact::Propagator;
+use vademecum_format::exact::{Propagator, product_error};
 use vademecum_format::scheme::{
     MAX_STAGES, StageCoefficients, StepParameters, TableError, fuse_into, fuse_work_len,
 };
@@ -468,7 +468,11 @@ fn contract<T: Scalar>(map: &mut [T]) {
 /// so that `det(I + D)` is the largest that is not above 1; as it is, where they do not reach.
 fn nearest_to_one<T: Scalar>(d: [f64; 4]) -> [f64; 4] {
     const UNITS: i8 = 16;
-    let unit = |x: f64| libm::ldexp(T::EPSILON, libm::frexp(x).1);
+    // A unit of a number between powers of two, and of 1 for zero.
+    let unit = |x: f64| {
+        let power = f64::from_bits(x.to_bits() & f64::INFINITY.to_bits());
+        if power == 0.0 { T::EPSILON } else { 2.0 * power * T::EPSILON }
+    };
     let ([a, b, c, e], excess) = (d, growth(d));
     let (unit_b, unit_c) = (unit(b), unit(c));
     // What a unit of each does to the determinant.
@@ -476,9 +480,16 @@ fn nearest_to_one<T: Scalar>(d: [f64; 4]) -> [f64; 4] {
     let (mut best, mut least) = (d, f64::INFINITY);
     for n in -UNITS..=UNITS {
         let wanted = -(excess + f64::from(n) * by_b);
-        let m = if by_c > 0.0 { libm::floor(wanted / by_c) } else { libm::ceil(wanted / by_c) };
+        let ratio = wanted / by_c;
+        // Rounded down or up, so that no more than what is wanted is taken away; zero for one out of reach.
+        let cut = f64::from(ratio as i32);
+        let m = match by_c > 0.0 {
+            true if cut > ratio => cut - 1.0,
+            false if cut < ratio => cut + 1.0,
+            _ => cut,
+        };
         let left = wanted - m * by_c;
-        if left < least && libm::fabs(m) <= f64::from(UNITS) {
+        if left < least && ratio.abs() < 1e3 && m.abs() <= f64::from(UNITS) {
             let moved = [a, b + f64::from(n) * unit_b, c + m * unit_c, e];
             if growth(moved) <= 0.0 {
                 (best, least) = (moved, left);
@@ -491,7 +502,7 @@ fn nearest_to_one<T: Scalar>(d: [f64; 4]) -> [f64; 4] {
 /// `det(I + D) − 1` of a 2×2 `D`, to twice the digits of its numbers.
 fn growth([a, b, c, d]: [f64; 4]) -> f64 {
     let (kept, turned) = (a * d, b * c);
-    let terms = [a, d, kept, -turned, libm::fma(a, d, -kept), -libm::fma(b, c, -turned)];
+    let terms = [a, d, kept, -turned, product_error(a, d), -product_error(b, c)];
     let (mut sum, mut lost) = (0.0f64, 0.0);
     for term in terms {
         let next = sum + term;

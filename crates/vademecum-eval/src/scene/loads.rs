@@ -278,7 +278,9 @@ impl<'m, T: Scalar> Loads<'m, T> {
         }
         self.apply(scene, p)?;
         self.statics.add_contact(contact, p.end);
-        self.drive.add_contact(contact, scene.filter.drive(p.start, p.end));
+        if self.shape.is_filtered() {
+            self.drive.add_contact(contact, scene.filter.drive(p.start, p.end));
+        }
         Ok(())
     }
 
@@ -302,7 +304,9 @@ impl<'m, T: Scalar> Loads<'m, T> {
         }
         self.apply(scene, p)?;
         self.statics.add_pattern(index, p.end);
-        self.drive.add_pattern(index, scene.filter.drive(p.start, p.end));
+        if self.shape.is_filtered() {
+            self.drive.add_pattern(index, scene.filter.drive(p.start, p.end));
+        }
         Ok(())
     }
 

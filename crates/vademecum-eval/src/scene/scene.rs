@@ -13,6 +13,7 @@ use crate::kernels::strain::map::{checked_step, lay_out_force, lay_out_strain};
 use crate::kernels::strain::numbers::{StrainSections, StrainStep};
 use crate::scene::bind::{Asked, Sections, fuse, lay_out, sections};
 use crate::scene::shape::{Shape, shape};
+use crate::sections::filter::filter_of;
 use vademecum_format::exact::ForceFilter;
 use vademecum_format::scheme::{MAX_STAGES, SchemeTable, StepParameters};
 use vademecum_format::{File, Metadata, SectionKind};
@@ -172,7 +173,7 @@ impl<'m, T: Scalar> Scene<'m, T> {
             metadata,
             options: *options,
             parameters: asked.step,
-            filter: ForceFilter::of(&asked.step),
+            filter: filter_of(&asked.step),
             sections,
             generation: 0,
             rest_below: options.rest_threshold(),

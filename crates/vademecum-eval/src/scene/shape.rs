@@ -135,7 +135,7 @@ impl Shape {
     /// `true` where the residual follows forces with the time constant of the damping.
     #[inline(always)]
     pub const fn is_filtered(&self) -> bool {
-        self.filters
+        cfg!(feature = "filter") && self.filters
     }
 
     /// Nodes and patterns that loads keep their contribution to the filter of.
@@ -237,6 +237,9 @@ pub(crate) fn shape<T: Scalar>(file: &File<'_>, options: &SceneOptions) -> Resul
         _ => (room::<T>(file, options.contacts, residual), StrainShape::default()),
     };
     let filtered = filtered_room(file, options, statics);
+    if !cfg!(feature = "filter") && filtered != [0; 2] {
+        return Err(BindError::FilterLeftOut);
+    }
     let mut shape = Shape {
         chosen: structure,
         r: metadata.n_modes as usize,

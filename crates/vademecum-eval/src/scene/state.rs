@@ -59,7 +59,14 @@ impl<'m, T: Scalar> State<'m, T> {
     pub fn rest(&mut self) {
         self.y.rest();
         self.statics.clear();
-        self.filtered.clear();
+        self.clear_filtered();
+    }
+
+    /// Drops all filtered forces.
+    pub(crate) fn clear_filtered(&mut self) {
+        if self.shape.is_filtered() {
+            self.filtered.clear();
+        }
     }
 
     /// `Δt` \[s\] by which this state is scaled: that of the scene it was made for, set in or carried to.
@@ -152,7 +159,7 @@ impl<'m, T: Scalar> State<'m, T> {
     pub fn restore(&mut self, saved: &[T]) -> Result<(), StepError> {
         self.y.restore(saved)?;
         self.statics.forget();
-        self.filtered.clear();
+        self.clear_filtered();
         Ok(())
     }
 

@@ -20,6 +20,7 @@ use crate::base::options::SceneOptions;
 use crate::base::scalar::Scalar;
 use crate::sections::residual::{Residual, Statics};
 use vademecum_format::exact::ForceFilter;
+use vademecum_format::scheme::StepParameters;
 use vademecum_format::{File, ParameterRole};
 
 /// Filtered forces below this share of the largest are dropped.
@@ -37,6 +38,11 @@ pub(crate) fn filtered_room(file: &File<'_>, options: &SceneOptions, statics: [u
     let all = metadata.n_load_nodes as usize;
     let [nodes, patterns] = statics;
     [if nodes > 0 { options.filtered_nodes.unwrap_or(all).max(1).min(all) } else { 0 }, patterns]
+}
+
+/// The filter of a step: none where it was left out of the program.
+pub(crate) fn filter_of(parameters: &StepParameters) -> ForceFilter {
+    if cfg!(feature = "filter") { ForceFilter::of(parameters) } else { ForceFilter::NONE }
 }
 
 /// Filtered forces of a state, in lent memory.
