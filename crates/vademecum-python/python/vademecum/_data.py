@@ -368,6 +368,8 @@ class Starter:
     material: str
     #: Linear tetrahedra get mid-side nodes.
     raised: bool
+    #: Error of the frequencies on the linear elements of the file; `None` of a quadratic mesh.
+    linear_mesh_error: Optional[DiscretisationEstimate]
     #: First natural frequency in Hz.
     frequency: float
     time_step: float
