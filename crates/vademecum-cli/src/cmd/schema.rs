@@ -3,10 +3,11 @@
 use serde_json::Value;
 use vademecum_build::input::problem_schema;
 use vademecum_study::scenario::Scenario;
+use vademecum_study::sweep::Sweep;
 
 use crate::print::print_json;
 
-/// Prints the JSON Schema of the problem or the scenario file, for editors that complete and check TOML.
+/// Prints the JSON Schema of the problem, the scenario or the sweep file, for editors that complete and check TOML.
 #[derive(clap::Args)]
 #[command(after_help = "Examples:
   vademecum schema problem > problem.schema.json
@@ -28,6 +29,8 @@ enum SchemaKind {
     Problem,
     /// The scenario file.
     Scenario,
+    /// The sweep file.
+    Sweep,
 }
 
 impl Schema {
@@ -37,6 +40,7 @@ impl Schema {
             SchemaKind::Scenario => {
                 (schemars::schema_for!(Scenario), "The scenario file of vademecum, version 1")
             }
+            SchemaKind::Sweep => (schemars::schema_for!(Sweep), "The sweep file of vademecum, version 1"),
         };
         let mut schema = schema.to_value();
         plain(&mut schema);
