@@ -409,6 +409,8 @@ class Verification:
     basis_error: Optional[float]
     rest_error: Optional[float]
     contact_error: Optional[float]
+    #: Under each contact, in the order of the scenario; `None` of one that moves nothing.
+    contact_errors: tuple[Optional[float], ...]
     truth_error: Optional[float]
     truth_vectors: Optional[int]
     bound: Optional[Bound]
