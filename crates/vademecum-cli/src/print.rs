@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use vademecum_build::certificate::{LargeReport, StructureReport};
+use vademecum_build::certificate::{LargeReport, StructureReport, TestLoad};
 use vademecum_build::dynamics::ModeRow;
 use vademecum_build::report::BuildReport;
 use vademecum_build::report::ChapterReport;
@@ -78,6 +78,12 @@ pub(crate) fn print_report(report: &BuildReport) {
     }
     if let Some(c) = &certificate.chapter {
         print_chapter(c);
+    }
+    for TestLoad { point: [x, y, z], force: [fx, fy, fz], end } in &report.test_loads {
+        println!(
+            "test run: a push at ({x:.6}, {y:.6}, {z:.6}) by ({fx:.4}, {fy:.4}, {fz:.4}) N for {}",
+            duration(*end)
+        );
     }
     if let Some(s) = &report.separation {
         println!(
