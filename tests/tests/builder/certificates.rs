@@ -77,8 +77,8 @@ fn a_file_that_errs_by_much_is_refused_however_close_to_its_floor() {
 #[test]
 fn where_nothing_is_marched_nobody_is_sent_to_snapshots() {
     let folder = tempfile::tempdir().expect("a folder");
-    let mesh = "[mesh]\nblock = { lengths = [1.0, 0.1, 0.1], divisions = [6, 1, 1] }\n[[material]]\nyoung = 2e9\n\
-                poisson = 0.3\ndensity = 1200.0\n[basis]\nmodes = 1\n";
+    let mesh = "[mesh]\nblock = { lengths = [1.0, 0.1, 0.1], divisions = [6, 1, 1] }\n[[material]]\n\
+                young = 2e9\npoisson = 0.3\ndensity = 1200.0\n[basis]\nmodes = 1\n";
     for support in ["[[support]]\non = { group = \"x_min\" }\n", ""] {
         let ran = build(folder.path(), &format!("{mesh}{support}"));
         ran.fails(6, &["error ≤ 5e-2", "more `basis.modes`"]);

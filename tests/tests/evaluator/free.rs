@@ -526,8 +526,9 @@ fn the_attitude_under_loads_of_a_scenario_converges_with_order_two() {
     let path = |name: &str| folder.path().join(name).display().to_string();
     std::fs::write(path("free.toml"), FREE_BAR).expect("written");
     assert_eq!(vademecum(&["build", &path("free.toml"), "-o", &path("free.vdm")]).code, Some(0));
-    let scenario = "duration = 0.02\n[free]\n[[contact]]\npoint = [0.2, 0.01, 0.03]\nforce = [0.0, 3.0, 4.0]\n\
-                    [[contact]]\npoint = [0.2, 0.02, 0.0]\nforce = [3.0, 0.0, -2.0]\nstart = 0.004\nend = 0.016\n";
+    let scenario = "duration = 0.02\n[free]\n[[contact]]\npoint = [0.2, 0.01, 0.03]\n\
+                    force = [0.0, 3.0, 4.0]\n[[contact]]\npoint = [0.2, 0.02, 0.0]\n\
+                    force = [3.0, 0.0, -2.0]\nstart = 0.004\nend = 0.016\n";
     std::fs::write(path("push.toml"), scenario).expect("written");
     let attitude = |step: &str| -> Vec<f64> {
         let out = path(step);

@@ -362,9 +362,9 @@ fn info_and_report_have_units_and_no_columns_without_content() {
     assert!(staged.contains("1 × 0.1 × 0.1 m"));
     let of_stages = ["energy share", "damping ratio, scheme", "period elongation", "block structure"];
     assert!(of_stages.iter().all(|column| staged.contains(column)));
-    let text = "[mesh]\nblock = { lengths = [1.0, 0.1, 0.1], divisions = [4, 1, 1] }\n[[material]]\nyoung = 2e9\n\
-                poisson = 0.3\ndensity = 1200.0\n[[support]]\non = { group = \"x_min\" }\n[time]\nstep = 1e-3\n\
-                [basis]\nmodes = 8\n[tolerance]\nerror = 1.0\n";
+    let text = "[mesh]\nblock = { lengths = [1.0, 0.1, 0.1], divisions = [4, 1, 1] }\n[[material]]\n\
+                young = 2e9\npoisson = 0.3\ndensity = 1200.0\n[[support]]\non = { group = \"x_min\" }\n\
+                [time]\nstep = 1e-3\n[basis]\nmodes = 8\n[tolerance]\nerror = 1.0\n";
     std::fs::write(&problem, text).expect("written");
     let ran = run([&"build", &problem, &"-o", &file]);
     assert_eq!(ran.code, Some(0), "{}", ran.stderr);

@@ -202,7 +202,7 @@ fn linear_meshes_come_with_the_error_of_their_first_frequency() {
     let percent = format!("{:.1e}", 100.0 * error).parse::<f64>().expect("a number");
     let gain = format!("on linear elements, about {percent} % too high: `order = \"quadratic\"` was written");
     assert!(words.contains(&gain), "{gain}: {words}");
-    // A deck keeps its elements, and is told what they cost; a quadratic mesh has nothing to gain.
+    // A deck keeps its elements, whose error is reported; a quadratic mesh has nothing to gain.
     let deck = repository().join("fixtures/meshes/bar/deck.inp");
     let words = init(&deck, &folder.path().join("deck.toml"), &[]).stdout;
     assert!(words.contains("too high: `order = \"quadratic\"` in `[mesh]` takes most"), "{words}");

@@ -121,10 +121,11 @@ fn problems_build() {
     }
 }
 
-/// Tables that a problem must have.
-const REQUIRED: [(&str, &str); 2] = [
+/// Tables that a problem of elements on supports must have.
+const REQUIRED: [(&str, &str); 3] = [
     ("[mesh", "[mesh]\nblock = { lengths = [1.0, 0.1, 0.1], divisions = [10, 1, 1] }\n"),
     ("[[material", "[[material]]\nyoung = 2.1e9\npoisson = 0.3\ndensity = 1200.0\n"),
+    ("[[support]]", "[[support]]\non = { group = \"x_min\" }\n"),
 ];
 
 /// Keys on a page, such as those of a manifest, that belong to another program.
@@ -152,7 +153,9 @@ fn examples_on_pages_are_problems_scenarios_or_sweeps() {
                 Scenario::parse(block, &page).err().map(|error| error.to_string())
             } else {
                 // A part of a problem has what it needs behind it: keys before the first table stay first.
-                let missing = REQUIRED.iter().filter(|(mark, _)| !block.contains(mark));
+                // Matrices of another program have materials and supports in them.
+                let has = |mark: &str| block.contains(mark) || block.contains("[mesh.matrices]");
+                let missing = REQUIRED.iter().filter(|(mark, _)| !has(mark));
                 let whole: String = std::iter::once(block).chain(missing.map(|(_, table)| *table)).collect();
                 Problem::parse(&whole, &page, PathBuf::new()).err().map(|error| error.to_string())
             };

@@ -1,5 +1,5 @@
-//! The JSON Schema of problem, scenario and sweep files: it takes every fixture and every example of the pages,
-//! refuses slips, and has exactly the keys of the pages.
+//! The JSON Schema of problem, scenario and sweep files: it takes every fixture and every example of the
+//! pages, refuses slips, and has exactly the keys of the pages.
 
 use std::collections::BTreeSet;
 

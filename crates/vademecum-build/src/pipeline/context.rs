@@ -112,7 +112,7 @@ impl<'a> BuildContext<'a> {
         Ok(())
     }
 
-    /// Tells the lowest frequencies of matrices of another program: a wrong unit or a wrong format shows there.
+    /// Notes the lowest frequencies of matrices of another program: a wrong unit or format shows there.
     fn note_own_frequencies(&self, known: Option<(&[f64], MatRef<'_, f64>)>) -> Result<(), BuildError> {
         let (model, symbolic) = (&self.prepared.body.model, &self.prepared.symbolic);
         if !model.mesh().elements.is_empty() || symbolic.is_spread() {
@@ -125,8 +125,8 @@ impl<'a> BuildContext<'a> {
         };
         let hertz = eigenvalues.iter().take(count).map(|value| format!("{:.6e}", value.sqrt() / TAU));
         self.kept.listener.note(&format!(
-            "the lowest natural frequencies of these matrices: {} Hz; where they are far from those of the program \
-             that wrote them, a unit or the format is another one",
+            "the lowest natural frequencies of these matrices: {} Hz; where they are far from those of the \
+             program that wrote them, a unit or the format is another one",
             hertz.collect::<Vec<_>>().join(", ")
         ));
         Ok(())

@@ -42,7 +42,7 @@ export class Body {
     return unit(cross(sub(b, a), sub(c, a)));
   }
 
-  /** Where the part that can be pushed faces: its outward normals times their areas [m²]; zero of a surface that can be pushed all around. */
+  /** Direction of the part that can be pushed: its outward normals times their areas [m²]; zero of a surface that can be pushed all around. */
   get facing() {
     let sum = [0, 0, 0];
     if (3 * this.loadTriangles === this.triangles.length) return sum;

@@ -7,11 +7,12 @@ use vademecum_study::sweep::Sweep;
 
 use crate::print::print_json;
 
-/// Prints the JSON Schema of the problem, the scenario or the sweep file, for editors that complete and check TOML.
+/// Prints the JSON Schema of the problem, scenario or sweep file, for editors that complete and check TOML.
 #[derive(clap::Args)]
 #[command(after_help = "Examples:
   vademecum schema problem > problem.schema.json
   vademecum schema scenario > scenario.schema.json
+  vademecum schema sweep > sweep.schema.json
 With taplo, or \"Even Better TOML\" in VS Code, the first line of a problem file then says where it is:
   #:schema ./problem.schema.json
 The schema knows keys, types, choices and defaults (draft 2020-12). Ranges, and what goes with what, are
