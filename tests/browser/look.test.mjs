@@ -96,6 +96,29 @@ test("without gravity a body stands on its supports, and a slender one lies", as
   await context.close();
 });
 
+test("the first view shows the side that can be pushed", async () => {
+  const { page, context } = await open(EXACT);
+  const found = await page.evaluate(async () => {
+    const { Camera } = await import("vademecum/camera");
+    const box = { low: [0, 0, 0], high: [1, 2, 3] };
+    const seen = (up, facing) => {
+      const { back } = new Camera(box, up, facing).frame();
+      return back.reduce((sum, x, i) => sum + x * facing[i], 0);
+    };
+    const sides = [[1, 0, 0], [-1, 0, 0], [0, 1, 0], [0, -1, 0], [0, 0, 1], [0, 0, -1]];
+    const usual = new Camera(box, 2).pose, above = new Camera(box, 2, [-0.4, 0, 1]).pose;
+    const { player, camera } = window.vademecum;
+    return { least: Math.min(...[0, 1, 2].flatMap((up) => sides.map((side) => seen(up, side)))), usual, above, facing: player.body.facing, pose: camera.pose };
+  });
+  assert.ok(found.least > 0.3, `${found.least}`);
+  assert.ok(found.usual.pitch > 0 && found.above.pitch > 0);
+  // The top of this beam can be pushed, and nothing else: any view from above will do.
+  const [x, y, z] = found.facing;
+  assert.ok(Math.abs(x) < 1e-9 && Math.abs(y) < 1e-9 && z > 0.01, `${found.facing}`);
+  assert.equal(found.pose.yaw, found.usual.yaw);
+  await context.close();
+});
+
 test("a body that is pushed far stays in the frame, and the words stay readable over it", async () => {
   const { page, context } = await open(EXACT);
   await page.evaluate((point) => {

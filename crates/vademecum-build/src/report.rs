@@ -2,7 +2,7 @@
 
 use vademecum_format::policy::STABLE_RADIUS;
 
-use crate::certificate::{BOUNDED, LargeReport, StructureReport};
+use crate::certificate::{BOUNDED, LargeReport, StructureReport, TestLoad};
 use crate::dynamics::{ModeRow, Work};
 use crate::input::Tolerances;
 use crate::measured::{NotMeasured, measured};
@@ -34,6 +34,8 @@ pub struct BuildReport {
     pub snapshots: usize,
     /// What was measured, per structure.
     pub certificate: CertificateReport,
+    /// Pushes of the test runs that it was measured in; empty of large displacements.
+    pub test_loads: Vec<TestLoad>,
     /// What the separation over the parameters did; absent without parameters.
     pub separation: Option<SeparationRecord>,
     /// Wall time and memory per stage.
@@ -360,6 +362,7 @@ mod tests {
                 error: 5e-2,
                 map: 1e-6,
             },
+            test_loads: vec![],
             separation,
             timings: vec![],
             file_bytes: 0,

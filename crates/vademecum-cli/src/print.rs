@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use vademecum_build::certificate::{LargeReport, StructureReport};
+use vademecum_build::certificate::{LargeReport, StructureReport, TestLoad};
 use vademecum_build::dynamics::ModeRow;
 use vademecum_build::report::BuildReport;
 use vademecum_build::report::ChapterReport;
@@ -78,6 +78,12 @@ pub(crate) fn print_report(report: &BuildReport) {
     }
     if let Some(c) = &certificate.chapter {
         print_chapter(c);
+    }
+    for TestLoad { point: [x, y, z], force: [fx, fy, fz], end } in &report.test_loads {
+        println!(
+            "test run: a push at ({x:.6}, {y:.6}, {z:.6}) by ({fx:.4}, {fy:.4}, {fz:.4}) N for {}",
+            duration(*end)
+        );
     }
     if let Some(s) = &report.separation {
         println!(
@@ -235,6 +241,7 @@ pub(crate) fn print_verification(v: &Verification) {
     println!("  evaluation           {:.3e}  (added by the coordinates of the file)", truth.rest_error);
     if let Some(error) = truth.contact_error {
         println!("under the contacts     {error:.3e}  (along the force, while it acts; the largest)");
+        print_contacts(&truth.contact_errors);
     }
     if let Some(error) = v.stress_error {
         println!("stress                 {error:.3e}  (largest von Mises of the difference, of the largest)");
@@ -267,6 +274,7 @@ pub(crate) fn print_large_verification(v: &LargeVerification) {
     );
     if let Some(error) = v.contact_error {
         println!("under the contacts     {error:.3e}  (along the force, while it acts; the largest)");
+        print_contacts(&v.contact_errors);
     }
     println!(
         "energy identity        {:.1e}  (largest violation in a step, over the largest energy)",
@@ -277,6 +285,14 @@ pub(crate) fn print_large_verification(v: &LargeVerification) {
         v.energy_drift, v.energy_drift_full_order
     );
     print_seconds(v.vademecum_seconds_per_step, v.full_order_seconds_per_step);
+}
+
+/// Prints the error under each of several contacts.
+fn print_contacts(errors: &[Option<f64>]) {
+    for (number, error) in errors.iter().enumerate().filter(|_| errors.len() > 1) {
+        let error = error.map_or("-         (moves nothing)".into(), |error| format!("{error:.3e}"));
+        println!("  {:<21}{error}", format!("contact[{number}]"));
+    }
 }
 
 fn print_parameters(parameters: &[ParameterValue]) {

@@ -196,6 +196,8 @@ def test_from_a_mesh_to_a_body_and_its_report(program, tmp_path):
     text = proposed.save(tmp_path / "fork.toml").read_text(encoding="utf-8")
     theirs = program_json(program, "init", mesh, "--material", "aluminium", "-o", tmp_path / "theirs.toml")
     assert proposed.frequency == theirs["frequency"] and proposed.modes == theirs["modes"] and "aluminium" in text
+    on_linear = proposed.linear_mesh_error
+    assert on_linear and on_linear.frequencies[0].mesh == theirs["linear_mesh_error"]["frequencies"][0]["mesh"]
     assert vademecum.modes(proposed, 2) == vademecum.modes(tmp_path / "fork.toml", 2)
     with pytest.raises(ValueError, match="did you mean `steel`"):
         vademecum.init(mesh, material="stel")

@@ -42,7 +42,7 @@ mod under_contacts;
 pub mod verify;
 
 pub use error::{FileError, StudyError};
-pub use truth::{TruthErrors, contact_error};
+pub use truth::{TruthErrors, contact_errors, largest_error};
 
 /// Parts of verifications for programs that compare methods: reference solutions, played files, statistics.
 pub mod parts {

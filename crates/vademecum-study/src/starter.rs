@@ -11,8 +11,9 @@ use std::path::{Path, PathBuf};
 use vademecum_build::dynamics::lowest_modes;
 use vademecum_build::input::Problem;
 use vademecum_build::mesh::{self, Mesh, MeshError, Order};
-use vademecum_build::prepared::{prepare, proposed_time_step};
-use vademecum_build::progress::{Listener, Stopwatch};
+use vademecum_build::mesh_error::{DiscRequest, MeshEstimate, estimate};
+use vademecum_build::prepared::{Prepared, prepare, proposed_time_step};
+use vademecum_build::progress::{Listener, Silent, Stopwatch, is_cancelled};
 use vademecum_build::suggest::did_you_mean;
 
 pub use materials::{MATERIALS, NamedMaterial};
@@ -35,7 +36,8 @@ const LARGEST_IN_METRES: f64 = 20.0;
 /// A body with a longest side above this may be meant in metres or in millimetres: the user is asked.
 const DOUBTFUL_IN_METRES: f64 = 3.0;
 
-/// Linear meshes are raised to quadratic ones with fewer dofs than this.
+/// Linear meshes are raised to quadratic ones with fewer dofs than this, and the discretisation error of
+/// larger ones is not estimated: it takes seconds below.
 const MOST_RAISED_DOFS: usize = 100_000;
 
 /// Format whose element types name their formulation, which stays as its author chose it.
@@ -93,6 +95,8 @@ pub struct Starter {
     pub support: String,
     /// True if linear tetrahedra get mid-side nodes.
     pub raised: bool,
+    /// Discretisation error of the frequencies on the linear elements of the mesh; absent of quadratic ones.
+    pub linear_mesh_error: Option<MeshEstimate>,
     /// First natural frequency \[Hz\].
     pub frequency: f64,
     /// Proposed step \[s\].
@@ -114,7 +118,7 @@ pub fn starter(
     listener: &dyn Listener,
 ) -> Result<Starter, StarterError> {
     listener.stage("read mesh");
-    let (mesh, raised, smallest_part) = read(path, options)?;
+    let ReadMesh { mesh, linear, raised, smallest_part } = read(path, options)?;
     let shape = Shape::of(&mesh);
     let longest = shape.longest_side();
     let guess = if longest > LARGEST_IN_METRES { 1e-3 } else { 1.0 };
@@ -135,12 +139,7 @@ pub fn starter(
         supports: &supports,
     };
 
-    // Any step will do until the first period is known.
-    let text = draft.text(LONGEST_STEP, 1, &[]);
-    let name = path.display().to_string();
-    let mut problem = Problem::parse(&text, &name, PathBuf::new()).map_err(StarterError::Draft)?;
-    problem.mesh.file = Some(path.to_path_buf());
-    let prepared = prepare(&problem, &mut Stopwatch::new(listener), listener).map_err(StudyError::from)?;
+    let prepared = prepared(&draft, path, listener)?;
     let pencil = prepared.body.model.pencil();
     let dofs = pencil.n_dof();
     let modes = MODES[usize::from(shape.long_axis().is_none())].min(pencil.n_elastic());
@@ -164,6 +163,14 @@ pub fn starter(
         (point, moved[node].map(|x| (1000.0 * x / size).round() / 1000.0))
     });
     let text = draft.text(time_step, modes, &probe.into_iter().collect::<Vec<_>>());
+    let linear_mesh_error = match linear {
+        Linear::None => None,
+        Linear::Large => Some(MeshEstimate::Unknown {
+            reason: "the mesh is large, and this would take minutes: ask `vademecum modes --mesh-error`"
+                .into(),
+        }),
+        Linear::Small => Some(linear_mesh_error(&Draft { raised: false, ..draft }, path, listener)?),
+    };
     Ok(Starter {
         text,
         scale,
@@ -173,6 +180,7 @@ pub fn starter(
         material: material.name,
         support: supports.words,
         raised,
+        linear_mesh_error,
         frequency,
         time_step,
         modes,
@@ -180,9 +188,53 @@ pub fn starter(
     })
 }
 
-/// The mesh as the proposal has it built, whether it is raised, and the smallest share of a part where parts
-/// are left out.
-fn read(path: &Path, options: &StarterOptions) -> Result<(Mesh, bool, Option<f64>), StarterError> {
+/// The body of a draft. Any step will do until the first period is known.
+fn prepared(draft: &Draft<'_>, path: &Path, listener: &dyn Listener) -> Result<Prepared, StarterError> {
+    let text = draft.text(LONGEST_STEP, 1, &[]);
+    let name = path.display().to_string();
+    let mut problem = Problem::parse(&text, &name, PathBuf::new()).map_err(StarterError::Draft)?;
+    problem.mesh.file = Some(path.to_path_buf());
+    Ok(prepare(&problem, &mut Stopwatch::new(listener), listener).map_err(StudyError::from)?)
+}
+
+/// The discretisation error of the frequencies of a draft on linear elements. An estimate that fails is a
+/// reason, not an error: the proposal does not depend on it.
+fn linear_mesh_error(
+    draft: &Draft<'_>,
+    path: &Path,
+    listener: &dyn Listener,
+) -> Result<MeshEstimate, StarterError> {
+    listener.stage("mesh error");
+    // Its notes are about a mesh that is not proposed.
+    let prepared = prepared(draft, path, &Silent)?;
+    match estimate(&prepared, None, DiscRequest::None, listener) {
+        Err(error) if is_cancelled(&error) => Err(StudyError::from(error).into()),
+        Err(error) => Ok(MeshEstimate::Unknown { reason: error.to_string() }),
+        Ok(found) => Ok(found),
+    }
+}
+
+/// The mesh of a proposal.
+struct ReadMesh {
+    /// As it is to be built.
+    mesh: Mesh,
+    linear: Linear,
+    raised: bool,
+    /// Smallest share of a part, where parts are left out.
+    smallest_part: Option<f64>,
+}
+
+/// Linear elements of a mesh file.
+enum Linear {
+    /// They are quadratic.
+    None,
+    /// Few enough to be raised.
+    Small,
+    /// More than that.
+    Large,
+}
+
+fn read(path: &Path, options: &StarterOptions) -> Result<ReadMesh, StarterError> {
     let raw = mesh::parse(path)?;
     let parts = mesh::part_sizes(&raw);
     let elements: usize = parts.iter().sum();
@@ -194,13 +246,15 @@ fn read(path: &Path, options: &StarterOptions) -> Result<(Mesh, bool, Option<f64
     let smallest_part = (parts.len() > 1).then_some(options.smallest_part);
     let formulated = raw.format.starts_with(FORMULATED);
     let mesh = mesh::repaired(raw, options.smallest_part)?;
-    if mesh.tetrahedra() != Some(Order::Linear) || formulated || 3 * mesh.nodes.len() >= MOST_RAISED_DOFS {
-        return Ok((mesh, false, smallest_part));
+    if mesh.tetrahedra() != Some(Order::Linear) {
+        return Ok(ReadMesh { mesh, linear: Linear::None, raised: false, smallest_part });
     }
-    let raised = mesh.clone().raised();
-    Ok(match 3 * raised.nodes.len() < MOST_RAISED_DOFS {
-        true => (raised, true, smallest_part),
-        false => (mesh, false, smallest_part),
+    let is_small = |mesh: &Mesh| 3 * mesh.nodes.len() < MOST_RAISED_DOFS;
+    let raised = is_small(&mesh).then(|| mesh.clone().raised()).filter(is_small);
+    let linear = if raised.is_some() { Linear::Small } else { Linear::Large };
+    Ok(match raised {
+        Some(mesh) if !formulated => ReadMesh { mesh, linear, raised: true, smallest_part },
+        _ => ReadMesh { mesh, linear, raised: false, smallest_part },
     })
 }
 

@@ -10,6 +10,7 @@ mod look;
 use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
 
+use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
 use serde::{Deserialize, Serialize};
 use toml::{Table, Value};
 
@@ -24,11 +25,12 @@ pub const VERSION: u32 = 1;
 /// Most jobs of a sweep.
 const MAX_JOBS: usize = 100_000;
 
-/// Problem to build.
-#[derive(Clone, Debug, Deserialize)]
+/// Problems to build, and keys that change from build to build.
+#[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Sweep {
     /// The problem files; relative paths start at the sweep file.
+    #[schemars(length(min = 1))]
     pub problems: Vec<PathBuf>,
     /// Keys that change from job to job.
     #[serde(default)]
@@ -43,13 +45,18 @@ pub struct Sweep {
 }
 
 /// One key of the problem file.
-#[derive(Clone, Debug, Deserialize)]
+#[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub(crate) struct Vary {
     /// Its path, such as `material[0].young`.
     pub(crate) key: String,
-    /// Its values.
+    /// Its values, of any type.
+    #[schemars(schema_with = "some_values")]
     pub(crate) values: Vec<Value>,
+}
+
+fn some_values(_: &mut SchemaGenerator) -> Schema {
+    json_schema!({ "type": "array", "minItems": 1 })
 }
 
 /// A sweep that means no jobs.

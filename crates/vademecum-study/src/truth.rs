@@ -16,7 +16,7 @@ use vademecum_build::progress::Listener;
 
 /// Errors of a file against a motion that is exact in time; each is relative L2 over all steps and, where
 /// nothing else is said, in the mass norm over all dofs.
-#[derive(Clone, Copy, Debug, Serialize)]
+#[derive(Clone, Debug, Serialize)]
 pub struct TruthErrors {
     /// Of the file's displacement.
     pub total_error: f64,
@@ -35,6 +35,8 @@ pub struct TruthErrors {
     /// Of the displacement under a contact, along its force, while the force acts; the largest of all
     /// contacts. None if the scenario has no contact that moves its point.
     pub contact_error: Option<f64>,
+    /// The same of each contact, in the order of the scenario.
+    pub contact_errors: Vec<Option<f64>>,
 }
 
 /// Vectors of the reference for each force: without damping a point force that jumps would take as many as
@@ -85,6 +87,7 @@ pub(crate) fn truth_errors(
     let ReferenceDistance { error, floor } = distance;
     let TrajectoryError { error, floor } =
         same_scheme.map_or(TrajectoryError { error, floor }, |same| same.0);
+    let contact_errors = contact_errors(truth.trajectory(0), contacts, time_step);
     TruthErrors {
         total_error: distance.error,
         truth_error: truth.trajectory(0).estimate(),
@@ -93,21 +96,22 @@ pub(crate) fn truth_errors(
         basis_error: distance.floor,
         // The two are legs and hypotenuse; below the rounding of the squares nothing is left.
         rest_error: ((error - floor).max(0.0) * (error + floor)).sqrt(),
-        contact_error: contact_error(truth.trajectory(0), contacts, time_step),
+        contact_error: largest_error(&contact_errors),
+        contact_errors,
     }
 }
 
 /// Loads, and the number of the contact that each belongs to.
 pub(crate) type Entries<'a> = (&'a [TimedLoad], &'a [usize]);
 
-/// The largest relative L2 error of what is shown under a contact, the displacement along its force, over the
+/// The relative L2 error of what is shown under each contact, the displacement along its force, over the
 /// instants at which the force acts. Components of a force and places on a path are summed. `shown` has shape
-/// (loads, instants), times the size of each force. None if no contact moves its point.
-pub fn contact_error(
+/// (loads, instants), times the size of each force. None of a contact that does not move its point.
+pub fn contact_errors(
     truth: ReferenceTrajectory<'_>,
     ((contacts, entries), shown): (Entries<'_>, MatRef<'_, f64>),
     time_step: f64,
-) -> Option<f64> {
+) -> Vec<Option<f64>> {
     // Squares of the error and of the displacement, contact by contact.
     let mut sums = vec![[0.0; 2]; entries.iter().max().map_or(0, |last| last + 1)];
     let rows: Vec<_> = contacts.iter().map(force_row).collect();
@@ -121,10 +125,19 @@ pub fn contact_error(
             }
         }
     }
+    relative_errors(&sums)
+}
+
+/// Relative errors from squares of an error and of what it is a share of; none of what does not move.
+pub(crate) fn relative_errors(sums: &[[f64; 2]]) -> Vec<Option<f64>> {
+    sums.iter().map(|[error, norm]| (*norm != 0.0).then(|| (error / norm).sqrt())).collect()
+}
+
+/// The largest of the errors that there are.
+pub fn largest_error(errors: &[Option<f64>]) -> Option<f64> {
     // `maximum` of IEEE 754: what is no number is not passed over.
     let larger = |a: f64, b: f64| if a.is_nan() || a > b { a } else { b };
-    let moved = sums.iter().filter(|[_, norm]| *norm != 0.0);
-    moved.map(|[error, norm]| (error / norm).sqrt()).reduce(larger)
+    errors.iter().copied().flatten().reduce(larger)
 }
 
 /// A force as weights on its dofs: what it does per displacement, so the displacement along it but for a
@@ -171,14 +184,18 @@ mod tests {
                 (0..2).map(|i| contacts[c].force[i] * shown[(i, n)]).sum::<f64>()
             })
         };
-        let error = |contacts: &[TimedLoad]| {
+        let errors = |contacts: &[TimedLoad]| {
             let entries: Vec<usize> = (0..contacts.len()).collect();
-            contact_error(truth.trajectory(0), ((contacts, &entries), under(contacts).as_ref()), 0.1)
+            contact_errors(truth.trajectory(0), ((contacts, &entries), under(contacts).as_ref()), 0.1)
         };
+        let error = |contacts: &[TimedLoad]| largest_error(&errors(contacts));
         let close =
             |found: Option<f64>, expected: f64| (found.expect("moved") / expected - 1.0).abs() < 1e-12;
         assert!(close(error(&contacts[..1]), 0.01));
         assert!(close(error(&contacts), 0.02));
+        // Each by itself.
+        let each = errors(&contacts);
+        assert!(each.len() == 2 && close(each[0], 0.01) && close(each[1], 0.02), "{each:?}");
         // No contact, and one that pushes nothing.
         assert_eq!(error(&[]), None);
         assert_eq!(error(&[load([0.0; 2], 1.0)]), None);

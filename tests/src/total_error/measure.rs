@@ -5,7 +5,7 @@ use vademecum_build::dynamics::{ReferenceOptions, ReferenceSolution, TimedLoad, 
 use vademecum_build::export::NodeOrder;
 use vademecum_build::prepared::{Prepared, prepare};
 use vademecum_build::progress::{Silent, Stopwatch};
-use vademecum_study::contact_error;
+use vademecum_study::contact_errors;
 
 use super::bodies::RealBody;
 use super::files::{Built, SHOWN};
@@ -158,8 +158,8 @@ fn compare(damped: &[Damped], order: &NodeOrder, push: &Push, (step, vectors): (
                 };
                 let under = |under: &Matrix| {
                     let entry = (std::slice::from_ref(load), &[0][..]);
-                    let error = contact_error(truth.trajectory(history), (entry, under.as_ref()), step);
-                    error.expect("a point that moves")
+                    let errors = contact_errors(truth.trajectory(history), (entry, under.as_ref()), step);
+                    errors[0].expect("a point that moves")
                 };
                 let [alone, local, whole] = [None, Some(0), Some(1)].map(apart);
                 let norm = exact[history].squared_norm_l2();

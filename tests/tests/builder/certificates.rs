@@ -75,6 +75,18 @@ fn a_file_that_errs_by_much_is_refused_however_close_to_its_floor() {
 }
 
 #[test]
+fn where_nothing_is_marched_nobody_is_sent_to_snapshots() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let mesh = "[mesh]\nblock = { lengths = [1.0, 0.1, 0.1], divisions = [6, 1, 1] }\n[[material]]\n\
+                young = 2e9\npoisson = 0.3\ndensity = 1200.0\n[basis]\nmodes = 1\n";
+    for support in ["[[support]]\non = { group = \"x_min\" }\n", ""] {
+        let ran = build(folder.path(), &format!("{mesh}{support}"));
+        ran.fails(6, &["error ≤ 5e-2", "more `basis.modes`"]);
+        assert!(!ran.stderr.contains("snapshots"), "{}", ran.stderr);
+    }
+}
+
+#[test]
 fn a_mesh_in_another_unit_than_its_material_does_not_pass_for_a_good_file() {
     // Millimetres beside pascals: the step is 1/47 000 of the first period, and the snapshots see 1 % of it.
     let mesh =

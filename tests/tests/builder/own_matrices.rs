@@ -3,6 +3,7 @@
 
 use std::fmt::Write as _;
 use std::path::Path;
+use std::process::Command;
 
 use vademecum_build::dynamics::lowest_modes;
 use vademecum_build::input::Problem;
@@ -11,7 +12,7 @@ use vademecum_build::prepared::{Prepared, prepare};
 use vademecum_build::progress::{Silent, Stopwatch};
 use vademecum_eval::{Contact, Field, Loads, Place, Scene, SceneOptions, State, Surface};
 use vademecum_format::{File, SectionKind};
-use vademecum_tests::program::{repository, vademecum};
+use vademecum_tests::program::{Ran, program, repository, vademecum};
 
 /// The end of every problem here: a small basis of few runs, and a probe at the tip of the short beam.
 const REST: &str = "[load]\n[time]\nscheme.name = \"bathe\"\nstep = 1e-3\n[snapshots]\npositions = 2\nduration = 0.1\n\
@@ -270,6 +271,15 @@ fn a_chain_has_the_frequencies_of_the_textbook() {
         // The solver's residual bounds the relative error by 5e-9; its square is what is reached.
         assert!((found / CHAIN.frequency(j) - 1.0).abs() <= 1e-10, "mode {j}: {found}");
     }
+    // A build says the lowest six, so that a wrong unit or format is seen.
+    let path = |name: &str| folder.path().join(name).display().to_string();
+    let build = ["build", &path("problem.toml"), "-o", &path("chain.vdm")];
+    let ran = Ran::new(&Command::new(program()).args(build).output().expect("the program starts"));
+    assert_eq!(ran.code, Some(0), "{}", ran.stderr);
+    let hertz: Vec<String> = (1..=6).map(|j| format!("{:.6e}", CHAIN.frequency(j))).collect();
+    let note = format!("the lowest natural frequencies of these matrices: {} Hz", hertz.join(", "));
+    let words = ran.stderr.split_whitespace().collect::<Vec<_>>().join(" ");
+    assert!(words.contains(&note), "{note}: {words}");
 }
 
 #[test]

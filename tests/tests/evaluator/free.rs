@@ -2,6 +2,7 @@
 //! whole matrices.
 
 use std::path::{Path, PathBuf};
+use std::process::Command;
 
 use faer::linalg::triangular_solve::{solve_lower_triangular_in_place, solve_upper_triangular_in_place};
 use faer::{Mat, Par, Side};
@@ -16,7 +17,7 @@ use vademecum_eval::{
 use vademecum_format::{File, SectionKind};
 use vademecum_rewrite::{Fault, Keep, RewriteError, check, pack, strip};
 use vademecum_tests::golden;
-use vademecum_tests::program::{Ran, repository, vademecum};
+use vademecum_tests::program::{Ran, program as executable, repository, vademecum};
 use vademecum_tests::synthetic::rewritten;
 
 /// A rod along x of a material that does not contract, so that the theory of rods is exact but for its
@@ -52,6 +53,11 @@ range = [0.5, 2.0]
 
 fn problem(text: &str) -> Problem {
     Problem::parse(text, "free.toml", PathBuf::new()).expect("a problem")
+}
+
+/// Runs the program with its notes.
+fn aloud(arguments: &[&str]) -> Ran {
+    Ran::new(&Command::new(executable()).args(arguments).output().expect("the program starts"))
 }
 
 fn built(text: &str) -> Vec<u8> {
@@ -492,8 +498,7 @@ fn a_load_on_a_body_that_flies_acts_by_its_integral_over_the_step() {
         );
         std::fs::write(path("tap.toml"), text).expect("written");
         let out = path("out");
-        let ran =
-            vademecum(&["run", &path("free.vdm"), "--scenario", &path("tap.toml"), "-o", &out, "--force"]);
+        let ran = aloud(&["run", &path("free.vdm"), "--scenario", &path("tap.toml"), "-o", &out, "--force"]);
         assert_eq!(ran.code, Some(0), "{}", ran.stderr);
         assert!(!ran.stderr.contains("moves nothing"), "{}", ran.stderr);
         let table = std::fs::read_to_string(folder.path().join("out/probes.csv")).expect("a table");
@@ -515,6 +520,35 @@ fn a_load_on_a_body_that_flies_acts_by_its_integral_over_the_step() {
     }
 }
 
+#[test]
+fn the_attitude_under_loads_of_a_scenario_converges_with_order_two() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let path = |name: &str| folder.path().join(name).display().to_string();
+    std::fs::write(path("free.toml"), FREE_BAR).expect("written");
+    assert_eq!(vademecum(&["build", &path("free.toml"), "-o", &path("free.vdm")]).code, Some(0));
+    let scenario = "duration = 0.02\n[free]\n[[contact]]\npoint = [0.2, 0.01, 0.03]\n\
+                    force = [0.0, 3.0, 4.0]\n[[contact]]\npoint = [0.2, 0.02, 0.0]\n\
+                    force = [3.0, 0.0, -2.0]\nstart = 0.004\nend = 0.016\n";
+    std::fs::write(path("push.toml"), scenario).expect("written");
+    let attitude = |step: &str| -> Vec<f64> {
+        let out = path(step);
+        let run =
+            ["run", &path("free.vdm"), "--scenario", &path("push.toml"), "--time-step", step, "-o", &out];
+        let ran = vademecum(&run);
+        assert_eq!(ran.code, Some(0), "{}", ran.stderr);
+        let table = std::fs::read_to_string(Path::new(&out).join("probes.csv")).expect("a table");
+        let columns = table.lines().next().expect("a head").split(',').map(|name| name.starts_with("q_"));
+        let row = table.lines().last().expect("a row").split(',');
+        row.zip(columns).filter(|(_, is)| *is).map(|(value, _)| value.parse().expect("a number")).collect()
+    };
+    let exact = attitude("1e-6");
+    let error = |step: &str| -> f64 {
+        attitude(step).iter().zip(&exact).map(|(a, b)| (a - b).powi(2)).sum::<f64>().sqrt()
+    };
+    let order = (error("4e-4") / error("2e-4")).log2();
+    assert!((order - 2.0).abs() < 0.01, "{order}");
+}
+
 /// A short bar without supports.
 const FREE_BAR: &str = r#"
 [mesh]
@@ -533,6 +567,41 @@ modes = 16
 name = "gravity"
 acceleration = [0.0, 0.0, -9.81]
 "#;
+
+#[test]
+fn a_thrown_body_has_a_note_on_a_spin_beyond_the_model_and_all_digits_far_away() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let path = |name: &str| folder.path().join(name).display().to_string();
+    std::fs::write(path("free.toml"), FREE_BAR).expect("written");
+    assert_eq!(vademecum(&["build", &path("free.toml"), "-o", &path("free.vdm")]).code, Some(0));
+    let thrown = |free: &str| {
+        let text = format!("duration = 1e-3\n[free]\n{free}[output]\nprobes_every = 1\n");
+        std::fs::write(path("throw.toml"), text).expect("written");
+        let out = path("out");
+        let ran =
+            aloud(&["run", &path("free.vdm"), "--scenario", &path("throw.toml"), "-o", &out, "--force"]);
+        assert_eq!(ran.code, Some(0), "{}", ran.stderr);
+        (ran.stderr, std::fs::read_to_string(folder.path().join("out/probes.csv")).expect("a table"))
+    };
+    // The first frequency of the bar is near 1440 rad/s.
+    let (notes, _) = thrown("spin = [0.0, 800.0, 300.0]\n");
+    assert!(notes.contains("`free.spin` of 854.4004 rad/s is 0."), "{notes}");
+    assert!(notes.contains("leaves out the Coriolis force"), "{notes}");
+    // The rigid motion has more digits than the ten of displacements; every column has its unit.
+    let (notes, table) = thrown("velocity = [1234.56789012345, 0.0, 0.0]\nspin = [0.0, 50.0, 0.0]\n");
+    assert!(!notes.contains("free.spin"), "{notes}");
+    let mut rows = table.lines();
+    let head: Vec<&str> = rows.next().expect("a head").split(',').collect();
+    for column in ["rigid energy_J", "centre x [m]", "q_w [1]"] {
+        assert!(head.contains(&column), "{head:?}");
+    }
+    let x = head.iter().position(|name| *name == "centre x [m]").expect("a column");
+    let x = rows.map(|row| row.split(',').nth(x).expect("a column").parse::<f64>().expect("a number"));
+    for (n, x) in x.enumerate() {
+        let expected = 0.1 + 1234.56789012345 * 1e-4 * n as f64;
+        assert!((x / expected - 1.0).abs() < 1e-13, "{x} m, {expected} m after {n} steps");
+    }
+}
 
 #[test]
 fn verify_of_a_free_body_measures_its_elastic_motion() {

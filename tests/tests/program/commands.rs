@@ -346,6 +346,46 @@ fn help_is_plain_text() {
 }
 
 #[test]
+fn info_and_report_have_units_and_no_columns_without_content() {
+    let golden = fixture("golden/parameters.vdm");
+    let text = run([&"info", &golden]).stdout;
+    assert!(text.contains("parameter soft: 0.5 to 2, nominal 1 ("), "{text}");
+    assert!(!text.contains(" , "), "{text}");
+    let folder = tempfile::tempdir().expect("a folder");
+    let [page, problem, file] = ["page.html", "exact.toml", "exact.vdm"].map(|name| folder.path().join(name));
+    let body = |file: &Path| {
+        assert_eq!(run([&"report", &file, &"-o", &page, &"--force"]).code, Some(0));
+        let html = std::fs::read_to_string(&page).expect("a page");
+        html.split("</style>").last().expect("a body").to_string()
+    };
+    let staged = body(built());
+    assert!(staged.contains("1 × 0.1 × 0.1 m"));
+    let of_stages = ["energy share", "damping ratio, scheme", "period elongation", "block structure"];
+    assert!(of_stages.iter().all(|column| staged.contains(column)));
+    let text = "[mesh]\nblock = { lengths = [1.0, 0.1, 0.1], divisions = [4, 1, 1] }\n[[material]]\n\
+                young = 2e9\npoisson = 0.3\ndensity = 1200.0\n[[support]]\non = { group = \"x_min\" }\n\
+                [time]\nstep = 1e-3\n[basis]\nmodes = 8\n[tolerance]\nerror = 1.0\n";
+    std::fs::write(&problem, text).expect("written");
+    let ran = run([&"build", &problem, &"-o", &file]);
+    assert_eq!(ran.code, Some(0), "{}", ran.stderr);
+    let exact = body(&file);
+    for column in of_stages {
+        assert!(!exact.contains(column), "{column}");
+    }
+}
+
+#[cfg(target_os = "linux")]
+#[test]
+fn results_that_do_not_fit_on_the_disk_are_refused_before_the_first_step() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let [scenario, out] = ["long.toml", "out"].map(|name| folder.path().join(name));
+    std::fs::write(&scenario, "duration = 9e5\n[output]\nfields_every = 1\n").expect("written");
+    let ran = run([&"run", &built(), &"--scenario", &scenario, &"-o", &out, &"--long"]);
+    ran.fails(1, &["the results take at least", "and the disk has", "fields_every"]);
+    assert!(!out.exists());
+}
+
+#[test]
 fn two_reports_of_one_file_are_equal_unless_times_are_asked_for() {
     let folder = tempfile::tempdir().expect("a folder");
     let file = built().display().to_string();

@@ -183,6 +183,34 @@ fn linear_meshes_are_raised() {
     assert_eq!(ran.json()["raised"], false);
 }
 
+/// The number that `order = "quadratic"` gains, in words and in JSON, beside what the quadratic mesh has.
+#[test]
+fn linear_meshes_come_with_the_error_of_their_first_frequency() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let (mesh, problem) = (folder.path().join("body.msh"), folder.path().join("body.toml"));
+    let text = moved_block([0.4, 0.1, 0.1], [4, 1, 1], |x| x, &[]).2;
+    std::fs::write(&mesh, &text).expect("written");
+    let (_, found) = proposed(&text, &["--hold", "x_min"]);
+    let first = &found["linear_mesh_error"]["frequencies"][0];
+    let [linear, refined, error] =
+        ["mesh", "refined", "error"].map(|key| first[key].as_f64().expect("a number"));
+    // One cube through the thickness is far too stiff, and the quadratic mesh lies near the refined value.
+    assert!(error > 0.3 && (linear / refined - 1.0 - error).abs() < 1e-12, "{first}");
+    let quadratic = found["frequency"].as_f64().expect("a number");
+    assert!((quadratic / refined - 1.0).abs() < 0.1 && linear > 1.2 * quadratic, "{quadratic} Hz, {first}");
+    let words = init(&mesh, &problem, &["--hold", "x_min"]).stdout;
+    let percent = format!("{:.1e}", 100.0 * error).parse::<f64>().expect("a number");
+    let gain = format!("on linear elements, about {percent} % too high: `order = \"quadratic\"` was written");
+    assert!(words.contains(&gain), "{gain}: {words}");
+    // A deck keeps its elements, whose error is reported; a quadratic mesh has nothing to gain.
+    let deck = repository().join("fixtures/meshes/bar/deck.inp");
+    let words = init(&deck, &folder.path().join("deck.toml"), &[]).stdout;
+    assert!(words.contains("too high: `order = \"quadratic\"` in `[mesh]` takes most"), "{words}");
+    let vtu = repository().join("fixtures/meshes/bar/quadratic-vtu.vtu");
+    let ran = init(&vtu, &folder.path().join("vtu.toml"), &["--json"]);
+    assert!(ran.json()["linear_mesh_error"].is_null(), "{}", ran.stdout);
+}
+
 /// The key `mesh.order` on a linear file is the mesh written quadratic: the same frequencies, with groups of
 /// facets and nodes, a region cut out of it, and a pressure on six-node facets.
 #[test]

@@ -17,6 +17,7 @@ mod mesh_error;
 mod outputs;
 mod page_commands;
 mod pages;
+mod problem_files;
 mod program_files;
 mod run_folder;
 mod scenarios;

@@ -1,5 +1,5 @@
-//! The JSON Schema of problem and scenario files: it takes every fixture and every example of the pages,
-//! refuses slips, and has exactly the keys of the pages.
+//! The JSON Schema of problem, scenario and sweep files: it takes every fixture and every example of the
+//! pages, refuses slips, and has exactly the keys of the pages.
 
 use std::collections::BTreeSet;
 
@@ -208,6 +208,19 @@ fn fixtures_and_examples_fit_the_schema_and_slips_do_not() {
     ] {
         assert!(fits(&scenario, slip).is_some(), "{slip}");
     }
+
+    let sweep = schema("sweep");
+    for text in examples("sweep-1.md") {
+        assert_eq!(fits(&sweep, &text), None, "{text}");
+    }
+    for slip in [
+        "problem = [\"a.toml\"]",
+        "problems = []",
+        "problems = [\"a.toml\"]\n[[vary]]\nkey = \"basis.modes\"\n",
+        "problems = [\"a.toml\"]\n[[vary]]\nkey = \"basis.modes\"\nvalues = []\n",
+    ] {
+        assert!(fits(&sweep, slip).is_some(), "{slip}");
+    }
 }
 
 /// All names of properties, and of choices that are keys.
@@ -246,10 +259,10 @@ fn keys(page: &str) -> BTreeSet<String> {
 
 #[test]
 fn the_schema_has_every_key_of_the_page_and_the_page_every_key_of_the_schema() {
-    for (of, page) in [("problem", "problem-1.md"), ("scenario", "scenario-1.md")] {
+    for (of, page) in [("problem", "problem-1.md"), ("scenario", "scenario-1.md"), ("sweep", "sweep-1.md")] {
         let (mut known, written) = (BTreeSet::new(), keys(page));
         properties(&schema(of), &mut known);
-        assert!(written.len() > 10, "{written:?}");
+        assert!(written.len() > 5, "{written:?}");
         let missing: Vec<_> = written.difference(&known).collect();
         assert!(missing.is_empty(), "{missing:?} of {page} are not in the schema");
         let text = std::fs::read_to_string(repository().join("formats").join(page)).expect("a page");
@@ -279,7 +292,7 @@ fn the_page_has_the_ranges_that_are_checked() {
 
 #[test]
 fn descriptions_are_for_people() {
-    for of in ["problem", "scenario"] {
+    for of in ["problem", "scenario", "sweep"] {
         let text = schema(of).to_string();
         for rust in ["](", "\\\\[", "crate::", "super::"] {
             assert!(!text.contains(rust), "`{rust}` in the schema of the {of}");

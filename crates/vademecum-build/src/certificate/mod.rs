@@ -25,7 +25,7 @@ pub use large::{CONVERGED_SUBSTEPS, LargeReport, LargeRun};
 pub(crate) use large::{certify_push, push_motion};
 pub(crate) use over_box::certify_box;
 pub(crate) use unseen::TRAJECTORIES;
-pub use unseen::{UnseenLoad, UnseenLoads};
+pub use unseen::{TestLoad, UnseenLoad, UnseenLoads};
 pub use verdict::{BOUNDED, StructureMeasured, StructureReport};
 
 use crate::store::{Inputs, StageCache};

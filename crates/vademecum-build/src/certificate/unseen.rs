@@ -24,6 +24,17 @@ pub struct UnseenLoad {
     pub(crate) timed: TimedLoad,
 }
 
+/// A push of a test run, as the report of a build has it.
+#[derive(Clone, Copy, Debug, PartialEq, serde::Serialize)]
+pub struct TestLoad {
+    /// Its point \[m\].
+    pub point: [f64; 3],
+    /// Force \[N\].
+    pub force: [f64; 3],
+    /// End of the push, which starts at zero \[s\].
+    pub end: f64,
+}
+
 /// Loads the snapshots have not seen.
 pub struct UnseenLoads {
     /// The loads, one per trajectory.
@@ -71,6 +82,18 @@ impl UnseenLoads {
             when.end = (when.end / time_step).round().max(1.0) * time_step;
         }
         Self { loads, ..*self }
+    }
+
+    /// Points on a mesh with these nodes, forces and times.
+    pub(crate) fn places(&self, nodes: &[[f64; 3]]) -> Vec<TestLoad> {
+        let place = |load: &UnseenLoad| {
+            let shares = || load.nodes.iter().zip(load.weights);
+            let coordinate =
+                |axis: usize| shares().map(|(&node, weight)| weight * nodes[node as usize][axis]).sum();
+            let end = load.timed.when.during.end;
+            TestLoad { point: std::array::from_fn(coordinate), force: load.force, end }
+        };
+        self.loads.iter().map(place).collect()
     }
 
     /// As the full-order solver takes them.

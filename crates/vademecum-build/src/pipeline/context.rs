@@ -1,6 +1,7 @@
 //! The model, its full-order march and the loads of its certificate: all that is settled before there is a
 //! basis.
 
+use std::f64::consts::TAU;
 use std::sync::OnceLock;
 
 use faer::MatRef;
@@ -9,10 +10,10 @@ use super::plan;
 use super::{BuildError, BuildOptions};
 use crate::basis::SnapshotSchedule;
 use crate::certificate::UnseenLoads;
-use crate::dynamics::{FirstMode, FullOrder};
+use crate::dynamics::{FirstMode, FullOrder, lowest_modes};
 use crate::export::NodeOrder;
 use crate::input::{BasisKind, Problem};
-use crate::mesh_error::{DiscRequest, MeshEstimate, estimate};
+use crate::mesh_error::{DiscRequest, FREQUENCIES, MeshEstimate, estimate};
 use crate::prepared::{Means, Prepared, prepare_within};
 use crate::progress::{Listener, Stopwatch};
 use crate::report::BuildPlan;
@@ -103,10 +104,31 @@ impl<'a> BuildContext<'a> {
         watch: &mut Stopwatch<'_>,
     ) -> Result<(), BuildError> {
         if self.mesh_error.get().is_none() {
+            self.note_own_frequencies(known)?;
             let find = || estimate(self.prepared, known, DiscRequest::None, self.kept.listener);
             let found = watch.stage("mesh error", find)?;
             let _ = self.mesh_error.set(found);
         }
+        Ok(())
+    }
+
+    /// Notes the lowest frequencies of matrices of another program: a wrong unit or format shows there.
+    fn note_own_frequencies(&self, known: Option<(&[f64], MatRef<'_, f64>)>) -> Result<(), BuildError> {
+        let (model, symbolic) = (&self.prepared.body.model, &self.prepared.symbolic);
+        if !model.mesh().elements.is_empty() || symbolic.is_spread() {
+            return Ok(());
+        }
+        let count = FREQUENCIES.min(model.pencil().n_elastic());
+        let eigenvalues = match known {
+            Some((values, _)) if values.len() >= count => values.to_vec(),
+            _ => lowest_modes(model.pencil(), symbolic, count)?.eigenvalues,
+        };
+        let hertz = eigenvalues.iter().take(count).map(|value| format!("{:.6e}", value.sqrt() / TAU));
+        self.kept.listener.note(&format!(
+            "the lowest natural frequencies of these matrices: {} Hz; where they are far from those of the \
+             program that wrote them, a unit or the format is another one",
+            hertz.collect::<Vec<_>>().join(", ")
+        ));
         Ok(())
     }
 

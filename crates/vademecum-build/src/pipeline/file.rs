@@ -136,6 +136,10 @@ impl CertifiedFile {
             singular_values: basis.singular_values.clone(),
             snapshots,
             certificate: self.certificate,
+            test_loads: match self.large {
+                Some(_) => vec![],
+                None => context.unseen.places(&body.model.mesh().nodes),
+            },
             separation: self.separation,
             timings: watch.timings(),
             file_bytes: self.bytes.len(),

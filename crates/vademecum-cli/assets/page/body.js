@@ -42,6 +42,17 @@ export class Body {
     return unit(cross(sub(b, a), sub(c, a)));
   }
 
+  /** Direction of the part that can be pushed: its outward normals times their areas [m²]; zero of a surface that can be pushed all around. */
+  get facing() {
+    let sum = [0, 0, 0];
+    if (3 * this.loadTriangles === this.triangles.length) return sum;
+    for (let t = 0; t < this.loadTriangles; t++) {
+      const [a, b, c] = this.corners(t);
+      sum = add(sum, scaled(cross(sub(b, a), sub(c, a)), 0.5));
+    }
+    return sum;
+  }
+
   /** Positions drawn: rest plus magnified displacement; and the box they lie in. */
   displace(displacement, magnification) {
     for (let i = 0; i < this.rest.length; i++) this.displaced[i] = this.rest[i] + magnification * displacement[i];

@@ -13,9 +13,9 @@ const FREE = 0.04;
 const middle = ({ low, high }) => scaled(add(low, high), 0.5);
 
 export class Camera {
-  /** Around a box `{ low, high }` [m]; axis `up` (0, 1, 2) points upwards. */
-  constructor(box, up) {
-    Object.assign(this, { box, up, aspect: 1, past: [] });
+  /** Around a box `{ low, high }` [m]; axis `up` (0, 1, 2) points upwards; the part to be seen first faces `facing`, zero if it is all around. */
+  constructor(box, up, facing = [0, 0, 0]) {
+    Object.assign(this, { box, up, facing, aspect: 1, past: [] });
     this.radius = norm(sub(box.high, box.low)) / 2;
     this.reset();
     this.past = [];
@@ -24,7 +24,16 @@ export class Camera {
   /** The view as built, with the axis that is up kept. */
   reset() {
     this.remember();
-    Object.assign(this, START, { target: middle(this.box), zoom: 1, around: this.box });
+    Object.assign(this, this.start, { target: middle(this.box), zoom: 1, around: this.box });
+  }
+
+  /** The first view: the one of four turns that looks most at the side to be seen, from below only if no view from above sees it. */
+  get start() {
+    const least = 1e-3 * norm(this.facing);
+    const seen = (pose) => dot(this.frame(pose).back, this.facing);
+    const best = (pitch) => [0, 1, 2, 3].map((turn) => ({ yaw: START.yaw + (turn * Math.PI) / 2, pitch })).reduce((a, b) => (seen(b) > seen(a) + least ? b : a));
+    const above = best(START.pitch);
+    return seen(above) >= 0 ? above : best(-START.pitch);
   }
 
   /** What makes the view, and back to it. */
@@ -50,7 +59,8 @@ export class Camera {
   /** Axis `up` points upwards from now on. */
   stand(up) {
     this.remember();
-    Object.assign(this, { up, ...START });
+    this.up = up;
+    Object.assign(this, this.start);
   }
 
   /** Looks along an axis, from its far end; from the other end if it does so already. */
@@ -63,8 +73,8 @@ export class Camera {
     Object.assign(this, there);
   }
 
-  frame() {
-    const [cy, sy, cp, sp] = [Math.cos(this.yaw), Math.sin(this.yaw), Math.cos(this.pitch), Math.sin(this.pitch)];
+  frame({ yaw, pitch } = this) {
+    const [cy, sy, cp, sp] = [Math.cos(yaw), Math.sin(yaw), Math.cos(pitch), Math.sin(pitch)];
     const turned = (along, across, above) => {
       const v = [0, 0, 0];
       [v[(this.up + 1) % 3], v[(this.up + 2) % 3], v[this.up]] = [along, across, above];

@@ -38,7 +38,7 @@ async function start() {
   const body = new Body(evaluator);
   const player = new Player(evaluator, body, { double: true });
   const renderer = new Renderer(find("view"), body);
-  const camera = new Camera(body.box, upward(body, evaluator.problem));
+  const camera = new Camera(body.box, upward(body, evaluator.problem), body.facing);
   const controls = new Controls(player, renderer, camera);
   new Hands(find("view"), player, camera, controls);
   const page = { evaluator, body, player, renderer, camera, controls, pace: new Pace(player) };

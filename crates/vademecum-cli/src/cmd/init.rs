@@ -2,6 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
+use vademecum_build::mesh_error::MeshEstimate;
 use vademecum_build::store::Kind;
 use vademecum_study::starter::{
     NamedMaterial, SMALLEST_PART, Starter, StarterError, StarterOptions, starter,
@@ -12,7 +13,7 @@ use crate::console::Console;
 use crate::failure::{Cause, Failure};
 use crate::files::{check_output, outputs, write_bytes};
 use crate::print::print_json;
-use crate::words::{duration, hertz, quantity};
+use crate::words::{duration, hertz, percent, quantity};
 
 /// Writes a problem file for a mesh: unit, support, material, time step and modes are proposed and explained.
 #[derive(clap::Args)]
@@ -107,6 +108,9 @@ impl Init {
                 hertz(*frequency),
                 duration(*time_step)
             );
+            if let Some(estimate) = &proposed.linear_mesh_error {
+                println!("{}", on_linear_elements(estimate, proposed.raised));
+            }
             println!("wrote {}", problem.display());
             if !self.view {
                 println!("next: vademecum build {} -o {}", problem.display(), lines.1.display());
@@ -137,6 +141,26 @@ impl Init {
         let file = problem.with_extension("vdm");
         let build = vec!["vademecum".into(), "build".into(), problem.into(), "-o".into(), file.clone()];
         (vec![build, vec!["vademecum".into(), "view".into(), file.clone()]], file)
+    }
+}
+
+/// The discretisation error of linear elements, and what the proposal does about it.
+fn on_linear_elements(estimate: &MeshEstimate, raised: bool) -> String {
+    let known = match estimate {
+        MeshEstimate::Known(error) => error.frequencies.first().ok_or("no frequency"),
+        MeshEstimate::Unknown { reason } => Err(reason.as_str()),
+    };
+    let order = match raised {
+        true => "`order = \"quadratic\"` was written",
+        false => "`order = \"quadratic\"` in `[mesh]` takes most of it out",
+    };
+    match known {
+        Ok(first) => format!(
+            "first frequency {} on linear elements, about {} too high: {order}",
+            hertz(first.mesh),
+            percent(first.error)
+        ),
+        Err(reason) => format!("mesh error on linear elements: not estimated: {reason}"),
     }
 }
 

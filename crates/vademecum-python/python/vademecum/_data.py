@@ -368,6 +368,8 @@ class Starter:
     material: str
     #: Linear tetrahedra get mid-side nodes.
     raised: bool
+    #: Error of the frequencies on the linear elements of the file; `None` of a quadratic mesh.
+    linear_mesh_error: Optional[DiscretisationEstimate]
     #: First natural frequency in Hz.
     frequency: float
     time_step: float
@@ -407,6 +409,8 @@ class Verification:
     basis_error: Optional[float]
     rest_error: Optional[float]
     contact_error: Optional[float]
+    #: Under each contact, in the order of the scenario; `None` of one that moves nothing.
+    contact_errors: tuple[Optional[float], ...]
     truth_error: Optional[float]
     truth_vectors: Optional[int]
     bound: Optional[Bound]

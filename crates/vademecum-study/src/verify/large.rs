@@ -21,6 +21,7 @@ use crate::large_motion::{Extent, LargeMotion, MarchDistance, Reference};
 use crate::parameters::{ParameterValue, values};
 use crate::player::{PlayOptions, long_run, play_metered};
 use crate::scenario::Scenario;
+use crate::truth::{largest_error, relative_errors};
 
 /// Steps of the reference in a step of the file, at first.
 const PARTS: usize = 4;
@@ -60,6 +61,8 @@ pub struct LargeVerification {
     /// Of the displacement under a contact, along its force, while the force acts; the largest of all
     /// contacts. None if the scenario has no contact that moves its point.
     pub contact_error: Option<f64>,
+    /// The same of each contact, in the order of the scenario.
+    pub contact_errors: Vec<Option<f64>>,
     /// Largest violation of the energy's identity in any step of the file, over the largest energy.
     pub energy_identity: f64,
     /// Energy at the end over energy at release, less 1, through the file.
@@ -137,7 +140,8 @@ pub fn verify_large(
         linear_error: linear.error,
         truth_error: found.apart,
         truth_parts,
-        contact_error: found.contact,
+        contact_error: largest_error(&found.contacts),
+        contact_errors: found.contacts,
         energy_identity,
         energy_drift: drift(&shown.energy),
         energy_drift_full_order: drift(&found.energy),
@@ -182,7 +186,7 @@ struct LargeFigures {
     errors: [TrajectoryError; 2],
     /// Distance from the march with twice the step.
     apart: f64,
-    contact: Option<f64>,
+    contacts: Vec<Option<f64>>,
     displacement: f64,
     energy: Vec<f64>,
     /// Shape (instants, probes), row-major.
@@ -224,11 +228,10 @@ impl LargeComparison<'_> {
                 }
             }
         })?;
-        let moved = contacts.iter().filter(|[_, whole]| *whole > 0.0);
         Ok(LargeFigures {
             errors: [0, 1].map(|column| meter.errors()[column]),
             apart: apart.share(),
-            contact: moved.map(|[error, whole]| (error / whole).sqrt()).reduce(f64::max),
+            contacts: relative_errors(&contacts),
             displacement,
             energy,
             probes,
