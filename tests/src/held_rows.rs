@@ -39,7 +39,7 @@ impl Full {
         // The same body held somewhere else has the rows that the supports of this one take away: at an
         // element none of whose neighbours is held here.
         let held = |node: u32| (0..3).any(|c| dofs.free(3 * node as usize + c).is_none());
-        let per = mesh.order.nodes_per_element();
+        let per = mesh.order().nodes_per_element();
         let near = |node: u32| {
             let mut around = mesh.elements.chunks_exact(per).filter(|element| element.contains(&node));
             around.any(|element| element.iter().any(|&other| held(other)))

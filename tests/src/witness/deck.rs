@@ -11,7 +11,7 @@ pub(super) fn text(mesh: &Mesh) -> String {
     for (id, [x, y, z]) in mesh.node_ids.iter().zip(&mesh.nodes) {
         let _ = writeln!(out, "{id}, {x:.12e}, {y:.12e}, {z:.12e}");
     }
-    let kind = match mesh.order {
+    let kind = match mesh.order() {
         Order::Linear => "C3D4",
         Order::Quadratic => "C3D10",
     };

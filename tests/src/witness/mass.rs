@@ -36,8 +36,8 @@ fn mass(model: &Model) -> Vec<(u32, u32, f64)> {
     for index in 0..mesh.element_count() {
         let element = mesh.element(index);
         let corners: Vec<[f64; 3]> = element.iter().map(|node| mesh.nodes[*node as usize]).collect();
-        for (place, weight) in points(mesh.order) {
-            let (values, volume) = match mesh.order {
+        for (place, weight) in points(mesh.order()) {
+            let (values, volume) = match mesh.order() {
                 Order::Linear => (place.to_vec(), linear_jacobian(&corners)),
                 Order::Quadratic => {
                     let corners: &[[f64; 3]; 10] = corners[..].try_into().expect("ten nodes");

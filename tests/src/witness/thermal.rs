@@ -30,7 +30,7 @@ impl Thermal {
             let element = mesh.element(index);
             let nodes: [[f64; 3]; 10] = std::array::from_fn(|i| mesh.nodes[element[i] as usize]);
             let held = nodes.map(|node| self.held(model, node));
-            for (place, weight) in points(mesh.order) {
+            for (place, weight) in points(mesh.order()) {
                 let volume = weight * jacobian_10(&nodes, [place[1], place[2], place[3]]);
                 let stress: f64 = quadratic(place).iter().zip(held).map(|(n, held)| n * held).sum();
                 for (node, gradient) in element.iter().zip(gradients(&nodes, place)) {
