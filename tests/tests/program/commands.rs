@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 use std::sync::OnceLock;
 
 use serde_json::Value;
-use vademecum_tests::program::{Ran, repository, vademecum};
+use vademecum_tests::program::{Ran, fixtures, repository, vademecum};
 
 /// A path of the fixtures.
 fn fixture(name: &str) -> PathBuf {
@@ -450,4 +450,15 @@ fn foreign_names_are_printed_escaped_and_short() {
     let ran = vademecum(&["run", &file, "--scenario", &scenario]);
     assert_eq!(ran.code, Some(3));
     assert!(ran.stderr.len() < 2000, "{} bytes", ran.stderr.len());
+}
+
+/// Figures that a file does not know are dashes in words and null in JSON.
+#[test]
+fn no_file_is_described_by_numbers_that_are_none() {
+    for (name, _) in fixtures("golden") {
+        let file = fixture("golden").join(&name);
+        let words = run([&"info", &file]);
+        assert_eq!(words.code, Some(0), "{name}: {}", words.stderr);
+        assert!(!words.stdout.contains("NaN") && !words.stdout.contains(" inf"), "{name}: {}", words.stdout);
+    }
 }

@@ -231,15 +231,17 @@ impl Certificates {
                 );
                 continue;
             }
+            // Files of early versions do not know all of them.
+            let figure = |value: f64, text: String| if value.is_finite() { text } else { "-".into() };
             println!(
-                "test runs, {name}: largest error {:.3e}, projection error {:.3e}, ratio {:.3} over {} steps; spectral radius \
-                 1{:+.1e}; energy ratio {:.9}{}",
-                c.trajectory_error,
-                c.projection_floor,
-                c.floor_ratio,
+                "test runs, {name}: largest error {}, projection error {}, ratio {} over {} steps; spectral radius {}; \
+                 energy ratio {}{}",
+                figure(c.trajectory_error, format!("{:.3e}", c.trajectory_error)),
+                figure(c.projection_floor, format!("{:.3e}", c.projection_floor)),
+                figure(c.floor_ratio, format!("{:.3}", c.floor_ratio)),
                 c.steps,
-                c.spectral_radius - 1.0,
-                c.energy_ratio,
+                figure(c.spectral_radius, format!("1{:+.1e}", c.spectral_radius - 1.0)),
+                figure(c.energy_ratio, format!("{:.9}", c.energy_ratio)),
                 symmetry(c)
             );
         }
