@@ -239,7 +239,7 @@ impl Certificates {
                 figure(c.trajectory_error, format!("{:.3e}", c.trajectory_error)),
                 figure(c.projection_floor, format!("{:.3e}", c.projection_floor)),
                 figure(c.floor_ratio, format!("{:.3}", c.floor_ratio)),
-                c.steps,
+                figure(c.steps, c.steps.to_string()),
                 figure(c.spectral_radius, format!("1{:+.1e}", c.spectral_radius - 1.0)),
                 figure(c.energy_ratio, format!("{:.9}", c.energy_ratio)),
                 symmetry(c)
