@@ -24,7 +24,7 @@
 //! threads.
 //!
 //! Entries are wanted at some rows only. Where no descendant of a group has such a row nothing is computed
-//! downwards, and its `Ȧ` is freed on the way up.
+//! downwards, and its places are freed on the way up.
 
 use std::sync::{Arc, Mutex, OnceLock, PoisonError};
 
@@ -52,27 +52,27 @@ const MOVE: f64 = 40.0;
 #[doc(alias("Takahashi", "selected inversion"))]
 pub(crate) struct SelectedInverse {
     supernodes: Arc<Supernodes>,
-    inverse: Vec<f64>,
     /// Of each group; empty where none is wanted.
+    inverse: Vec<Vec<f64>>,
     weighted: Vec<Vec<f64>>,
     relief: Option<ReliefProjection>,
 }
 
 impl SelectedInverse {
-    /// Entry of `A⁻¹` between two wanted rows; `None` off the pattern. For the stiffness of a body without supports it is that of
-    /// `K⁺`.
+    /// Entry of `A⁻¹` between two wanted rows; `None` off the pattern. For the stiffness of a body without
+    /// supports it is that of `K⁺`.
     pub(crate) fn inverse(&self, row: usize, column: usize) -> Option<f64> {
         let relief = self.relief.as_ref().map_or(0.0, |relief| relief.of_inverse(row, column));
-        self.supernodes.position(row, column).map(|(_, at)| self.inverse[at] - relief)
+        let (group, at) = self.supernodes.position(row, column)?;
+        Some(self.inverse[group][at] - relief)
     }
 
-    /// Entry of `A⁻¹WA⁻¹` between two wanted rows; `None` off the pattern. For the stiffness of a body without supports it is that of
-    /// `K⁺MK⁺`.
+    /// Entry of `A⁻¹WA⁻¹` between two wanted rows; `None` off the pattern. For the stiffness of a body without
+    /// supports it is that of `K⁺MK⁺`.
     pub(crate) fn weighted(&self, row: usize, column: usize) -> Option<f64> {
         let relief = self.relief.as_ref().map_or(0.0, |relief| relief.of_weighted(row, column));
         let (group, at) = self.supernodes.position(row, column)?;
-        let own = &self.weighted[group];
-        Some(own[at - self.supernodes.groups[group].values.start] - relief)
+        Some(self.weighted[group][at] - relief)
     }
 }
 
@@ -175,35 +175,39 @@ impl Factor {
         listener: &dyn Listener,
     ) -> Result<SelectedInverse, Cancelled> {
         let relief = self.rigid().map(|rigid| ReliefProjection::new(&self, rigid, weight));
-        let (symbolic, mut inverse) = self.into_values();
+        let (symbolic, values) = self.into_values();
         assert!(std::ptr::eq(symbolic.pattern(), &**weight.pattern()), "one pattern per symbolic analysis");
         let supernodes = symbolic.supernodes().clone();
         let wanted = supernodes.with_ancestors(rows);
         let progress = SelectProgress::new(&supernodes, &wanted, listener);
         progress.advance(0.0)?;
+        let mut inverse = supernodes.into_groups(values);
         let mut weighted = vec![vec![]; supernodes.groups.len()];
 
-        let values = supernodes.split(&mut inverse, |group| group.values.len());
-        let parts = values.into_iter().zip(&mut weighted).collect();
-        supernodes.tree.upwards(parts, |at, (values, kept), children: Vec<(usize, Vec<f64>)>| {
-            let group = &supernodes.groups[at];
-            let mut slopes = supernodes.of_group(group, weight);
-            let update = upwards(&supernodes, group, [values, &mut slopes], children, wanted[at]);
-            if wanted[at] {
-                *kept = slopes;
-            }
-            progress.advance(upward_work(group))?;
-            Ok(update)
-        })?;
+        let parts = inverse.iter_mut().zip(&mut weighted).collect();
+        supernodes.tree.upwards(
+            parts,
+            |at, (values, kept): Places<'_>, children: Vec<(usize, Vec<f64>)>| {
+                let group = &supernodes.groups[at];
+                let mut slopes = supernodes.of_group(group, weight);
+                let update = upwards(&supernodes, group, [values, &mut slopes], children, wanted[at]);
+                if wanted[at] {
+                    *kept = slopes;
+                } else {
+                    *values = vec![];
+                }
+                progress.advance(upward_work(group))?;
+                Ok(update)
+            },
+        )?;
 
-        let values = supernodes.split(&mut inverse, |group| group.values.len());
-        let parts = values.into_iter().zip(&mut weighted).collect();
+        let parts = inverse.iter_mut().zip(&mut weighted).collect();
         let done: Vec<OnceLock<[&[f64]; 2]>> = wanted.iter().map(|_| OnceLock::new()).collect();
-        supernodes.tree.downwards(parts, |at, (values, slopes): (&mut [f64], &mut Vec<f64>), _| {
+        supernodes.tree.downwards(parts, |at, (values, slopes): Places<'_>, _| {
             let group = &supernodes.groups[at];
             // After a stop groups above may be missing.
             if wanted[at] && progress.advance(0.0).is_ok() {
-                downwards(&supernodes, group, [&mut *values, slopes], &done);
+                downwards(&supernodes, group, [values, slopes], &done);
                 done[at].set([values, slopes]).expect("each group once");
                 // A stop is noticed before the next group.
                 let _ = progress.advance(downward_work(group));
@@ -214,6 +218,9 @@ impl Factor {
         Ok(SelectedInverse { supernodes, inverse, weighted, relief })
     }
 }
+
+/// Places of a group in both arrays.
+type Places<'v> = (&'v mut Vec<f64>, &'v mut Vec<f64>);
 
 /// Work of a selection that is done.
 struct SelectProgress<'a> {

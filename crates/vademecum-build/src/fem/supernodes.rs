@@ -13,6 +13,9 @@ use super::number::FactorScalar;
 use super::sparse::SymmetricMatrix;
 use super::tree::{Contribution, Tree};
 
+/// Numbers at the end of an array that are worth giving back to the system.
+const RETURNED: usize = 1 << 20;
+
 /// Columns with the same rows below them.
 #[derive(Clone, Debug)]
 pub(super) struct Group {
@@ -181,6 +184,20 @@ impl Supernodes {
         self.groups.iter().map(&mut part).collect()
     }
 
+    /// The same, each on its own, so that they can be freed one by one; at no time are all there twice.
+    pub(crate) fn into_groups(&self, mut numbers: Vec<f64>) -> Vec<Vec<f64>> {
+        let cut = |group: &Group| {
+            let own = numbers.split_off(group.values.start);
+            if numbers.capacity() - numbers.len() > RETURNED {
+                numbers.shrink_to_fit();
+            }
+            own
+        };
+        let mut parts: Vec<Vec<f64>> = self.groups.iter().rev().map(cut).collect();
+        parts.reverse();
+        parts
+    }
+
     /// Rows of the matrix.
     pub(crate) fn n(&self) -> usize {
         self.order.len()
@@ -241,8 +258,8 @@ impl Supernodes {
         rows.iter().map(place).collect()
     }
 
-    /// Group and position of the value of two rows of the matrix, in either order; `None` off the pattern of
-    /// the factor.
+    /// Group of the value of two rows of the matrix, in either order, and its position there; `None` off the
+    /// pattern of the factor.
     pub(crate) fn position(&self, row: usize, column: usize) -> Option<(usize, usize)> {
         let [a, b] = [self.place[row] as usize, self.place[column] as usize];
         let (low, high) = (a.min(b), a.max(b));
@@ -253,7 +270,7 @@ impl Supernodes {
             local if local < group.columns => local,
             _ => group.columns + self.rows(group).binary_search(&(high as u32)).ok()?,
         };
-        Some((owner, group.values.start + (low - group.first) * height + local))
+        Some((owner, (low - group.first) * height + local))
     }
 
     /// True for each group that has one of these rows of the matrix among its columns, and for all above it
