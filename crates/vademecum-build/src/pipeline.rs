@@ -84,10 +84,13 @@ fn build_sized(
     if problem.is_large() {
         return large::build(context, problem, plan, watch);
     }
-    let model = ReducedModel::new(context, problem, &plan, watch)?;
+    let mut model = ReducedModel::new(context, problem, &plan, watch)?;
     context.estimate_mesh_error(natural_modes(context, problem, &model), watch)?;
+    if !context.prepared.exact {
+        model.add_residual(context, problem, watch)?;
+    }
     let certified = if context.prepared.exact {
-        exact::certified(context, problem, &model, watch)?
+        exact::certified(context, problem, &mut model, watch)?
     } else if context.prepared.space.parameters.is_empty() {
         staged::certified(context, problem, &model, watch)?
     } else {

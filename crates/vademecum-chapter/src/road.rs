@@ -29,7 +29,8 @@ pub fn build(
     let Some(entry) = problem.chapter() else { return pipeline::build(problem, options, listener) };
     with_context(problem, options, listener, |context, watch| {
         let plan = context.plan(problem)?;
-        let model = ReducedModel::new(context, problem, &plan, watch)?;
+        let mut model = ReducedModel::new(context, problem, &plan, watch)?;
+        model.add_residual(context, problem, watch)?;
         let certified = certified(context, problem, &entry, &model, watch);
         context.check_engine()?;
         let built = certified?.reported(context, problem, (&model.basis, model.snapshots), plan, watch);

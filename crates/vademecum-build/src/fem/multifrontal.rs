@@ -42,12 +42,7 @@ pub(super) fn factorise<T: FactorScalar>(
     supernodes.tree.upwards(parts, |at, own, children: Vec<(usize, Vec<T>)>| {
         let group = &supernodes.groups[at];
         let below = group.below();
-        let mut update = vec![T::nearest(0.0); below * below];
-        if (below * below) as f64 > SHARED {
-            // Fresh pages are written at once, as those of the factor are.
-            let columns = update.par_chunks_exact_mut(below).enumerate();
-            columns.for_each(|(column, rows)| rows[column..].fill(T::nearest(0.0)));
-        }
+        let mut update = fresh_square(below);
         for (child, from) in children {
             add(supernodes, &supernodes.groups[child], &from, group, own, &mut update);
         }
@@ -57,8 +52,19 @@ pub(super) fn factorise<T: FactorScalar>(
     Ok(values)
 }
 
+/// Zeros, `n` columns of as many.
+pub(super) fn fresh_square<T: FactorScalar>(n: usize) -> Vec<T> {
+    let mut square = vec![T::nearest(0.0); n * n];
+    if (n * n) as f64 > SHARED {
+        // Fresh pages are written at once, as those of the factor are.
+        let columns = square.par_chunks_exact_mut(n).enumerate();
+        columns.for_each(|(column, rows)| rows[column..].fill(T::nearest(0.0)));
+    }
+    square
+}
+
 /// Adds what a child left to the places of its parent, and to what that will leave.
-fn add<T: FactorScalar>(
+pub(super) fn add<T: FactorScalar>(
     supernodes: &Supernodes,
     child: &Group,
     from: &[T],

@@ -17,23 +17,29 @@
 //! Y_IJ = −Y_II G + Z_II Ġ        Y_JJ = D⁻¹ḊD⁻¹ + Ġᵀ Z_IJ − Gᵀ Y_IJ
 //! ```
 //!
-//! Note: everything is computed in place, `Z` over the factor and `Y` over `Ȧ`. Dense products are
-//! cut in rows of a fixed height, and threads share those, so the bits never depend on their number.
+//! Note: everything is computed in place, `Z` over the factor and `Y` over `Ȧ`. Threads share the elimination
+//! tree as [`super::tree`] says, upwards with what each group takes off the rows below it, as in
+//! [`super::multifrontal`], and downwards with the entries of the groups above. Children are added in one
+//! order and dense products are cut in rows of a fixed height, so the bits never depend on the number of
+//! threads.
+//!
+//! Entries are wanted at some rows only. Where no descendant of a group has such a row nothing is computed
+//! downwards, and its places are freed on the way up.
 
-use std::sync::Arc;
+use std::sync::{Arc, Mutex, OnceLock, PoisonError};
 
 use faer::linalg::matmul::matmul;
-use faer::linalg::triangular_inverse::invert_lower_triangular;
 use faer::linalg::triangular_solve::{solve_lower_triangular_in_place, solve_upper_triangular_in_place};
 use faer::prelude::{Reborrow, ReborrowMut};
 use faer::{Accum, Mat, MatMut, MatRef, Par};
 use rayon::prelude::*;
 
 use super::factor::{Factor, Solve, Symbolic};
+use super::multifrontal::{add, fresh_square};
 use super::rigid::RigidBody;
-use super::sparse::SymmetricMatrix;
+use super::sparse::{SymmetricMatrix, contiguous_mut};
 use super::supernodes::{Group, Run, Supernodes};
-use crate::linalg::{SHARED, by_rows, symmetric_part};
+use crate::linalg::{HEIGHT, SHARED, by_rows, column_groups, symmetric_part};
 use crate::progress::{Cancelled, Listener};
 
 /// Rows and columns of a tile that is mirrored at a time: two fit the first cache.
@@ -46,24 +52,27 @@ const MOVE: f64 = 40.0;
 #[doc(alias("Takahashi", "selected inversion"))]
 pub(crate) struct SelectedInverse {
     supernodes: Arc<Supernodes>,
-    inverse: Vec<f64>,
-    weighted: Vec<f64>,
+    /// Of each group; empty where none is wanted.
+    inverse: Vec<Vec<f64>>,
+    weighted: Vec<Vec<f64>>,
     relief: Option<ReliefProjection>,
 }
 
 impl SelectedInverse {
-    /// Entry of `A⁻¹`; `None` off the pattern. For the stiffness of a body without supports it is that of
-    /// `K⁺`.
+    /// Entry of `A⁻¹` between two wanted rows; `None` off the pattern. For the stiffness of a body without
+    /// supports it is that of `K⁺`.
     pub(crate) fn inverse(&self, row: usize, column: usize) -> Option<f64> {
         let relief = self.relief.as_ref().map_or(0.0, |relief| relief.of_inverse(row, column));
-        self.supernodes.position(row, column).map(|at| self.inverse[at] - relief)
+        let (group, at) = self.supernodes.position(row, column)?;
+        Some(self.inverse[group][at] - relief)
     }
 
-    /// Entry of `A⁻¹WA⁻¹`; `None` off the pattern. For the stiffness of a body without supports it is that of
-    /// `K⁺MK⁺`.
+    /// Entry of `A⁻¹WA⁻¹` between two wanted rows; `None` off the pattern. For the stiffness of a body without
+    /// supports it is that of `K⁺MK⁺`.
     pub(crate) fn weighted(&self, row: usize, column: usize) -> Option<f64> {
         let relief = self.relief.as_ref().map_or(0.0, |relief| relief.of_weighted(row, column));
-        self.supernodes.position(row, column).map(|at| self.weighted[at] - relief)
+        let (group, at) = self.supernodes.position(row, column)?;
+        Some(self.weighted[group][at] - relief)
     }
 }
 
@@ -121,24 +130,36 @@ impl Symbolic {
     }
 
     /// Memory of [`Factor::select`] in addition to the factor \[bytes\].
-    pub(crate) fn select_bytes(&self) -> usize {
+    pub(crate) fn select_bytes(&self, rows: impl IntoIterator<Item = usize>) -> usize {
         let supernodes = self.supernodes();
-        let workspace = 2 * supernodes.tallest().pow(2) + 2 * supernodes.largest();
-        self.factor_bytes().saturating_add(size_of::<f64>() * workspace)
+        let wanted =
+            supernodes.groups.iter().zip(supernodes.with_ancestors(rows)).filter(|(_, wanted)| *wanted);
+        let kept: usize = wanted.map(|(group, _)| group.values.len()).sum();
+        size_of::<f64>() * (kept + supernodes.tallest().pow(2) + 2 * supernodes.largest())
     }
 }
 
 /// Multiplications for a group, and what takes as long.
 fn work(group: &Group) -> f64 {
+    upward_work(group) + downward_work(group)
+}
+
+fn upward_work(group: &Group) -> f64 {
     let [j, i] = [group.columns as f64, group.below() as f64];
-    4.0 * i * i * j + 7.0 * i * j * j + 5.0 * j.powi(3) + MOVE * i * i
+    i * i * j + 2.5 * i * j * j + 0.5 * MOVE * i * i
+}
+
+fn downward_work(group: &Group) -> f64 {
+    let [j, i] = [group.columns as f64, group.below() as f64];
+    3.0 * i * i * j + 3.0 * i * j * j + 5.0 * j.powi(3) + 0.5 * MOVE * i * i
 }
 
 impl Factor {
-    /// Entries of `A⁻¹` and of `A⁻¹WA⁻¹` on the pattern of the factor, which is used up. All threads.
+    /// Entries of `A⁻¹` and of `A⁻¹WA⁻¹` between the given rows on the pattern of the factor, which is used up.
+    /// All threads.
     ///
-    /// Some ten times the multiplications of the factorisation, whatever the number of entries that are
-    /// looked at. Memory: the factor once more, and two dense fronts.
+    /// Some ten times the multiplications of the factorisation if all rows are wanted, and half of them at
+    /// least. Memory: what is wanted of the factor once more, and a dense front.
     ///
     /// # Errors
     /// [`Cancelled`].
@@ -150,110 +171,147 @@ impl Factor {
     pub(crate) fn select(
         self,
         weight: &SymmetricMatrix,
+        rows: impl IntoIterator<Item = usize>,
         listener: &dyn Listener,
     ) -> Result<SelectedInverse, Cancelled> {
         let relief = self.rigid().map(|rigid| ReliefProjection::new(&self, rigid, weight));
-        let (symbolic, mut inverse) = self.into_values();
+        let (symbolic, values) = self.into_values();
         assert!(std::ptr::eq(symbolic.pattern(), &**weight.pattern()), "one pattern per symbolic analysis");
         let supernodes = symbolic.supernodes().clone();
-        let mut weighted = supernodes.scatter(weight, None);
-        let mut fronts = [(); 2].map(|()| vec![0.0; supernodes.tallest().pow(2)]);
-        let mut spare = [(); 2].map(|()| vec![0.0; supernodes.largest()]);
-        let total: f64 = supernodes.groups.iter().map(work).sum();
-        let mut done = 0.0;
-        // A third of the work is upwards.
-        let mut advance = |group: &Group, share: f64| {
-            done += share * work(group);
-            listener.checkpoint((done / SHARED) as usize, (total / SHARED).ceil() as usize)
-        };
-        listener.checkpoint(0, (total / SHARED).ceil() as usize)?;
-        for group in &supernodes.groups {
-            upwards(&supernodes, group, [&mut inverse, &mut weighted], &mut fronts[0], &mut spare[0]);
-            advance(group, 1.0 / 3.0)?;
-        }
-        for group in supernodes.groups.iter().rev() {
-            downwards(&supernodes, group, [&mut inverse, &mut weighted], &mut fronts, &mut spare);
-            advance(group, 2.0 / 3.0)?;
-        }
+        let wanted = supernodes.with_ancestors(rows);
+        let progress = SelectProgress::new(&supernodes, &wanted, listener);
+        progress.advance(0.0)?;
+        let mut inverse = supernodes.into_groups(values);
+        let mut weighted = vec![vec![]; supernodes.groups.len()];
+
+        let parts = inverse.iter_mut().zip(&mut weighted).collect();
+        supernodes.tree.upwards(
+            parts,
+            |at, (values, kept): Places<'_>, children: Vec<(usize, Vec<f64>)>| {
+                let group = &supernodes.groups[at];
+                let mut slopes = supernodes.of_group(group, weight);
+                let update = upwards(&supernodes, group, [values, &mut slopes], children, wanted[at]);
+                if wanted[at] {
+                    *kept = slopes;
+                } else {
+                    *values = vec![];
+                }
+                progress.advance(upward_work(group))?;
+                Ok(update)
+            },
+        )?;
+
+        let parts = inverse.iter_mut().zip(&mut weighted).collect();
+        let done: Vec<OnceLock<[&[f64]; 2]>> = wanted.iter().map(|_| OnceLock::new()).collect();
+        supernodes.tree.downwards(parts, |at, (values, slopes): Places<'_>, _| {
+            let group = &supernodes.groups[at];
+            // After a stop groups above may be missing.
+            if wanted[at] && progress.advance(0.0).is_ok() {
+                downwards(&supernodes, group, [values, slopes], &done);
+                done[at].set([values, slopes]).expect("each group once");
+                // A stop is noticed before the next group.
+                let _ = progress.advance(downward_work(group));
+            }
+        });
+        progress.advance(0.0)?;
+        drop(done);
         Ok(SelectedInverse { supernodes, inverse, weighted, relief })
     }
 }
 
-/// Leaves `L_JJ` and `G`, `Ḋ` and `Ġ` in the places of a group, and takes what it does to later ones off
-/// theirs.
+/// Places of a group in both arrays.
+type Places<'v> = (&'v mut Vec<f64>, &'v mut Vec<f64>);
+
+/// Work of a selection that is done.
+struct SelectProgress<'a> {
+    listener: &'a dyn Listener,
+    total: f64,
+    /// Work done, and true once the listener wants to stop.
+    done: Mutex<(f64, bool)>,
+}
+
+impl<'a> SelectProgress<'a> {
+    fn new(supernodes: &Supernodes, wanted: &[bool], listener: &'a dyn Listener) -> Self {
+        let of = |(group, &wanted): (&Group, &bool)| {
+            upward_work(group) + if wanted { downward_work(group) } else { 0.0 }
+        };
+        let total = supernodes.groups.iter().zip(wanted).map(of).sum();
+        Self { listener, total, done: Mutex::new((0.0, false)) }
+    }
+
+    fn advance(&self, work: f64) -> Result<(), Cancelled> {
+        let mut done = self.done.lock().unwrap_or_else(PoisonError::into_inner);
+        done.0 += work;
+        let [now, total] = [done.0.min(self.total), self.total].map(|work| (work / SHARED).ceil() as usize);
+        done.1 |= self.listener.checkpoint(now, total).is_err();
+        if done.1 { Err(Cancelled) } else { Ok(()) }
+    }
+}
+
+/// Leaves `L_JJ` and `G`, `Ḋ` and, where they are `wanted`, `Ġ` in the places of a group. Returns what it and
+/// its `children` add to the lower triangle of the rows below.
 fn upwards(
     supernodes: &Supernodes,
     group: &Group,
     [values, slopes]: [&mut [f64]; 2],
-    front: &mut [f64],
-    spare: &mut [f64],
-) {
+    children: Vec<(usize, Vec<f64>)>,
+    wanted: bool,
+) -> Vec<f64> {
     let (columns, below) = (group.columns, group.below());
-    let (lower, mut ratio) = parts(&mut values[group.values.clone()], group);
+    let mut update = fresh_square(below);
+    for (child, from) in children {
+        add(supernodes, &supernodes.groups[child], &from, group, slopes, &mut update);
+    }
+    let (lower, mut ratio) = parts(values, group);
     let lower = lower.rb();
     by_rows(ratio.rb_mut(), columns, |_, rows| {
         solve_upper_triangular_in_place(lower.transpose(), rows.transpose_mut(), Par::Seq);
     });
     let ratio = ratio.rb();
-    let (own, later) = slopes[group.values.start..].split_at_mut(group.values.len());
-    let (mut pivot, mut slope) = parts(own, group);
+    let (mut pivot, mut slope) = parts(slopes, group);
     mirror(pivot.rb_mut());
     let pivot = pivot.rb();
     if below == 0 {
-        return;
+        return update;
     }
-    let mut half = MatMut::from_column_major_slice_mut(&mut spare[..below * columns], below, columns);
-    half.copy_from(slope.rb());
-    product(half.rb_mut(), Accum::Add, ratio, pivot, -0.5);
-    let mut update = MatMut::from_column_major_slice_mut(&mut front[..below * below], below, below);
-    let half = half.rb();
-    by_rows(update.rb_mut(), 2 * columns, |first, rows| {
+    let mut half = slope.rb().to_owned();
+    product(half.as_mut(), Accum::Add, ratio, pivot, -0.5);
+    let half = half.as_ref();
+    let rows = MatMut::from_column_major_slice_mut(&mut update, below, below);
+    by_rows(rows, 2 * columns, |first, rows| {
         let height = rows.nrows();
         // The lower triangle, and what stands beside it in these rows.
         let mut rows = rows.subcols_mut(0, first + height);
         let own = [half, ratio].map(|m| m.subrows(first, height));
         let upto = [half, ratio].map(|m| m.subrows(0, first + height).transpose());
-        matmul(rows.rb_mut(), Accum::Replace, own[0], upto[1], 1.0, Par::Seq);
-        matmul(rows, Accum::Add, own[1], upto[0], 1.0, Par::Seq);
+        matmul(rows.rb_mut(), Accum::Add, own[0], upto[1], -1.0, Par::Seq);
+        matmul(rows, Accum::Add, own[1], upto[0], -1.0, Par::Seq);
     });
-    for run in supernodes.runs(group) {
-        let other = &supernodes.groups[run.owner];
-        let height = other.columns + other.below();
-        let base = other.values.start - group.values.end;
-        for place in run.places.clone() {
-            let column = run.local[place - run.places.start] as usize;
-            let target = &mut later[base + column * height..][..height];
-            let source = &front[place * below + place..(place + 1) * below];
-            for (&local, &value) in run.local[place - run.places.start..].iter().zip(source) {
-                target[local as usize] -= value;
-            }
-        }
+    if wanted {
+        by_rows(slope.rb_mut(), 2 * columns, |first, mut rows| {
+            // Ȧ − G Ḋ = 2 V − Ȧ.
+            let half = half.subrows(first, rows.nrows());
+            faer::zip!(&mut rows, half).for_each(|faer::unzip!(slope, half)| *slope = 2.0 * *half - *slope);
+            solve_lower_triangular_in_place(lower, rows.rb_mut().transpose_mut(), Par::Seq);
+            solve_upper_triangular_in_place(lower.transpose(), rows.transpose_mut(), Par::Seq);
+        });
     }
-    by_rows(slope.rb_mut(), 3 * columns, |first, mut rows| {
-        let own = ratio.subrows(first, rows.nrows());
-        matmul(rows.rb_mut(), Accum::Add, own, pivot, -1.0, Par::Seq);
-        solve_lower_triangular_in_place(lower, rows.rb_mut().transpose_mut(), Par::Seq);
-        solve_upper_triangular_in_place(lower.transpose(), rows.transpose_mut(), Par::Seq);
-    });
+    update
 }
 
-/// Leaves `Z` and `Y` in the places of a group, from those of later ones.
+/// Leaves `Z` and `Y` in the places of a group, from those of the groups above, which are `done`.
 fn downwards(
     supernodes: &Supernodes,
     group: &Group,
     [values, slopes]: [&mut [f64]; 2],
-    fronts: &mut [Vec<f64>; 2],
-    spare: &mut [Vec<f64>; 2],
+    done: &[OnceLock<[&[f64]; 2]>],
 ) {
     let (columns, below) = (group.columns, group.below());
-    let (values, above) = values[group.values.start..].split_at_mut(group.values.len());
-    let (slopes, slopes_above) = slopes[group.values.start..].split_at_mut(group.values.len());
     let (mut own, mut own_below) = parts(values, group);
     let (mut slope, mut slope_below) = parts(slopes, group);
 
     // D⁻¹ and D⁻¹ḊD⁻¹.
-    let mut lower = Mat::zeros(columns, columns);
-    invert_lower_triangular(lower.as_mut(), own.rb(), Par::Seq);
+    let lower = inverse_of_lower(own.rb());
     let lower = lower.as_ref();
     let mut turned = Mat::zeros(columns, columns);
     let mut image = Mat::zeros(columns, columns);
@@ -264,27 +322,44 @@ fn downwards(
     product(own.rb_mut(), Accum::Replace, lower.transpose(), lower, 1.0);
     if below > 0 {
         let runs = supernodes.runs(group);
-        let [front, front_slope] = fronts;
-        gather(supernodes, group, &runs, above, front);
-        gather(supernodes, group, &runs, slopes_above, front_slope);
-        let [size, kept] = [below * below, below * columns];
-        let [ratio, ratio_slope] = spare;
-        for (memory, from) in [(&mut *ratio, own_below.rb()), (&mut *ratio_slope, slope_below.rb())] {
-            MatMut::from_column_major_slice_mut(&mut memory[..kept], below, columns).copy_from(from);
-        }
-        let z = MatRef::from_column_major_slice(&front[..size], below, below);
-        let y = MatRef::from_column_major_slice(&front_slope[..size], below, below);
-        let g = MatRef::from_column_major_slice(&ratio[..kept], below, columns);
-        let h = MatRef::from_column_major_slice(&ratio_slope[..kept], below, columns);
-        product(own_below.rb_mut(), Accum::Replace, z, g, -1.0);
-        product(slope_below.rb_mut(), Accum::Replace, y, g, -1.0);
-        product(slope_below.rb_mut(), Accum::Add, z, h, 1.0);
-        product(own.rb_mut(), Accum::Add, g.transpose(), own_below.rb(), -1.0);
-        product(slope.rb_mut(), Accum::Add, h.transpose(), own_below.rb(), 1.0);
-        product(slope.rb_mut(), Accum::Add, g.transpose(), slope_below.rb(), -1.0);
+        let [ratio, ratio_slope] = [&own_below, &slope_below].map(|from| from.rb().to_owned());
+        let [ratio, ratio_slope] = [ratio.as_ref(), ratio_slope.as_ref()];
+        let front = gather(supernodes, below, &runs, |owner| {
+            done[owner].get().expect("the groups above come first")[1]
+        });
+        product(slope_below.rb_mut(), Accum::Replace, front.as_ref(), ratio, -1.0);
+        drop(front);
+        let front = gather(supernodes, below, &runs, |owner| {
+            done[owner].get().expect("the groups above come first")[0]
+        });
+        product(own_below.rb_mut(), Accum::Replace, front.as_ref(), ratio, -1.0);
+        product(slope_below.rb_mut(), Accum::Add, front.as_ref(), ratio_slope, 1.0);
+        drop(front);
+        product(own.rb_mut(), Accum::Add, ratio.transpose(), own_below.rb(), -1.0);
+        product(slope.rb_mut(), Accum::Add, ratio_slope.transpose(), own_below.rb(), 1.0);
+        product(slope.rb_mut(), Accum::Add, ratio.transpose(), slope_below.rb(), -1.0);
     }
     mirror(own);
     mirror(slope);
+}
+
+/// The inverse of a lower triangle. Threads share its columns.
+fn inverse_of_lower(lower: MatRef<'_, f64>) -> Mat<f64> {
+    let n = lower.nrows();
+    let mut inverse = Mat::zeros(n, n);
+    let some = |(at, columns): (usize, MatMut<'_, f64>)| {
+        let first = at * HEIGHT;
+        let mut rows = columns.subrows_mut(first, n - first);
+        rows.rb_mut().diagonal_mut().fill(1.0);
+        solve_lower_triangular_in_place(lower.submatrix(first, first, n - first, n - first), rows, Par::Seq);
+    };
+    let groups = column_groups(inverse.as_mut(), HEIGHT);
+    if groups.len() > 1 {
+        groups.into_par_iter().enumerate().for_each(some);
+    } else {
+        groups.into_iter().enumerate().for_each(some);
+    }
+    inverse
 }
 
 /// The square on the columns of a group, and the rows below it.
@@ -293,26 +368,31 @@ fn parts<'a>(values: &'a mut [f64], group: &Group) -> (MatMut<'a, f64>, MatMut<'
     MatMut::from_column_major_slice_mut(values, height, group.columns).split_at_row_mut(group.columns)
 }
 
-/// The entries between all rows below a group, from the later groups that own them.
-fn gather(supernodes: &Supernodes, group: &Group, runs: &[Run], later: &[f64], front: &mut [f64]) {
-    let below = group.below();
-    let front = &mut front[..below * below];
+/// The entries between all rows below a group, from those of the groups that own them.
+fn gather<'v>(
+    supernodes: &Supernodes,
+    below: usize,
+    runs: &[Run],
+    values: impl Fn(usize) -> &'v [f64] + Sync,
+) -> Mat<f64> {
+    let mut front = Mat::zeros(below, below);
     let take = |(place, target): (usize, &mut [f64])| {
         let run = &runs[runs.partition_point(|run| run.places.end <= place)];
-        let other = &supernodes.groups[run.owner];
-        let height = other.columns + other.below();
+        let height = supernodes.groups[run.owner].height();
         let local = &run.local[place - run.places.start..];
-        let source = &later[other.values.start - group.values.end + local[0] as usize * height..][..height];
+        let source = &values(run.owner)[local[0] as usize * height..][..height];
         for (value, &local) in target[place..].iter_mut().zip(local) {
             *value = source[local as usize];
         }
     };
     if (below * below) as f64 > SHARED {
-        front.par_chunks_mut(below).enumerate().for_each(take);
+        let columns = column_groups(front.as_mut(), 1).into_par_iter().enumerate();
+        columns.for_each(|(place, mut column)| take((place, contiguous_mut(column.rb_mut(), 0))));
     } else {
-        front.chunks_mut(below).enumerate().for_each(take);
+        (0..below).for_each(|place| take((place, front.col_as_slice_mut(place))));
     }
-    mirror(MatMut::from_column_major_slice_mut(front, below, below));
+    mirror(front.as_mut());
+    front
 }
 
 /// Writes the lower triangle over the upper one.

@@ -13,6 +13,9 @@ use super::number::FactorScalar;
 use super::sparse::SymmetricMatrix;
 use super::tree::{Contribution, Tree};
 
+/// Numbers at the end of an array that are worth giving back to the system.
+const RETURNED: usize = 1 << 20;
+
 /// Columns with the same rows below them.
 #[derive(Clone, Debug)]
 pub(super) struct Group {
@@ -181,6 +184,20 @@ impl Supernodes {
         self.groups.iter().map(&mut part).collect()
     }
 
+    /// The same, each on its own, so that they can be freed one by one; at no time are all there twice.
+    pub(crate) fn into_groups(&self, mut numbers: Vec<f64>) -> Vec<Vec<f64>> {
+        let cut = |group: &Group| {
+            let own = numbers.split_off(group.values.start);
+            if numbers.capacity() - numbers.len() > RETURNED {
+                numbers.shrink_to_fit();
+            }
+            own
+        };
+        let mut parts: Vec<Vec<f64>> = self.groups.iter().rev().map(cut).collect();
+        parts.reverse();
+        parts
+    }
+
     /// Rows of the matrix.
     pub(crate) fn n(&self) -> usize {
         self.order.len()
@@ -241,18 +258,42 @@ impl Supernodes {
         rows.iter().map(place).collect()
     }
 
-    /// Position of the value of two rows of the matrix, in either order; `None` off the pattern of the
-    /// factor.
-    pub(crate) fn position(&self, row: usize, column: usize) -> Option<usize> {
+    /// Group of the value of two rows of the matrix, in either order, and its position there; `None` off the
+    /// pattern of the factor.
+    pub(crate) fn position(&self, row: usize, column: usize) -> Option<(usize, usize)> {
         let [a, b] = [self.place[row] as usize, self.place[column] as usize];
         let (low, high) = (a.min(b), a.max(b));
-        let group = &self.groups[self.owner[low] as usize];
+        let owner = self.owner[low] as usize;
+        let group = &self.groups[owner];
         let height = group.height();
         let local = match high - group.first {
             local if local < group.columns => local,
             _ => group.columns + self.rows(group).binary_search(&(high as u32)).ok()?,
         };
-        Some(group.values.start + (low - group.first) * height + local)
+        Some((owner, (low - group.first) * height + local))
+    }
+
+    /// True for each group that has one of these rows of the matrix among its columns, and for all above it
+    /// in the elimination tree.
+    pub(crate) fn with_ancestors(&self, rows: impl IntoIterator<Item = usize>) -> Vec<bool> {
+        let mut found = vec![false; self.groups.len()];
+        for row in rows {
+            found[self.owner[self.place[row] as usize] as usize] = true;
+        }
+        // A parent comes after its children.
+        for group in 0..found.len() {
+            if let Some(parent) = self.parent(&self.groups[group]).filter(|_| found[group]) {
+                found[parent] = true;
+            }
+        }
+        found
+    }
+
+    /// The lower triangle of `A` in the places of one group.
+    pub(crate) fn of_group(&self, group: &Group, matrix: &SymmetricMatrix) -> Vec<f64> {
+        let mut own = vec![0.0; group.values.len()];
+        self.fill(group, matrix, None, &mut own);
+        own
     }
 
     /// The lower triangle of `A`, or of `D A D + δ I`, in the places of the groups, zeros elsewhere; all

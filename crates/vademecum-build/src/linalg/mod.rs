@@ -173,8 +173,10 @@ pub(crate) fn row_groups<T>(mut x: MatMut<'_, T>, height: usize) -> Vec<MatMut<'
     groups
 }
 
-/// Rows of a product that one thread computes at a time.
+/// Rows of a product that one thread computes at a time, at least.
 pub(crate) const HEIGHT: usize = 128;
+/// Parts of a product of more rows: each of them reads the whole other factor.
+const PARTS: usize = 16;
 /// Multiplications below which a product is not shared among threads.
 pub(crate) const SHARED: f64 = 1e6;
 
@@ -186,8 +188,9 @@ pub(crate) fn by_rows<T: Send + Sync>(
     task: impl Fn(usize, MatMut<'_, T>) + Sync,
 ) {
     let work = c.nrows() as f64 * c.ncols() as f64 * inner as f64;
-    let some = |(at, rows): (usize, MatMut<'_, T>)| task(at * HEIGHT, rows);
-    let groups = row_groups(c, HEIGHT);
+    let height = HEIGHT.max(c.nrows().div_ceil(PARTS));
+    let some = |(at, rows): (usize, MatMut<'_, T>)| task(at * height, rows);
+    let groups = row_groups(c, height);
     if work > SHARED && groups.len() > 1 {
         groups.into_par_iter().enumerate().for_each(some);
     } else {

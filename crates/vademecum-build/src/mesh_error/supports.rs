@@ -18,8 +18,20 @@ pub(super) struct SupportShape {
     pub(super) without_area: usize,
     /// True if some face is held.
     pub(super) has_area: bool,
-    /// True if the rim of a held patch lies inside a smooth face of the surface.
-    pub(super) smooth_rim: bool,
+    /// Share of the rim of the supports inside smooth faces.
+    pub(super) rim: Rim,
+}
+
+/// Share of the rim of the supports that lies inside smooth faces of the surface. There the displacement is
+/// least smooth, and the raised degree sees least of the error.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Rim {
+    /// Nothing: supports end where the surface has an edge.
+    Sharp,
+    /// At most half of its edges.
+    PartlySmooth,
+    /// More than half of them, as of a patch in the middle of a face.
+    Smooth,
 }
 
 /// Looks at every component by itself: a face that rolls along a plane is held in one of them.
@@ -28,7 +40,8 @@ pub(super) fn support_shape(model: &Model) -> SupportShape {
     let n_nodes = mesh.nodes.len();
     let held = |node: u32, c: usize| dofs.free(3 * node as usize + c).is_none();
     let (mut any, mut lonely) = (vec![false; n_nodes], vec![false; n_nodes]);
-    let mut shape = SupportShape { held_nodes: 0, without_area: 0, has_area: false, smooth_rim: false };
+    let mut shape = SupportShape { held_nodes: 0, without_area: 0, has_area: false, rim: Rim::Sharp };
+    let [mut smooth, mut sharp] = [0; 2];
     let surface = Surface::of(mesh);
     for c in 0..3 {
         let mut covered = vec![false; n_nodes];
@@ -45,17 +58,24 @@ pub(super) fn support_shape(model: &Model) -> SupportShape {
             any[node as usize] = true;
             lonely[node as usize] |= !covered[node as usize];
         }
-        shape.smooth_rim |= ends_in_smooth_face(model, &surface, c);
+        let rim = rim_edges(model, &surface, c);
+        (smooth, sharp) = (smooth + rim[0], sharp + rim[1]);
     }
     let count = |flags: &[bool]| flags.iter().filter(|&&flag| flag).count();
     (shape.held_nodes, shape.without_area) = (count(&any), count(&lonely));
+    shape.rim = match smooth {
+        0 => Rim::Sharp,
+        _ if smooth <= sharp => Rim::PartlySmooth,
+        _ => Rim::Smooth,
+    };
     shape
 }
 
-/// True if an edge of the surface has a facet that is held in a component on one side and one that is free
-/// in it on the other, within 30° of one plane. A facet of an element that is held as a whole is inside the
-/// support, whose rim is the face behind it.
-fn ends_in_smooth_face(model: &Model, surface: &Surface, c: usize) -> bool {
+/// Edges of the surface with a facet that is held in a component on one side and one that is free in it on
+/// the other: those whose facets are within 30° of one plane, and the others. A facet of an element that is
+/// held as a whole is inside the support, whose rim is the face behind it.
+fn rim_edges(model: &Model, surface: &Surface, c: usize) -> [usize; 2] {
+    let mut edges = [0; 2];
     let (mesh, dofs) = (model.mesh(), model.dofs());
     let held = |nodes: &[u32]| nodes.iter().all(|&node| dofs.free(3 * node as usize + c).is_none());
     let mut seen: HashMap<[u32; 2], ([f64; 3], bool)> = HashMap::new();
@@ -73,10 +93,10 @@ fn ends_in_smooth_face(model: &Model, surface: &Surface, c: usize) -> bool {
             let mut edge = [corners[i], corners[(i + 1) % 3]];
             edge.sort_unstable();
             let Some((other, other_held)) = seen.insert(edge, (normal, is_held)) else { continue };
-            if is_held != other_held && dot(normal, other) > SMOOTH {
-                return true;
+            if is_held != other_held {
+                edges[usize::from(dot(normal, other) <= SMOOTH)] += 1;
             }
         }
     }
-    false
+    edges
 }

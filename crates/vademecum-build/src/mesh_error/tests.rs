@@ -100,6 +100,12 @@ fn a_support_that_ends_inside_a_face_is_seen() {
     let part = "[[support]]\non = { box = { min = [-1.0, -1.0, -0.001], max = [0.501, 1.0, 0.001] } }\n";
     let body = prepared([1.0, 0.5, 0.2], [4, 2, 1], "quadratic", part);
     assert!(known(&body, DiscRequest::None).smooth_rim);
+    assert_eq!(support_shape(&body.body.model).rim, Rim::PartlySmooth);
+    let patch = part
+        .replace("[-1.0, -1.0, -0.001]", "[0.249, 0.124, -0.001]")
+        .replace("1.0, 0.001]", "0.376, 0.001]");
+    let body = prepared([1.0, 0.5, 0.2], [4, 4, 1], "linear", &patch);
+    assert_eq!(support_shape(&body.body.model).rim, Rim::Smooth);
     // A support of whole elements ends at the face behind it, which meets the surface at an angle.
     let deep = "[[support]]\non = { box = { min = [-1.0, -1.0, -1.0], max = [0.251, 1.0, 1.0] } }\n";
     let body = prepared([1.0, 0.5, 0.2], [4, 2, 1], "quadratic", deep);

@@ -22,25 +22,36 @@ const MAX_FACTOR_UNASKED: usize = 256_000_000;
 
 /// A file of modes that are moved exactly.
 ///
-/// The factor of the stiffness joins it where whole fields need it and the problem leaves that open.
+/// The factor of the stiffness joins it where whole fields need it and the problem leaves that open. Without
+/// it the residual flexibility moves no mode, and is added once the reference of the certificate has been
+/// solved for with the factor.
 pub(super) fn certified(
     context: &BuildContext<'_>,
     problem: &Problem,
-    model: &ReducedModel,
+    model: &mut ReducedModel,
     watch: &mut Stopwatch<'_>,
 ) -> Result<CertifiedFile, BuildError> {
-    let basis = &model.basis;
-    check_ratios(problem, &context.prepared.ratios, basis)?;
-    let ratios = damping_section(context, basis.n_modes());
+    check_ratios(problem, &context.prepared.ratios, &model.basis)?;
+    let ratios = damping_section(context, model.basis.n_modes());
+    let mut measured = None;
+    if !model.has_factor {
+        let sections: Vec<&Draft> = model.sections.iter().chain(&ratios).collect();
+        let march = || certify(context, problem, &model.basis, &sections, "exact");
+        measured = Some(watch.stage("certificate", march)?);
+    }
+    model.add_residual(context, problem, watch)?;
+    let (model, basis) = (&*model, &model.basis);
     let mut sections: Vec<&Draft> = model.sections.iter().chain(&ratios).collect();
-    let name = if model.has_factor { "fields" } else { "exact" };
-    let mut measured = watch.stage("certificate", || certify(context, problem, basis, &sections, name))?;
     let added;
-    if !model.has_factor && wants_factor(context, problem, model, &measured) {
+    if measured.as_ref().is_some_and(|measured| wants_factor(context, problem, model, measured)) {
         added = factor(context, problem, watch)?;
         sections.extend(&added);
-        measured = watch.stage("certificate", || certify(context, problem, basis, &sections, "fields"))?;
+        measured = None;
     }
+    let measured = match measured {
+        Some(measured) => measured,
+        None => watch.stage("certificate", || certify(context, problem, basis, &sections, "fields"))?,
+    };
     let step = FileStep::measured(None, &measured, &StructureMeasured::default());
     let bytes = watch.stage("encode", || encode_file(context, problem, basis, step, sections))?;
     let diagonal = basis.eigenvalues.is_some().then(|| StructureReport::measured(&measured));

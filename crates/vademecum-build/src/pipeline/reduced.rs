@@ -33,7 +33,7 @@ pub struct ReducedModel {
 }
 
 impl ReducedModel {
-    /// Finds the basis and all that depends on it alone.
+    /// Finds the basis and all that depends on it alone, without the residual flexibility.
     ///
     /// # Errors
     /// [`BuildError`], by stage.
@@ -47,30 +47,46 @@ impl ReducedModel {
         kept.listener.note(&format!("estimate: {}", in_words(plan)));
         let find = || find_basis(problem, prepared, full, runs, kept);
         let (basis, snapshots) = watch.stage("snapshots and basis", find)?;
-        let residual = residual(context, problem, &basis, watch)?;
-        let has_residual = residual.is_some();
+        let loadable = wants_residual(problem, prepared) && context.order.n_load > 0;
+        let has_residual = loadable && basis.eigenvalues.is_some();
         let stress = stress(context, problem, &basis, has_residual, watch)?;
         let reactions = support_reactions(context, problem, &basis, watch)?;
         // Without loadable nodes there is no residual, and nothing for the factor to add to.
         let has_factor = problem.output.static_fields == Some(true) && has_residual;
         let factor = if has_factor { factor(context, problem, watch)? } else { vec![] };
-        let residual = residual.map(|residual| residual_sections(&residual, problem.output.precision));
-        let sections = residual.into_iter().flatten().chain(stress).chain(reactions).chain(factor).collect();
+        let sections = stress.into_iter().chain(reactions).chain(factor).collect();
         Ok(Self { basis, snapshots, sections, has_residual, has_factor })
+    }
+
+    /// Adds the residual flexibility, where the file has it. It may use up the factor of the stiffness, so
+    /// whatever solves with that comes before.
+    ///
+    /// # Errors
+    /// [`BuildError::Residual`].
+    pub fn add_residual(
+        &mut self,
+        context: &BuildContext<'_>,
+        problem: &Problem,
+        watch: &mut Stopwatch<'_>,
+    ) -> Result<(), BuildError> {
+        let Some(eigenvalues) = self.basis.eigenvalues.as_ref().filter(|_| self.has_residual) else {
+            return Ok(());
+        };
+        let residual = residual(context, problem, (&self.basis, eigenvalues), watch)?;
+        self.sections.splice(..0, residual_sections(&residual, problem.output.precision));
+        Ok(())
     }
 }
 
-/// The residual flexibility of the basis, where the file has the diagonal structure.
+/// The residual flexibility of the basis.
 fn residual(
     context: &BuildContext<'_>,
     problem: &Problem,
-    basis: &Basis,
+    (basis, eigenvalues): (&Basis, &[f64]),
     watch: &mut Stopwatch<'_>,
-) -> Result<Option<ResidualFlexibility>, BuildError> {
+) -> Result<ResidualFlexibility, BuildError> {
     let BuildContext { prepared, order, kept, .. } = *context;
     let body = &prepared.body;
-    let wanted = wants_residual(problem, prepared) && order.n_load > 0;
-    let Some(eigenvalues) = basis.eigenvalues.as_ref().filter(|_| wanted) else { return Ok(None) };
     let reduced = reduced(context, basis, eigenvalues, problem);
     let nodes = &order.nodes[..order.n_load];
     let triangles = &order.triangles[..order.n_load_triangles];
@@ -82,8 +98,7 @@ fn residual(
         body.patterns.iter().fold(inputs, |inputs, (_, force)| inputs.numbers(force))
     };
     let solve = || residual_flexibility(&reduced, way, nodes, triangles, kept.listener);
-    let found = watch.stage("residual flexibility", || kept.stage("residual", inputs, solve))?;
-    Ok(Some(found))
+    Ok(watch.stage("residual flexibility", || kept.stage("residual", inputs, solve))?)
 }
 
 /// Sections of the stress, with what the modes leave out of it if the file has a `residual`.

@@ -32,7 +32,7 @@ use crate::progress::Listener;
 use bound::relative_bound;
 use complement::ResidualOperator;
 use faer::MatRef;
-use selected::{blocks, selected};
+use selected::{blocks, free_rows, selected};
 use small::{Symmetric, semidefinite};
 use sweep::{answers, sweep};
 
@@ -83,7 +83,10 @@ pub fn memory(body: &Body, symbolic: &crate::fem::Symbolic, r: usize) -> f64 {
     match BlockMethod::cheaper(body, symbolic, r, nodes) {
         BlockMethod::Solves => solves,
         // What is taken of the entries, and memory to find it.
-        BlockMethod::Selection => 8.0 * column * r as f64 + solves.max(symbolic.select_bytes() as f64),
+        BlockMethod::Selection => {
+            let selection = symbolic.select_bytes(free_rows(body, &body.load_nodes));
+            8.0 * column * r as f64 + solves.max(selection as f64)
+        }
     }
 }
 

@@ -66,9 +66,15 @@ pub(super) fn static_answers(
     nodes: &[u32],
     listener: &dyn Listener,
 ) -> Result<Vec<Symmetric>, ResidualError> {
-    let selected = factor.select(body.model.pencil().mass(), listener)?;
+    let selected = factor.select(body.model.pencil().mass(), free_rows(body, nodes), listener)?;
     let at = |&node: &u32| symmetric(&nine(body, [node; 2], |i, j| selected.weighted(i, j)));
     Ok(nodes.par_iter().map(at).collect())
+}
+
+/// The free dofs of nodes.
+pub(super) fn free_rows(body: &Body, nodes: &[u32]) -> impl Iterator<Item = usize> {
+    let components = nodes.iter().flat_map(|&node| (0..3).map(move |c| 3 * node as usize + c));
+    components.filter_map(|dof| body.model.dofs().free(dof)).map(|free| free as usize)
 }
 
 /// Low-rank correction of the blocks on the pattern: rows of the loadable nodes.
@@ -173,7 +179,8 @@ pub(super) fn selected(
     note_long(start.elapsed().as_secs_f64() * selection_to_solves(symbolic, r, count), nodes.len(), listener);
 
     let taken = LoadableRows::new(&complement);
-    let selected = complement.take_factor()?.select(body.model.pencil().mass(), listener)?;
+    let factor = complement.take_factor()?;
+    let selected = factor.select(body.model.pencil().mass(), free_rows(body, nodes), listener)?;
     let at = |place: usize| at_node(body, &selected, &taken, (nodes, firsts), place);
     let mut found: Vec<NodeEntry> = (0..nodes.len()).into_par_iter().map(at).collect();
     drop((selected, taken));

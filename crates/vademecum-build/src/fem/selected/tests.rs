@@ -22,7 +22,7 @@ fn held(mesh: Mesh) -> Model {
 fn selected(pencil: &Pencil) -> (Symbolic, SelectedInverse) {
     let symbolic = Symbolic::analyze(pencil).expect("a structure");
     let factor = symbolic.factorize(pencil.stiffness().clone()).expect("a factor");
-    let selected = factor.select(pencil.mass(), &Silent).expect("no end");
+    let selected = factor.select(pencil.mass(), 0..symbolic.n(), &Silent).expect("no end");
     (symbolic, selected)
 }
 
@@ -101,6 +101,22 @@ fn entries_of_ten_thousand_dofs_are_those_of_solves() {
 }
 
 #[test]
+fn entries_of_some_rows_have_the_bits_of_all() {
+    let model = held(quadratic(&block([8, 4, 4], [1.0, 0.5, 0.5])));
+    let pencil = model.pencil();
+    let (symbolic, all) = selected(pencil);
+    let rows = [0, 1, 2, symbolic.n() / 2, symbolic.n() - 1];
+    let factor = symbolic.factorize(pencil.stiffness().clone()).expect("a factor");
+    let some = factor.select(pencil.mass(), rows, &Silent).expect("no end");
+    for (i, j) in rows.into_iter().flat_map(|i| rows.map(|j| (i, j))) {
+        assert_eq!(some.inverse(i, j), all.inverse(i, j));
+        assert_eq!(some.weighted(i, j), all.weighted(i, j));
+    }
+    let numbers = |of: &SelectedInverse| of.weighted.iter().map(Vec::len).sum::<usize>();
+    assert!(numbers(&some) < numbers(&all));
+}
+
+#[test]
 fn the_bits_do_not_depend_on_the_number_of_threads() {
     let model = held(quadratic(&block([8, 4, 4], [1.0, 0.5, 0.5])));
     let with = |threads: usize| {
@@ -132,7 +148,7 @@ fn it_stops_on_request() {
     let symbolic = Symbolic::analyze(model.pencil()).expect("a structure");
     for (pieces, stops) in [(0, true), (1, false)] {
         let factor = symbolic.factorize(model.pencil().stiffness().clone()).expect("a factor");
-        let found = factor.select(model.pencil().mass(), &Stop(pieces));
+        let found = factor.select(model.pencil().mass(), 0..symbolic.n(), &Stop(pieces));
         assert_eq!(found.as_ref().err().is_some_and(|error| is_cancelled(error)), stops);
     }
 }
