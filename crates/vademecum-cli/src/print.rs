@@ -181,26 +181,31 @@ pub(crate) fn print_chapter(c: &ChapterReport) {
     }
     for (i, s) in c.stages.iter().enumerate() {
         println!(
-            "stage {}: {} terms, map error {:.2e} (state {:.2e}, load {:.2e})",
+            "stage {}: {} terms, map error {} (state {}, load {})",
             i + 1,
             s.terms,
-            s.error,
-            s.state_error,
-            s.load_error
+            figure(s.error, |x| format!("{x:.2e}")),
+            figure(s.state_error, |x| format!("{x:.2e}")),
+            figure(s.load_error, |x| format!("{x:.2e}"))
         );
     }
 }
 
+/// A number in words, or a dash for one that is not known.
+pub(crate) fn figure(value: f64, text: impl Fn(f64) -> String) -> String {
+    if value.is_finite() { text(value) } else { "-".into() }
+}
+
 fn print_structure(name: &str, s: &StructureReport) {
-    let ratio = if s.floor_ratio.is_finite() { format!("{:.3}", s.floor_ratio) } else { "-".into() };
     println!(
-        "{name:<9}  {:>16.3e}  {:>9.3e}  {ratio:>11}  1 {:>+13.1e}  {:>12.9}  {:>13.9}  {:>11.1e}",
-        s.trajectory_error,
-        s.projection_floor,
-        s.spectral_radius - 1.0,
-        s.energy_ratio,
-        s.energy_growth,
-        s.reciprocity
+        "{name:<9}  {:>16}  {:>9}  {:>11}  {:>15}  {:>12}  {:>13}  {:>11}",
+        figure(s.trajectory_error, |x| format!("{x:.3e}")),
+        figure(s.projection_floor, |x| format!("{x:.3e}")),
+        figure(s.floor_ratio, |x| format!("{x:.3}")),
+        figure(s.spectral_radius, |x| format!("1 {:>+13.1e}", x - 1.0)),
+        figure(s.energy_ratio, |x| format!("{x:.9}")),
+        figure(s.energy_growth, |x| format!("{x:.9}")),
+        figure(s.reciprocity, |x| format!("{x:.1e}"))
     );
 }
 

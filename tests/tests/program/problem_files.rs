@@ -37,9 +37,10 @@ const ELSEWHERE: [(&str, &str); 14] = [
 ];
 
 /// Files that are read only, and the reason.
-const READ: [(&str, &str); 7] = [
+const READ: [(&str, &str); 8] = [
     ("fixtures/problems/beam-30k.toml", "more than a minute"),
     ("fixtures/problems/bending-beam.toml", "more than a minute"),
+    ("fixtures/problems/block-210k.toml", "more than a minute"),
     ("fixtures/problems/four-materials.toml", "more than a minute; `parameters` builds a coarse one"),
     ("fixtures/problems/liver", "the mesh is not in the repository"),
     ("fixtures/problems/two-materials.toml", "more than a minute"),

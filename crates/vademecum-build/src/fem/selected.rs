@@ -181,7 +181,7 @@ impl Factor {
         let wanted = supernodes.with_ancestors(rows);
         let progress = SelectProgress::new(&supernodes, &wanted, listener);
         progress.advance(0.0)?;
-        let mut inverse = supernodes.into_groups(values);
+        let mut inverse = supernodes.in_groups(values);
         let mut weighted = vec![vec![]; supernodes.groups.len()];
 
         let parts = inverse.iter_mut().zip(&mut weighted).collect();

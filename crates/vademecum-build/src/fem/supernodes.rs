@@ -185,7 +185,7 @@ impl Supernodes {
     }
 
     /// The same, each on its own, so that they can be freed one by one; at no time are all there twice.
-    pub(crate) fn into_groups(&self, mut numbers: Vec<f64>) -> Vec<Vec<f64>> {
+    pub(crate) fn in_groups(&self, mut numbers: Vec<f64>) -> Vec<Vec<f64>> {
         let cut = |group: &Group| {
             let own = numbers.split_off(group.values.start);
             if numbers.capacity() - numbers.len() > RETURNED {

@@ -60,6 +60,17 @@ impl Dual {
     }
 }
 
+impl Dual {
+    fn times(self, b: Self) -> Self {
+        self.zip(b, self.value * b.value, |x, y| x * b.value + self.value * y)
+    }
+
+    fn over(self, b: Self) -> Self {
+        let value = self.value / b.value;
+        self.zip(b, value, |x, y| (x - value * y) / b.value)
+    }
+}
+
 impl Add for Dual {
     type Output = Self;
     fn add(self, b: Self) -> Self {
@@ -77,15 +88,14 @@ impl Sub for Dual {
 impl Mul for Dual {
     type Output = Self;
     fn mul(self, b: Self) -> Self {
-        self.zip(b, self.value * b.value, |x, y| x * b.value + self.value * y)
+        self.times(b)
     }
 }
 
 impl Div for Dual {
     type Output = Self;
     fn div(self, b: Self) -> Self {
-        let value = self.value / b.value;
-        self.zip(b, value, |x, y| (x - value * y) / b.value)
+        self.over(b)
     }
 }
 

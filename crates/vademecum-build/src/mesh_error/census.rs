@@ -121,7 +121,7 @@ impl Solid {
             DiscLoad {
                 point,
                 normal: surface.normals[place],
-                radius: if k % 2 == 0 { 3.0 } else { 1.0 } * edge,
+                radius: if k.is_multiple_of(2) { 3.0 } else { 1.0 } * edge,
             }
         };
         (0..DISCS).map(disc).collect()

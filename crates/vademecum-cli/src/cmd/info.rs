@@ -22,7 +22,7 @@ use crate::arguments::{Limit, rounding};
 use crate::failure::Failure;
 use crate::files::{open, usable_bytes};
 use crate::mesh_error;
-use crate::print::{json, print_chapter, print_json, symmetry};
+use crate::print::{figure, json, print_chapter, print_json, symmetry};
 use crate::sha256::sha256;
 
 /// Prints what a vademecum file holds.
@@ -232,16 +232,15 @@ impl Certificates {
                 continue;
             }
             // Files of early versions do not know all of them.
-            let figure = |value: f64, text: String| if value.is_finite() { text } else { "-".into() };
             println!(
                 "test runs, {name}: largest error {}, projection error {}, ratio {} over {} steps; spectral radius {}; \
                  energy ratio {}{}",
-                figure(c.trajectory_error, format!("{:.3e}", c.trajectory_error)),
-                figure(c.projection_floor, format!("{:.3e}", c.projection_floor)),
-                figure(c.floor_ratio, format!("{:.3}", c.floor_ratio)),
-                figure(c.steps, c.steps.to_string()),
-                figure(c.spectral_radius, format!("1{:+.1e}", c.spectral_radius - 1.0)),
-                figure(c.energy_ratio, format!("{:.9}", c.energy_ratio)),
+                figure(c.trajectory_error, |x| format!("{x:.3e}")),
+                figure(c.projection_floor, |x| format!("{x:.3e}")),
+                figure(c.floor_ratio, |x| format!("{x:.3}")),
+                figure(c.steps, |x| x.to_string()),
+                figure(c.spectral_radius, |x| format!("1{:+.1e}", x - 1.0)),
+                figure(c.energy_ratio, |x| format!("{x:.9}")),
                 symmetry(c)
             );
         }
