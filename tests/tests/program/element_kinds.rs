@@ -184,7 +184,6 @@ fn every_kind_is_built_run_verified_and_shown() {
         ]);
         assert_eq!(response.code, Some(0), "{name}: {}", response.stderr);
         assert_eq!(vademecum(&["report", &file, "-o", &at("report.html")]).code, Some(0), "{name}");
-        assert_eq!(vademecum(&["view", &file, "-o", &at("page.html")]).code, Some(0), "{name}");
     }
 }
 

@@ -1,7 +1,7 @@
 //! Matrices of one element of any kind.
 //!
-//! Isoparametric: position and displacement use the same shape functions `N_a`. With `g_a = ∇N_a` and the Lamé
-//! constants `λ, μ`, block `(a, b)` of the stiffness and entry `(a, b)` of the mass are
+//! Isoparametric: position and displacement use the same shape functions `N_a`. With `g_a = ∇N_a` and the
+//! Lamé constants `λ, μ`, block `(a, b)` of the stiffness and entry `(a, b)` of the mass are
 //!
 //! ```text
 //! K_ab = ∫ λ g_a g_bᵀ + μ g_b g_aᵀ + μ (g_a·g_b) I dV,      m_ab = ∫ ρ N_a N_b dV
@@ -16,9 +16,10 @@
 use serde::{Deserialize, Serialize};
 
 use super::hexahedron;
-use crate::linalg::vec3::cross;
+pub use super::point::ElementError;
+pub(super) use super::point::{add_stiffness, gradients, jacobian};
 use crate::mesh::rules::{mass_rule, rule_degree_2, rule_degree_6, stiffness_rule};
-use crate::mesh::shapes::{MAX_NODES, Point, tabulate, tabulate_point};
+use crate::mesh::shapes::{Point, tabulate, tabulate_point};
 use crate::mesh::{EDGES, ElementKind, Hexahedra, Order};
 
 /// An isotropic linear elastic solid.
@@ -45,16 +46,6 @@ impl Material {
         let positive = |x: f64| x > 0.0 && x.is_finite();
         positive(self.young) && positive(self.density) && self.poisson > -1.0 && self.poisson < 0.5
     }
-}
-
-/// The volume form of an element is not positive everywhere.
-#[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
-#[error(
-    "the map of the element folds over: its volume form is {determinant:e} at one of the quadrature points"
-)]
-pub struct ElementError {
-    /// The first volume form found that is not positive, m³ per unit of reference volume.
-    pub determinant: f64,
 }
 
 /// Data common to all elements of one kind and formulation.
@@ -191,43 +182,6 @@ impl ElementKernel {
     }
 }
 
-/// `∇N_a` of each node at a point of an element.
-pub(super) fn gradients(n: usize, point: &Point, inverse: &[[f64; 3]; 3]) -> [[f64; 3]; MAX_NODES] {
-    let mut g = [[0.0; 3]; MAX_NODES];
-    for a in 0..n {
-        let r = point.gradients[a];
-        g[a] = std::array::from_fn(|i| r[0] * inverse[0][i] + r[1] * inverse[1][i] + r[2] * inverse[2][i]);
-    }
-    g
-}
-
-/// Adds one quadrature point to all blocks on and above the diagonal.
-pub(super) fn add_stiffness(
-    n: usize,
-    g: &[[f64; 3]; MAX_NODES],
-    weight: f64,
-    [lambda, mu]: [f64; 2],
-    stiffness: &mut [f64],
-) {
-    for a in 0..n {
-        for b in a..n {
-            let block = &mut stiffness[(a * n + b) * 9..][..9];
-            add_stiffness_block(block, g[a], g[b], weight * lambda, weight * mu);
-        }
-    }
-}
-
-/// Adds one quadrature point to block `(a, b)`.
-fn add_stiffness_block(block: &mut [f64], ga: [f64; 3], gb: [f64; 3], lambda: f64, mu: f64) {
-    let shear = mu * (ga[0] * gb[0] + ga[1] * gb[1] + ga[2] * gb[2]);
-    for i in 0..3 {
-        for j in 0..3 {
-            block[3 * i + j] += lambda * ga[i] * gb[j] + mu * ga[j] * gb[i];
-        }
-        block[4 * i] += shear;
-    }
-}
-
 /// Copies the blocks above the diagonal below it, transposed: the element is symmetric to the last bit.
 fn mirror_blocks(stiffness: &mut [f64], n: usize) {
     for a in 0..n {
@@ -242,29 +196,6 @@ fn mirror_blocks(stiffness: &mut [f64], n: usize) {
             }
         }
     }
-}
-
-/// Inverse of the map's Jacobian, `inverse[r][i] = ∂ξ_r/∂x_i`, and its determinant (m³ per reference volume).
-pub(super) fn jacobian(
-    n: usize,
-    point: &Point,
-    nodes: &[[f64; 3]],
-) -> Result<([[f64; 3]; 3], f64), ElementError> {
-    let mut j = [[0.0; 3]; 3]; // j[r] = ∂x/∂ξ_r
-    for a in 0..n {
-        for r in 0..3 {
-            for i in 0..3 {
-                j[r][i] += point.gradients[a][r] * nodes[a][i];
-            }
-        }
-    }
-    let cofactors = [cross(j[1], j[2]), cross(j[2], j[0]), cross(j[0], j[1])];
-    let determinant = (0..3).map(|i| j[0][i] * cofactors[0][i]).sum::<f64>();
-    // Written so that a NaN is refused too.
-    if !(determinant > 0.0 && determinant.is_finite()) {
-        return Err(ElementError { determinant });
-    }
-    Ok((cofactors.map(|c| c.map(|x| x / determinant)), determinant))
 }
 
 #[cfg(test)]

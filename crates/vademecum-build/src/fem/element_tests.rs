@@ -83,8 +83,8 @@ fn the_mass_is_that_of_the_volume_and_positive() {
     }
 }
 
-/// A cube of `n³` distorted cells, each cut into elements by `cut`, which lists their corners by places in the
-/// cell: its eight corners, then its middle.
+/// A cube of `n³` distorted cells, each cut into elements by `cut`, which lists their corners by places in
+/// the cell: its eight corners, then its middle.
 struct Cut {
     name: &'static str,
     elements: Vec<(ElementKind, Vec<usize>)>,

@@ -23,6 +23,7 @@ mod multifrontal;
 mod number;
 mod ordering;
 mod pencil;
+mod point;
 mod raised;
 mod rigid;
 mod selected;

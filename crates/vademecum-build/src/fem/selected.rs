@@ -67,8 +67,8 @@ impl SelectedInverse {
         Some(self.inverse[group][at] - relief)
     }
 
-    /// Entry of `A⁻¹WA⁻¹` between two wanted rows; `None` off the pattern. For the stiffness of a body without
-    /// supports it is that of `K⁺MK⁺`.
+    /// Entry of `A⁻¹WA⁻¹` between two wanted rows; `None` off the pattern. For the stiffness of a body
+    /// without supports it is that of `K⁺MK⁺`.
     pub(crate) fn weighted(&self, row: usize, column: usize) -> Option<f64> {
         let relief = self.relief.as_ref().map_or(0.0, |relief| relief.of_weighted(row, column));
         let (group, at) = self.supernodes.position(row, column)?;
@@ -155,8 +155,8 @@ fn downward_work(group: &Group) -> f64 {
 }
 
 impl Factor {
-    /// Entries of `A⁻¹` and of `A⁻¹WA⁻¹` between the given rows on the pattern of the factor, which is used up.
-    /// All threads.
+    /// Entries of `A⁻¹` and of `A⁻¹WA⁻¹` between the given rows on the pattern of the factor, which is used
+    /// up. All threads.
     ///
     /// Some ten times the multiplications of the factorisation if all rows are wanted, and half of them at
     /// least. Memory: what is wanted of the factor once more, and a dense front.

@@ -82,8 +82,8 @@ pub fn jacobian_10(p: &[[f64; 3]; 10], x: [f64; 3]) -> f64 {
     dot(columns[0], cross(columns[1], columns[2]))
 }
 
-/// Volume of an element, exact for both orders of tetrahedra (the Jacobian of a quadratic one is cubic) and for
-/// others as long as their faces are planes.
+/// Volume of an element, exact for both orders of tetrahedra (the Jacobian of a quadratic one is cubic) and
+/// for others as long as their faces are planes.
 pub(crate) fn element_volume(kind: ElementKind, nodes: &[[f64; 3]], element: &[u32]) -> f64 {
     match kind {
         ElementKind::Tet4 => corner_volume(corners(nodes, element)),

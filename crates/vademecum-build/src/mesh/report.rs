@@ -1,6 +1,5 @@
 //! The report of `vademecum mesh FILE`.
 
-use std::collections::BTreeMap;
 use std::fmt;
 
 use serde::Serialize;
@@ -23,8 +22,8 @@ pub struct MeshReport {
     pub elements: usize,
     /// Nodes of one element; 0 where elements of several kinds have several numbers.
     pub nodes_per_element: usize,
-    /// Elements of each kind, by its name.
-    pub kinds: BTreeMap<&'static str, usize>,
+    /// Elements of each kind.
+    pub(crate) kinds: Vec<KindReport>,
     /// Nodes that no element uses; they are dropped.
     pub(crate) unused_nodes: usize,
     /// Elements that were inverted; they are reoriented.
@@ -43,6 +42,15 @@ pub struct MeshReport {
     pub problems: Vec<String>,
     /// Repairs and omissions, in sentences.
     pub(crate) notes: Vec<String>,
+}
+
+/// One kind of elements of a mesh.
+#[derive(Clone, Debug, Serialize)]
+pub(crate) struct KindReport {
+    /// Its name.
+    pub(crate) kind: &'static str,
+    /// Its elements.
+    pub(crate) elements: usize,
 }
 
 /// One region of a mesh.
@@ -107,10 +115,10 @@ pub fn inspect(raw: &RawMesh) -> MeshReport {
     }
 }
 
-fn kinds(mesh: &Mesh) -> BTreeMap<&'static str, usize> {
-    let mut counts = BTreeMap::new();
-    mesh.each().for_each(|(kind, _)| *counts.entry(kind.name()).or_default() += 1);
-    counts
+fn kinds(mesh: &Mesh) -> Vec<KindReport> {
+    let count = |kind: ElementKind| mesh.each().filter(|element| element.0 == kind).count();
+    let report = |kind: ElementKind| KindReport { kind: kind.name(), elements: count(kind) };
+    mesh.kinds.distinct().into_iter().map(report).collect()
 }
 
 fn regions(mesh: &Mesh) -> Vec<RegionReport> {
@@ -168,7 +176,7 @@ impl fmt::Display for MeshReport {
             10 => writeln!(f, "elements      {} quadratic tetrahedra ({turned} reoriented)", self.elements)?,
             _ => {
                 writeln!(f, "elements      {} ({turned} reoriented)", self.elements)?;
-                for (kind, count) in &self.kinds {
+                for KindReport { kind, elements: count } in &self.kinds {
                     writeln!(f, "              {count} × {kind}")?;
                 }
             }

@@ -20,8 +20,8 @@
 //!
 //! The factors were fitted on ten bodies with 1 078 values and kept on four others; each value was within
 //! 0.65 to 1.33 of its true error. The last two were fitted on a rectangular patch in the middle of a face,
-//! whose bound the others missed (`census`). No system of the raised space is factorised: loads are solved by conjugate
-//! gradients, modes by block Rayleigh–Ritz iteration, both with the factor that exists
+//! whose bound the others missed (`census`). No system of the raised space is factorised: loads are solved by
+//! conjugate gradients, modes by block Rayleigh–Ritz iteration, both with the factor that exists
 //! ([`RaisedSpace`](crate::fem)). They end when the change of no value grows by more than 5 % (quadratic) or
 //! 3 % (linear), at 20 steps at most.
 //!
@@ -245,6 +245,6 @@ pub fn estimate(
 }
 
 #[cfg(test)]
-mod census;
+mod census_tests;
 #[cfg(test)]
 mod tests;

@@ -276,7 +276,8 @@ fn note_free(body: &Body, listener: &dyn Listener) {
     }
 }
 
-/// Fully integrated 8-node hexahedra and linear tetrahedra cannot bend, and near ν = ½ they cannot even keep their volume: they are too stiff.
+/// Fully integrated 8-node hexahedra and linear tetrahedra cannot bend, and near ν = ½ they cannot even keep
+/// their volume: they are too stiff.
 fn note_locking(problem: &Problem, mesh: &Mesh, listener: &dyn Listener) {
     const NEARLY_INCOMPRESSIBLE: f64 = 0.45;
     if mesh.kinds.distinct().contains(&ElementKind::Hex8)

@@ -124,8 +124,8 @@ pub struct MaterialEntry {
     pub poisson: f64,
     /// Density, > 0.
     pub density: f64,
-    /// Formulation of the region's hexahedra; absent: that of the mesh file, else incompatible modes in 8-node
-    /// ones and full integration in larger ones.
+    /// Formulation of the region's hexahedra; absent: that of the mesh file, else incompatible modes in
+    /// 8-node ones and full integration in larger ones.
     pub hexahedra: Option<Hexahedra>,
 }
 

@@ -1,7 +1,8 @@
 //! A count of estimates on bodies that are refined twice: how many are within a factor of two of the true
 //! error, and how many bounds are kept.
 //!
-//! The table of `docs/measurements/mesh-error.md`; an hour, so it runs on request only.
+//! The table of `docs/measurements/mesh-error.md`. All bodies take an hour, so without the variable
+//! `MESH_ERROR_CENSUS` the first one is counted.
 
 use std::collections::HashMap;
 use std::fmt::Write;
@@ -23,7 +24,8 @@ use crate::progress::{Silent, Stopwatch};
 const DISCS: usize = 4;
 /// Meshes of each body: the given one, and two refinements.
 const LEVELS: usize = 3;
-/// Largest distance of the two extrapolations of a value, as a share of its true error, up to which it counts.
+/// Largest distance of the two extrapolations of a value, as a share of its true error, up to which it
+/// counts.
 const UNSURE: f64 = 0.2;
 
 /// A body of tetrahedra, held at some facets of its surface.
@@ -258,13 +260,13 @@ fn solids() -> Vec<(&'static str, Solid)> {
 }
 
 #[test]
-#[ignore = "an hour: the table of docs/measurements/mesh-error.md"]
 fn estimates_are_counted() {
+    let most = if std::env::var_os("MESH_ERROR_CENSUS").is_some() { usize::MAX } else { 1 };
     let folder = tempfile::tempdir().expect("a folder");
     let mut totals = [Count::default(); 4];
     println!("| body | mesh | values | within 2 | bound kept | estimate ÷ true error | not known |");
     println!("|---|---|---|---|---|---|---|");
-    for (name, mut solid) in solids() {
+    for (name, mut solid) in solids().into_iter().take(most) {
         let first = solid.prepared(Order::Linear, folder.path());
         let discs = solid.discs(&first);
         drop(first);
