@@ -1,13 +1,11 @@
 //! Formulations of the 8-node hexahedron beside full integration, which locks in bending.
 //!
 //! - *Incompatible modes* (Wilson, Taylor, Doherty and Ghaboussi 1973) add the functions `1 − ξ²`, `1 − η²`,
-//! `1 − ζ²` to each component of the displacement and eliminate them. Their gradients take the Jacobian of
-//! the
-//!   centre (Taylor, Beresford and Wilson 1976), so that a distorted element passes the patch test.
+//!   `1 − ζ²` to each component of the displacement and eliminate them. Their gradients take the Jacobian of
+//!   the centre (Taylor, Beresford and Wilson 1976), so that a distorted element passes the patch test.
 //! - *Mean dilatation* (Nagtegaal, Parks and Rice 1974) takes the volume strain as its mean over the element.
 //! - *Reduced* integrates at the centre and gives each hourglass mode, cleaned of linear displacements, a
-//! small
-//!   stiffness (Flanagan and Belytschko 1981).
+//!   small stiffness (Flanagan and Belytschko 1981).
 
 use faer::linalg::solvers::Solve;
 use faer::{Mat, Side};

@@ -1,5 +1,5 @@
 //! Kinds of elements: nodes, edges, faces, and their numbers in files. A new kind is a row of [`ROWS`] and
-//! its shape functions (`fem::shapes`).
+//! its shape functions (`mesh::shapes`).
 //!
 //! Nodes are in VTK's order, which is that of Abaqus and CalculiX too: corners, then the middles of edges,
 //! then those of faces, then that of the element. Wedges have their first triangle counter-clockwise seen
