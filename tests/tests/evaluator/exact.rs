@@ -1,7 +1,7 @@
 //! The exact step of a mode against 60-digit arithmetic, and over many steps.
 
 use vademecum_eval::{Batch, Loads, Scalar, Scene, SceneOptions, State, StepError, StructureChoice};
-use vademecum_format::exact::Propagator;
+use vademecum_format::exact::{Propagator, product_error};
 use vademecum_format::{File, SectionKind};
 
 /// What `tests/scripts/propagator.py` made.
@@ -11,6 +11,21 @@ const REFERENCE: &str =
 /// Two parts of a row: `D`, and the answers to loads.
 fn parts(p: &Propagator) -> [Vec<f64>; 3] {
     [p.d.to_vec(), p.held.to_vec(), p.rising.to_vec()]
+}
+
+#[test]
+fn the_error_of_a_product_is_that_of_a_fused_one() {
+    let mut state = 0x9e37_79b9_7f4a_7c15u64;
+    let mut number = || {
+        state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+        // Any digits, from 2^-100 to 2^100, of both signs.
+        let exponent = 923 + (state >> 40) % 200;
+        f64::from_bits((state & (1 << 63)) | (exponent << 52) | (state >> 7 & ((1 << 52) - 1)))
+    };
+    for _ in 0..100_000 {
+        let (a, b) = (number(), number());
+        assert_eq!(product_error(a, b), a.mul_add(b, -(a * b)), "{a:e} {b:e}");
+    }
 }
 
 #[test]

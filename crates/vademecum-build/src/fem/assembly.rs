@@ -18,8 +18,8 @@ use super::sparse::{Pattern, SymmetricMatrix};
 use crate::mesh::shapes::MAX_NODES;
 use crate::mesh::{ElementKind, Mesh};
 
-/// Elements per wave: 30 MB of quadratic element matrices, and enough for many threads.
-const WAVE: usize = 4096;
+/// Pairs of nodes of the elements of a wave: 30 MB of matrices, and enough for many threads.
+const WAVE: usize = 4096 * 100;
 
 /// Pairs of nodes that share an element, per element, from below: a large block has 2.5 with linear
 /// tetrahedra and 37 with quadratic ones, and smaller or looser meshes have more. A block of hexahedra has 27
@@ -180,8 +180,9 @@ fn assemble_region(
         .collect();
     let pairs = graph.neighbours.len();
     let mut blocks = NodeBlocks { mass: vec![0.0; pairs], stiffness: vec![[0.0; 9]; pairs] };
-    let mut buffer = vec![0.0; WAVE.min(elements.len()) * room];
-    for wave in elements.chunks(WAVE) {
+    let together = (WAVE / (most * most).max(1)).max(1);
+    let mut buffer = vec![0.0; together.min(elements.len()) * room];
+    for wave in elements.chunks(together) {
         let folded: Vec<Option<ElementError>> = buffer
             .par_chunks_mut(room)
             .zip(wave)

@@ -10,12 +10,12 @@
 //! (Hughes, *The Finite Element Method*, §2.7 and §3.4). Straight tetrahedra are integrated exactly. The
 //! stiffness of a curved one is a rational function that no rule meets; degree 6 is far past the degree 2
 //! that keeps the order of convergence, and its mass comes out exact as long as the volume form is of
-//! degree 2. The rules of other kinds are those of common programs (`shapes`); an 8-node hexahedron has four
-//! formulations (`hexahedron`).
+//! degree 2. The rules of other kinds are those of common programs (`mesh::rules`); an 8-node hexahedron has
+//! four formulations (`hexahedron`).
 
 use serde::{Deserialize, Serialize};
 
-use super::hexahedron;
+use super::hexahedron::{incompatible, mean_dilatation, reduced};
 pub use super::point::ElementError;
 pub(super) use super::point::{add_stiffness, gradients, jacobian};
 use crate::mesh::rules::{mass_rule, rule_degree_2, rule_degree_6, stiffness_rule};
@@ -151,15 +151,18 @@ impl ElementKernel {
         let (lambda, mu) = material.lame();
         let rule = if self.is_straight(nodes) { &self.straight } else { &self.stiffness };
         stiffness.fill(0.0);
-        if self.kind == ElementKind::Hex8 && self.hexahedra != Hexahedra::Full {
-            hexahedron::stiffness_into(self.hexahedra, rule, nodes, [lambda, mu], stiffness)?;
-            mirror_blocks(stiffness, n);
-            return Ok(());
-        }
-        for point in rule {
-            let (inverse, determinant) = jacobian(n, point, nodes)?;
-            let g = gradients(n, point, &inverse);
-            add_stiffness(n, &g, determinant * point.weight, [lambda, mu], stiffness);
+        let lame = [lambda, mu];
+        match (self.kind, self.hexahedra) {
+            (ElementKind::Hex8, Hexahedra::Incompatible) => incompatible(rule, nodes, lame, stiffness)?,
+            (ElementKind::Hex8, Hexahedra::MeanDilatation) => mean_dilatation(rule, nodes, lame, stiffness)?,
+            (ElementKind::Hex8, Hexahedra::Reduced) => reduced(rule, nodes, lame, stiffness)?,
+            _ => {
+                for point in rule {
+                    let (inverse, determinant) = jacobian(n, point, nodes)?;
+                    let g = gradients(n, point, &inverse);
+                    add_stiffness(n, &g, determinant * point.weight, lame, stiffness);
+                }
+            }
         }
         mirror_blocks(stiffness, n);
         Ok(())

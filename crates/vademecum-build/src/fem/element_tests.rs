@@ -299,3 +299,16 @@ fn incompatible_modes_do_not_lock_in_bending() {
     assert!((soft / theory - 1.0).abs() < 0.01, "{soft} {theory}");
     assert!(stiff < 0.75 * theory, "{stiff} {theory}");
 }
+
+#[test]
+fn the_bits_do_not_depend_on_the_number_of_threads() {
+    let matrices = |threads: usize| -> Vec<f64> {
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+        pool.install(|| {
+            let beam = mesh(2, |_| vec![(ElementKind::Hex8, (0..8).collect())]);
+            let held: Vec<bool> = beam.nodes.iter().flat_map(|p| [p[0] == 0.0; 3]).collect();
+            Model::assemble(beam, &[SOLID], &held).unwrap().pencil().stiffness().values().to_vec()
+        })
+    };
+    assert_eq!(matrices(1), matrices(2));
+}

@@ -11,29 +11,13 @@ use faer::linalg::solvers::Solve;
 use faer::{Mat, Side};
 
 use super::point::{ElementError, add_stiffness, gradients, jacobian};
-use crate::mesh::shapes::{CORNERS, MAX_NODES, Point, tabulate};
-use crate::mesh::{ElementKind, Hexahedra};
+use crate::mesh::shapes::{CORNERS, MAX_NODES, Point};
 
 /// Nodes.
 const N: usize = 8;
 
 /// Share of the largest stiffness of the element at its centre that an hourglass mode has.
 const HOURGLASS: f64 = 0.05;
-
-/// Adds the blocks on and above the diagonal of the stiffness; Lamé constants `[λ, μ]`.
-pub(super) fn stiffness_into(
-    formulation: Hexahedra,
-    rule: &[Point],
-    nodes: &[[f64; 3]],
-    lame: [f64; 2],
-    stiffness: &mut [f64],
-) -> Result<(), ElementError> {
-    match formulation {
-        Hexahedra::Full | Hexahedra::Incompatible => incompatible(rule, nodes, lame, stiffness),
-        Hexahedra::MeanDilatation => mean_dilatation(rule, nodes, lame, stiffness),
-        Hexahedra::Reduced => reduced(rule, nodes, lame, stiffness),
-    }
-}
 
 fn add_outer(stiffness: &mut [f64], a: usize, b: usize, g: [f64; 3], h: [f64; 3], factor: f64) {
     let block = &mut stiffness[(a * N + b) * 9..][..9];
@@ -44,7 +28,8 @@ fn add_outer(stiffness: &mut [f64], a: usize, b: usize, g: [f64; 3], h: [f64; 3]
     }
 }
 
-fn mean_dilatation(
+/// Adds the blocks on and above the diagonal of the stiffness of mean dilatation; Lamé constants `[λ, μ]`.
+pub(super) fn mean_dilatation(
     rule: &[Point],
     nodes: &[[f64; 3]],
     [lambda, mu]: [f64; 2],
@@ -71,18 +56,23 @@ fn mean_dilatation(
     Ok(())
 }
 
-fn incompatible(
+/// The same of incompatible modes.
+pub(super) fn incompatible(
     rule: &[Point],
     nodes: &[[f64; 3]],
     [lambda, mu]: [f64; 2],
     stiffness: &mut [f64],
 ) -> Result<(), ElementError> {
-    let centre = tabulate(ElementKind::Hex8, [0.0; 3], 8.0);
+    let mut centre = Point { weight: 8.0, values: [0.125; MAX_NODES], gradients: [[0.0; 3]; MAX_NODES] };
+    centre.gradients.iter_mut().zip(CORNERS).for_each(|(slope, corner)| *slope = corner.map(|x| 0.125 * x));
     let (inverse_centre, at_centre) = jacobian(N, &centre, nodes)?;
     // Eight nodes, then three inner functions.
     let mut inner = Mat::<f64>::zeros(9, 9);
     let mut coupling = Mat::<f64>::zeros(9, 3 * N);
-    for (point, at) in rule.iter().zip(gauss_places()) {
+    for point in rule {
+        // The place of the point: the map of the reference element onto itself.
+        let at: [f64; 3] =
+            std::array::from_fn(|i| CORNERS.iter().zip(&point.values).map(|(x, n)| x[i] * n).sum::<f64>());
         let (inverse, determinant) = jacobian(N, point, nodes)?;
         let g = gradients(N, point, &inverse);
         let weight = determinant * point.weight;
@@ -128,14 +118,8 @@ fn incompatible(
     Ok(())
 }
 
-/// Places of the 2 × 2 × 2 rule, in the order of `shapes`.
-fn gauss_places() -> impl Iterator<Item = [f64; 3]> {
-    let x = (1.0_f64 / 3.0).sqrt();
-    let line = [-x, x];
-    line.into_iter().flat_map(move |z| line.into_iter().flat_map(move |y| line.map(|x| [x, y, z])))
-}
-
-fn reduced(
+/// The same of reduced integration with hourglass stiffness.
+pub(super) fn reduced(
     rule: &[Point],
     nodes: &[[f64; 3]],
     [lambda, mu]: [f64; 2],

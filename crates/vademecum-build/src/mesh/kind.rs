@@ -295,7 +295,7 @@ impl ElementKind {
     }
 
     /// Ends of the edges, by place in the element; in a quadratic kind their middles follow the corners.
-    pub(crate) fn edges(self) -> &'static [[usize; 2]] {
+    pub fn edges(self) -> &'static [[usize; 2]] {
         self.row().edges
     }
 

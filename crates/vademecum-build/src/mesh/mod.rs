@@ -124,8 +124,10 @@ impl Mesh {
 
     /// Polynomial order of all elements: a mesh has one.
     pub fn order(&self) -> Order {
-        let kinds = self.kinds.distinct();
-        kinds.first().map_or(Order::Linear, |kind| kind.order())
+        match &self.kinds {
+            ElementKinds::Uniform(kind) => kind.order(),
+            ElementKinds::Mixed { kinds, .. } => kinds.first().map_or(Order::Linear, |kind| kind.order()),
+        }
     }
 
     /// Lower and upper corner of the box around all nodes, in the unit of the mesh.

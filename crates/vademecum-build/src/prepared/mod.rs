@@ -288,6 +288,18 @@ fn note_locking(problem: &Problem, mesh: &Mesh, listener: &dyn Listener) {
              in `[[material]]` has none of it, and no other frequencies where the mesh is fine",
         );
     }
+    let kinds = mesh.kinds.distinct();
+    let is_hexahedron = |kind| matches!(kind, ElementKind::Hex8 | ElementKind::Hex20 | ElementKind::Hex27);
+    if !kinds.iter().copied().any(is_hexahedron) && problem.materials.iter().any(|m| m.hexahedra.is_some()) {
+        listener.note("`hexahedra` in `[[material]]` does nothing: the mesh has no hexahedra");
+    }
+    let stiff = [ElementKind::Tet4, ElementKind::Pyramid5, ElementKind::Wedge6];
+    if mesh.tetrahedra().is_none() && kinds.iter().any(|kind| stiff.contains(kind)) {
+        listener.note(
+            "linear tetrahedra, pyramids and wedges are too stiff where the body bends, and no certificate shows \
+             it: mesh with quadratic elements, or with hexahedra where it bends",
+        );
+    }
     let poisson = problem.materials.iter().map(|m| m.poisson).fold(0.0, f64::max);
     if mesh.tetrahedra() != Some(Order::Linear) {
         return;
