@@ -95,7 +95,8 @@ pub struct Starter {
     pub support: String,
     /// True if linear tetrahedra get mid-side nodes.
     pub raised: bool,
-    /// Discretisation error of the frequencies on the linear elements of the mesh; absent of quadratic ones.
+    /// Discretisation error of the frequencies on the linear elements of the mesh; absent of other meshes than
+    /// linear tetrahedra.
     pub linear_mesh_error: Option<MeshEstimate>,
     /// First natural frequency \[Hz\].
     pub frequency: f64,
@@ -226,7 +227,7 @@ struct ReadMesh {
 
 /// Linear elements of a mesh file.
 enum Linear {
-    /// They are quadratic.
+    /// There are none, or not only linear tetrahedra.
     None,
     /// Few enough to be raised.
     Small,

@@ -368,7 +368,7 @@ class Starter:
     material: str
     #: Linear tetrahedra get mid-side nodes.
     raised: bool
-    #: Error of the frequencies on the linear elements of the file; `None` of a quadratic mesh.
+    #: Error of the frequencies on the linear elements of the file; `None` of a mesh of other elements than linear tetrahedra.
     linear_mesh_error: Optional[DiscretisationEstimate]
     #: First natural frequency in Hz.
     frequency: float
