@@ -333,6 +333,7 @@ fn faces_of_a_deck_are_those_of_its_elements() {
     let deck = format!("*NODE\n{nodes}*ELEMENT, TYPE=C3D8, ELSET=all\n1, 1, 2, 3, 4, 5, 6, 7, 8\n{surfaces}");
     let mesh = read_text("faces.inp", &deck).unwrap();
     assert_eq!(mesh.regions[0].hexahedra, Some(Hexahedra::Full));
+    let surface = Surface::of(&mesh);
     let (axis, side) = ([2, 2, 1, 0, 1, 0], [-1.0, 1.0, -1.0, 1.0, 1.0, -1.0]);
     for (i, face) in faces.iter().enumerate() {
         assert_eq!(mesh.node_groups[*face].len(), 4, "{face}");
@@ -340,6 +341,7 @@ fn faces_of_a_deck_are_those_of_its_elements() {
             assert_eq!(mesh.nodes[node as usize][axis[i]], side[i], "{face}");
         }
         assert_eq!(mesh.facet_groups[*face].len(), 1, "{face}");
+        assert_eq!(surface.area_of(&mesh, &mesh.facet_groups[*face]), 4.0, "{face}");
     }
     let wrong = format!("{deck}*SURFACE, NAME=more\nall, S7\n");
     assert!(read_text("wrong.inp", &wrong).unwrap_err().to_string().contains("S1 to S6"));

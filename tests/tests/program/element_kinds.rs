@@ -155,6 +155,11 @@ fn every_kind_is_built_run_verified_and_shown() {
         let first = modes["frequencies_hz"][0].as_f64().unwrap();
         assert!((first / 16.10 - 1.0).abs() < off && first > 15.9, "{name}: {first} Hz");
         assert_eq!(vademecum(&["build", &problem, "-o", &file]).code, Some(0), "{name}");
+        // All of it can be pushed, but for a node in the middle of the wall.
+        let info = vademecum(&["info", &file, "--json"]).json();
+        let count = |key: &str| info[key].as_u64().expect("a count");
+        let inside = u64::from(name == "hex27");
+        assert_eq!(count("loadable_nodes") + inside, count("surface_nodes"), "{name}");
         let ran = vademecum(&["run", &file, "--scenario", &scenario, "-o", &at("out")]);
         assert_eq!(ran.code, Some(0), "{name}: {}", ran.stderr);
         let verified =
@@ -219,6 +224,19 @@ fn decks_have_the_frequencies_of_their_programs() {
     // Its numbers are millimetres, tonnes and newtons: a thousand times the frequencies in metres.
     let fixed = "[[material]]\nyoung = 2.1e11\npoisson = 0.3\ndensity = 7800.0\n[[support]]\non = { group = \"FIX\" }\n";
     check("calculix/beam8f.inp", fixed, &[13.79813, 19.85205, 81.35676, 88.78712, 109.4461, 163.4036]);
+}
+
+#[test]
+fn three_corners_of_a_quadrangle_are_no_facet_of_it() {
+    let folder = tempfile::tempdir().unwrap();
+    let at = |name: &str| folder.path().join(name).display().to_string();
+    std::fs::write(at("beam.vtk"), beam(1, |_| vec![(ElementKind::Hex8, (0..8).collect())])).unwrap();
+    for (nodes, code) in [("[1, 2, 5]", 3), ("[1, 2, 5, 6]", 0)] {
+        let load = format!("[load]\nsurface = {{ nodes = {nodes} }}\n[[load.pattern]]");
+        std::fs::write(at("beam.toml"), PROBLEM.replace("[[load.pattern]]", &load)).unwrap();
+        let ran = vademecum(&["build", &at("beam.toml"), "-o", &at("beam.vdm"), "--force"]);
+        assert_eq!(ran.code, Some(code), "{}", ran.stderr);
+    }
 }
 
 /// Components that are held everywhere have no mass to share, and a share that is no number is null in JSON.

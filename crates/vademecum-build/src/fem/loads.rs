@@ -14,7 +14,7 @@ use crate::linalg::vec3::cross;
 use crate::mesh::rules::quadrangle_rule;
 use crate::mesh::shapes::MAX_NODES;
 use crate::mesh::shapes::quadrangle_shapes;
-use crate::mesh::{FacetKind, MAX_FACET_NODES, Mesh, Order};
+use crate::mesh::{FacetKind, MAX_FACET_NODES, Mesh, Order, corner_triples, face_key};
 
 /// A facet of the body's surface with all its nodes, counter-clockwise seen from outside.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -57,13 +57,7 @@ pub(crate) fn surface_facets(mesh: &Mesh, corners: &[[u32; 3]]) -> Result<Vec<Fa
         corners.iter().map(|&c| (sorted(c), (None, 0))).collect();
     for (kind, element) in mesh.each() {
         for face in kind.faces() {
-            let ends = &face.1[..face.0.corners()];
-            let mut triples = (0..ends.len()).map(|left| match ends.len() {
-                3 => sorted([0, 1, 2].map(|i| element[ends[i]])),
-                _ => sorted([1, 2, 3].map(|i| element[ends[(left + i) % 4]])),
-            });
-            let named = triples.by_ref().take(if ends.len() == 3 { 1 } else { 4 });
-            for triple in named {
+            for triple in corner_triples(face_key(face, element).0) {
                 if let Some(slot) = wanted.get_mut(&triple) {
                     *slot = (Some(element_facet(element, *face)), slot.1 + 1);
                 }

@@ -14,7 +14,7 @@ use super::quality::{
     shape_quality, ten, volume_forms,
 };
 use super::raw::RawMesh;
-use super::{ElementKind, ElementKinds, FaceKey, FacetKind, Mesh, Order, Region, face_key};
+use super::{ElementKind, ElementKinds, FaceKey, FacetKind, Mesh, Order, Region, corner_triples, face_key};
 use crate::linalg::vec3::{norm, sub};
 
 /// The repaired mesh and its remaining flaws.
@@ -370,15 +370,10 @@ fn split_faces(mesh: &Mesh, sides: &[(FaceKey, FacetKind)]) -> Option<Flaw> {
         let [a, b, c] = corners;
         open.binary_search(&[a, b, c, u32::MAX]).is_ok()
     };
-    let split = |quad: &&[u32; 4]| quad[3] != u32::MAX && triples(**quad).into_iter().any(is_open);
+    let split = |quad: &&[u32; 4]| quad[3] != u32::MAX && corner_triples(**quad).into_iter().any(is_open);
     let mut found = open.iter().filter(split);
     let first = found.next()?;
     Some(Flaw::SplitFaces { count: 1 + found.count(), first: ids(mesh, first) })
-}
-
-/// The corners of a face without each one in turn: of a triangle only itself.
-fn triples([a, b, c, d]: [u32; 4]) -> Vec<[u32; 3]> {
-    if d == u32::MAX { vec![[a, b, c]] } else { vec![[a, b, c], [a, b, d], [a, c, d], [b, c, d]] }
 }
 
 /// Group facets that are no face of any element cannot carry a pressure.
@@ -386,7 +381,7 @@ fn stray_facets(mesh: &mut Mesh, sides: &[(FaceKey, FacetKind)]) {
     if mesh.facet_groups.is_empty() {
         return;
     }
-    let mut known: Vec<[u32; 3]> = sides.iter().flat_map(|side| triples(side.0.0)).collect();
+    let mut known: Vec<[u32; 3]> = sides.iter().flat_map(|side| corner_triples(side.0.0)).collect();
     known.sort_unstable();
     for (name, facets) in &mesh.facet_groups {
         let is_face = |f: &[u32; 3]| {

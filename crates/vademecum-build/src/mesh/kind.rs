@@ -433,6 +433,11 @@ pub(crate) fn face_key(face: &(FacetKind, &[usize]), element: &[u32]) -> FaceKey
     (sorted, next > last)
 }
 
+/// Three corners, ascending, by which a face is named: of a quadrangle any three.
+pub(crate) fn corner_triples([a, b, c, d]: [u32; 4]) -> Vec<[u32; 3]> {
+    if d == u32::MAX { vec![[a, b, c]] } else { vec![[a, b, c], [a, b, d], [a, c, d], [b, c, d]] }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

@@ -46,7 +46,7 @@ pub(crate) use error::{FaultSite, shown};
 pub use flaw::{Flaw, UnsupportedCells};
 pub use hash::hash;
 pub use hexahedra::Hexahedra;
-pub(crate) use kind::{EDGES, FACES, FaceKey, MAX_FACET_NODES, face_key};
+pub(crate) use kind::{EDGES, FACES, FaceKey, MAX_FACET_NODES, corner_triples, face_key};
 pub use kind::{ElementKind, ElementKinds, FacetKind};
 pub use order::Order;
 pub use parts::part_sizes;

@@ -1,6 +1,8 @@
 //! The boundary of a mesh: the faces that belong to one element only.
 
-use super::{FacetKind, Mesh, face_key};
+use std::collections::HashSet;
+
+use super::{FacetKind, Mesh, corner_triples, face_key};
 use crate::linalg::vec3::{cross, norm, sub};
 
 /// Boundary facets, their linear triangles and the nodes on them.
@@ -96,6 +98,29 @@ impl Surface {
     /// Nodes of each facet.
     pub(crate) fn each_facet(&self) -> impl Iterator<Item = &[u32]> {
         (0..self.facet_count()).map(|index| self.facet(index))
+    }
+
+    /// Area of the triangles of the facets that are named by three of their corners each.
+    pub fn area_of(&self, mesh: &Mesh, facets: &[[u32; 3]]) -> f64 {
+        let sorted = |mut corners: [u32; 3]| {
+            corners.sort_unstable();
+            corners
+        };
+        let named: HashSet<[u32; 3]> = facets.iter().copied().map(sorted).collect();
+        let is_named = |index: usize| {
+            let corners = &self.facet(index)[..self.facet_kinds[index].corners()];
+            let mut key = [u32::MAX; 4];
+            key[..corners.len()].copy_from_slice(corners);
+            key.sort_unstable();
+            corner_triples(key).iter().any(|triple| named.contains(triple))
+        };
+        let chosen: Vec<bool> = (0..self.facet_count()).map(is_named).collect();
+        let area = |triangle: &[u32; 3]| {
+            let [a, b, c] = triangle.map(|node| mesh.nodes[node as usize]);
+            0.5 * norm(cross(sub(b, a), sub(c, a)))
+        };
+        let triangles = self.triangles.iter().zip(&self.triangle_facet);
+        triangles.filter(|(_, facet)| chosen[**facet as usize]).map(|(triangle, _)| area(triangle)).sum()
     }
 
     /// Position of a mesh node in `nodes`.

@@ -504,8 +504,10 @@ fn loadable_triangles(
         }
         None => (0..surface.facet_count()).collect(),
     };
-    let per_facet = surface.triangles.len() / surface.facet_count().max(1);
-    let triangles = selected.iter().flat_map(|&f| &surface.triangles[f * per_facet..(f + 1) * per_facet]);
+    let mut chosen = vec![false; surface.facet_count()];
+    selected.into_iter().for_each(|facet| chosen[facet] = true);
+    let with_facets = surface.triangles.iter().zip(&surface.triangle_facet);
+    let triangles = with_facets.filter(|(_, facet)| chosen[**facet as usize]).map(|(triangle, _)| triangle);
     movable(problem, triangles, constrained)
 }
 
@@ -544,7 +546,8 @@ fn facets_within(surface: &Surface, n_nodes: usize, nodes: &[u32]) -> Vec<usize>
     let mut chosen = vec![false; n_nodes];
     nodes.iter().for_each(|&node| chosen[node as usize] = true);
     let whole = |corners: &[u32]| corners.iter().all(|&c| chosen[c as usize]);
-    (0..surface.facet_count()).filter(|&f| whole(&surface.facet(f)[..3])).collect()
+    let corners = |f: usize| &surface.facet(f)[..surface.facet_kind(f).corners()];
+    (0..surface.facet_count()).filter(|&f| whole(corners(f))).collect()
 }
 
 fn pattern_force(

@@ -53,6 +53,7 @@ pub(super) struct Supports {
 /// Shape of a body, in units of its mesh.
 pub(super) struct Shape<'a> {
     mesh: &'a Mesh,
+    surface: Surface,
     low: [f64; 3],
     sides: [f64; 3],
     /// Area, unit normal and corners of each triangle of the surface.
@@ -80,11 +81,12 @@ impl<'a> Shape<'a> {
             let twice = normal.iter().map(|x| x * x).sum::<f64>().sqrt();
             Triangle { area: 0.5 * twice, normal: normal.map(|x| x / twice), corners }
         };
-        let triangles = Surface::of(mesh).triangles.into_iter();
+        let surface = Surface::of(mesh);
+        let triangles = surface.triangles.iter();
         let triangles = triangles.map(|triangle| of_corners(triangle.map(|node| mesh.nodes[node as usize])));
         let triangles: Vec<Triangle> = triangles.filter(|triangle| triangle.area > 0.0).collect();
         let area = triangles.iter().map(|triangle| triangle.area).sum();
-        Self { mesh, low, sides: std::array::from_fn(|c| high[c] - low[c]), triangles, area }
+        Self { mesh, surface, low, sides: std::array::from_fn(|c| high[c] - low[c]), triangles, area }
     }
 
     pub(super) fn longest_side(&self) -> f64 {
@@ -160,16 +162,7 @@ impl<'a> Shape<'a> {
     /// Share of the surface on the facets of a group.
     fn share(&self, group: &str) -> f64 {
         let facets = self.mesh.facet_groups.get(group).map_or(&[][..], Vec::as_slice);
-        let area = |facet: &[u32; 3]| {
-            let [a, b, c] = facet.map(|node| self.mesh.nodes[node as usize]);
-            let [u, v]: [[f64; 3]; 2] = [b, c].map(|p| std::array::from_fn(|i| p[i] - a[i]));
-            let cross: [f64; 3] = std::array::from_fn(|i| {
-                let (j, k) = ((i + 1) % 3, (i + 2) % 3);
-                u[j] * v[k] - u[k] * v[j]
-            });
-            0.5 * cross.iter().map(|x| x * x).sum::<f64>().sqrt()
-        };
-        facets.iter().map(area).sum::<f64>() / self.area
+        self.surface.area_of(self.mesh, facets) / self.area
     }
 }
 
