@@ -95,8 +95,7 @@ pub struct Starter {
     pub support: String,
     /// True if linear tetrahedra get mid-side nodes.
     pub raised: bool,
-    /// Discretisation error of the frequencies on the linear elements of the mesh; absent of other meshes than
-    /// linear tetrahedra.
+    /// Discretisation error of the frequencies of linear tetrahedra; absent of other meshes.
     pub linear_mesh_error: Option<MeshEstimate>,
     /// First natural frequency \[Hz\].
     pub frequency: f64,
