@@ -323,13 +323,21 @@ class Group:
 
 
 @dataclass(frozen=True)
+class ElementCount:
+    """Elements of a kind in a mesh, such as `20-node hexahedron`."""
+
+    kind: str
+    elements: int
+
+
+@dataclass(frozen=True)
 class Quality:
     """Shape quality of elements, 1 of a regular one, and the corners of the worst as the mesh file numbers them."""
 
     min: float
     mean: float
     histogram: tuple[int, ...]
-    worst: Optional[tuple[int, int, int, int]]
+    worst: Optional[tuple[int, ...]]
 
 
 @dataclass(frozen=True)
@@ -340,7 +348,9 @@ class MeshReport:
     format: str
     nodes: int
     elements: int
+    #: 0 where elements of several kinds have several numbers.
     nodes_per_element: int
+    kinds: tuple[ElementCount, ...]
     unused_nodes: int
     reoriented_elements: int
     bounding_box: tuple[tuple[float, float, float], tuple[float, float, float]]
