@@ -34,6 +34,7 @@ from ._data import (
     Certificate,
     DiscDisplacement,
     DiscretisationEstimate,
+    ElementCount,
     FreeBody,
     Group,
     Info,
@@ -70,12 +71,12 @@ from ._native import Batch, Body, Motion, SurfacePoint
 __version__ = _native.__version__
 
 __all__ = [
-    "Axis", "Batch", "Body", "Bound", "Certificate", "DiscDisplacement", "DiscretisationEstimate", "Error", "File",
-    "FileError", "FreeBody", "FrequencyResponse", "Group", "Info", "InputError", "MachineError", "MeshError",
-    "MeshReport", "MissingFile", "Motion", "NaturalModes", "Note", "NumericsError", "Page", "Parameter",
-    "ParameterValue", "Peak", "Played", "Quality", "Quantity", "RefinedValue", "Region", "Section", "Soundness",
-    "Starter", "Structure", "Support", "SurfacePoint", "ToleranceMissed", "Verification", "build", "frf",
-    "from_bytes", "init", "mesh", "modes", "open", "report", "run", "verify",
+    "Axis", "Batch", "Body", "Bound", "Certificate", "DiscDisplacement", "DiscretisationEstimate", "ElementCount",
+    "Error", "File", "FileError", "FreeBody", "FrequencyResponse", "Group", "Info", "InputError", "MachineError",
+    "MeshError", "MeshReport", "MissingFile", "Motion", "NaturalModes", "Note", "NumericsError", "Page",
+    "Parameter", "ParameterValue", "Peak", "Played", "Quality", "Quantity", "RefinedValue", "Region", "Section",
+    "Soundness", "Starter", "Structure", "Support", "SurfacePoint", "ToleranceMissed", "Verification", "build",
+    "frf", "from_bytes", "init", "mesh", "modes", "open", "report", "run", "verify",
 ]
 
 
