@@ -5,7 +5,7 @@ mod seal;
 
 use libfuzzer_sys::fuzz_target;
 use vademecum_eval::{Contact, Field, Loads, Scalar, Scene, SceneOptions, State, StructureChoice, Place};
-use vademecum_format::File;
+use vademecum_format::{File, FormatError};
 
 /// Numbers lent at most: a file that asks for more is one a caller would turn down by its sizes.
 const LENT: usize = 1 << 20;
@@ -43,7 +43,11 @@ fuzz_target!(|bytes: &[u8]| {
     let _ = File::parse(bytes);
     let sealed = seal::seal(bytes.to_vec());
     let Ok(file) = File::parse(&sealed) else { return };
-    file.verify_all().expect("sealed");
+    // The checksums are right; an index may still lead nowhere, and what reads it has to hold up.
+    match file.verify_all() {
+        Ok(()) | Err(FormatError::Index { .. }) => {}
+        Err(other) => panic!("sealed: {other:?}"),
+    }
     for structure in [StructureChoice::Diagonal, StructureChoice::Block] {
         step::<f64>(&file, structure);
         step::<f32>(&file, structure);
