@@ -87,7 +87,7 @@ pub fn receive_part(ranks: &Ranks, from: usize) -> Result<AssemblyPart, EngineEr
     let narrow = |list: Vec<u64>| list.into_iter().map(|number| number as u32).collect();
     let rows: Vec<u64> = ranks.receive(2, from)?;
     let nodes: Vec<f64> = ranks.receive_list(from)?;
-    let mut list = || Ok::<Vec<u32>, EngineError>(narrow(ranks.receive_list(from)?));
+    let list = || Ok::<Vec<u32>, EngineError>(narrow(ranks.receive_list(from)?));
     let (elements, regions, numbers, kinds, hexahedra) = (list()?, list()?, list()?, list()?, list()?);
     let kind = |&number: &u32| ElementKind::all().nth(number as usize);
     let formulation = |&number: &u32| Hexahedra::ALL.get((number as usize).wrapping_sub(1)).copied();
