@@ -3,6 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use vademecum_build::input::Problem;
+use vademecum_deck::{Dialect, ReadOptions, System};
 use vademecum_eval::{SceneOptions, StructureChoice};
 use vademecum_study::parameters::ParameterValue;
 use vademecum_study::player::PlayOptions;
@@ -16,6 +17,33 @@ pub struct OutputArguments {
     /// Overwrite outputs of another kind too [default: only files of the same kind].
     #[arg(long)]
     pub force: bool,
+}
+
+/// Arguments of commands that read a deck.
+#[derive(clap::Args)]
+pub(crate) struct DeckArguments {
+    /// Program whose meaning element names of a deck have, `abaqus` or `calculix` [default: by its cards].
+    #[arg(long, value_parser = ["abaqus", "calculix"])]
+    dialect: Option<String>,
+    /// Units of a deck [default: guessed from modulus and density].
+    #[arg(long, value_parser = ["m-kg-N", "mm-t-N", "mm-kg-mN", "in-lbf", "ft-lbf"])]
+    units: Option<String>,
+}
+
+impl DeckArguments {
+    /// As the reader takes them.
+    pub(crate) fn options(&self) -> ReadOptions {
+        let dialect = self.dialect.as_deref();
+        ReadOptions {
+            dialect: dialect.map(|name| if name == "abaqus" { Dialect::Abaqus } else { Dialect::CalculiX }),
+            units: self.units.as_deref().and_then(System::parse),
+        }
+    }
+
+    /// True if one was given.
+    pub(crate) fn given(&self) -> bool {
+        self.dialect.is_some() || self.units.is_some()
+    }
 }
 
 /// The problem and scenario of the demo, inside the program.

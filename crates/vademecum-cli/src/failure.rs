@@ -20,6 +20,7 @@ use vademecum_build::printable::{printable, shortened};
 use vademecum_build::progress::is_cancelled;
 use vademecum_build::report::{MissedPart, ToleranceMissed};
 use vademecum_build::store::OutputError as WriteError;
+use vademecum_deck::DeckError;
 use vademecum_eval::OutputError;
 use vademecum_rewrite::RewriteError;
 use vademecum_study::scenario::ScenarioError;
@@ -277,6 +278,26 @@ impl From<MeshError> for Failure {
     fn from(error: MeshError) -> Self {
         let remedy = remedy_of_mesh(&error);
         Self::new(Cause::Mesh, error).remedy(remedy)
+    }
+}
+
+impl From<DeckError> for Failure {
+    fn from(error: DeckError) -> Self {
+        let cause = match error {
+            DeckError::Mesh(error) => return error.into(),
+            DeckError::Card(_)
+            | DeckError::NoMaterial { .. }
+            | DeckError::Incomplete { .. }
+            | DeckError::Contradiction(_)
+            | DeckError::Load(_)
+            | DeckError::UnknownUnits { .. }
+            | DeckError::NoStaticStep { .. } => Cause::Input,
+            DeckError::Structural(_) => Cause::Mesh,
+            DeckError::Model(_) | DeckError::NotHeld { .. } | DeckError::Factor(_) | DeckError::Modes(_) => {
+                Cause::Numerics
+            }
+        };
+        Self::new(cause, error)
     }
 }
 

@@ -73,6 +73,7 @@ Examples:
   vademecum demo -o demo                            the whole road, once, with pictures
   vademecum init liver.vtu --view                   from a mesh to the moving body
   vademecum mesh liver.vtu                          what a mesh file holds and what is wrong with it
+  vademecum static bracket.inp                      the static steps of a deck, at full order
   vademecum build problem.toml -o body.vdm          compute a vademecum
   vademecum info body.vdm --json                    what a file holds
   vademecum run body.vdm --scenario s.toml -o out/  step it; CSV for probes, VTU for fields
@@ -97,6 +98,7 @@ enum Command {
     Info(cmd::info::Info),
     Mesh(cmd::mesh::MeshCommand),
     Modes(cmd::modes::Modes),
+    Static(cmd::statics::Static),
     Frf(cmd::frf::Frf),
     Run(cmd::run::Run),
     Verify(cmd::verify::Verify),
@@ -154,6 +156,7 @@ fn run(command: &Command, console: &console::Console) -> Result<(), failure::Fai
         Command::Info(command) => command.run(),
         Command::Mesh(command) => command.run(),
         Command::Modes(command) => command.run(console),
+        Command::Static(command) => command.run(console),
         Command::Frf(command) => command.run(console),
         Command::Run(command) => command.run(console),
         Command::Verify(command) => command.run(console),

@@ -6,6 +6,7 @@ use vademecum_build::certificate::{LargeReport, StructureReport, TestLoad};
 use vademecum_build::dynamics::ModeRow;
 use vademecum_build::report::BuildReport;
 use vademecum_build::report::ChapterReport;
+use vademecum_deck::{Deck, LeftOut};
 use vademecum_format::File;
 use vademecum_study::FileError;
 use vademecum_study::parameters::ParameterValue;
@@ -23,6 +24,28 @@ pub fn json(value: &impl serde::Serialize) -> String {
 /// Prints a value as JSON on standard output.
 pub fn print_json(value: &impl serde::Serialize) {
     println!("{}", json(value));
+}
+
+/// Prints what a deck holds, its units, and the cards that were not taken.
+pub(crate) fn print_left_out(deck: &Deck) {
+    let mesh = &deck.mesh;
+    println!(
+        "{}: dialect of {}; units {}; {} nodes, {} elements",
+        deck.file.display(),
+        deck.program,
+        deck.units.words(),
+        mesh.nodes.len(),
+        mesh.element_count()
+    );
+    if deck.left_out.is_empty() {
+        println!("every card was taken");
+        return;
+    }
+    println!("not taken:");
+    for LeftOut { card, line, count, meaning, .. } in &deck.left_out {
+        let more = if *count > 1 { format!(" (and {} more)", count - 1) } else { String::new() };
+        println!("  line {line}{more}, {card}: {meaning}");
+    }
 }
 
 /// Prints a build in a few lines: body, frequencies, what is known of the error, file.

@@ -310,7 +310,7 @@ pub fn init(
     }
     watched(py, Told { progress, warn: false }, |listener| {
         let (mesh_name, smallest_part) = (mesh.display().to_string(), SMALLEST_PART);
-        let options = StarterOptions { material, scale, hold, up, smallest_part, mesh_name };
+        let options = StarterOptions { material, scale, hold, up, smallest_part, mesh_name, known: None };
         json(&starter(&mesh, &options, listener)?)
     })
 }

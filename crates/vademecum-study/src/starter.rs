@@ -1,6 +1,7 @@
 //! A problem file for a mesh that somebody has just found: everything that can be seen of the mesh is
 //! proposed, said in a comment, and left to be changed.
 
+mod known;
 mod materials;
 mod support;
 mod text;
@@ -16,10 +17,11 @@ use vademecum_build::prepared::{Prepared, prepare, proposed_time_step};
 use vademecum_build::progress::{Listener, Silent, Stopwatch, is_cancelled};
 use vademecum_build::suggest::did_you_mean;
 
+pub use known::KnownParts;
 pub use materials::{MATERIALS, NamedMaterial};
 pub use support::HoldError;
 
-use self::support::{AXES, Shape, propose};
+use self::support::{AXES, Shape, Supports, propose};
 use self::text::Draft;
 use crate::error::StudyError;
 
@@ -71,6 +73,8 @@ pub struct StarterOptions {
     pub smallest_part: f64,
     /// The mesh file as the problem file shall name it.
     pub mesh_name: String,
+    /// Materials and supports of a deck.
+    pub known: Option<KnownParts>,
 }
 
 /// Share of the elements below which a loose part is left out unless somebody asks for another.
@@ -90,7 +94,7 @@ pub struct Starter {
     /// Axis that points up.
     pub up: &'static str,
     /// Name of the material.
-    pub material: &'static str,
+    pub material: String,
     /// Description of the support.
     pub support: String,
     /// True if linear tetrahedra get mid-side nodes.
@@ -124,7 +128,12 @@ pub fn starter(
     let guess = if longest > LARGEST_IN_METRES { 1e-3 } else { 1.0 };
     let scale = options.scale.unwrap_or(guess);
     let up = options.up.unwrap_or_else(|| shape.up());
-    let supports = propose(&shape, scale, options.hold.as_deref(), up)?;
+    let supports = match &options.known {
+        Some(known) if options.hold.is_none() => {
+            Supports { on: known.supports.clone(), words: known.support_words.clone(), others: vec![] }
+        }
+        _ => propose(&shape, scale, options.hold.as_deref(), up)?,
+    };
     let usual = if shape.has_flat_face() { "steel" } else { "rubber" };
     let material = options.material.or_else(|| MATERIALS.into_iter().find(|m| m.name == usual));
     let material = material.expect("the usual materials have names");
@@ -133,6 +142,7 @@ pub fn starter(
         mesh: &mesh,
         shape: &shape,
         material,
+        known: options.known.as_ref(),
         scale,
         raised,
         smallest_part,
@@ -177,7 +187,7 @@ pub fn starter(
         doubtful_scale: options.scale.is_none() && scale == 1.0 && longest > DOUBTFUL_IN_METRES,
         longest_side: longest * scale,
         up: AXES[up],
-        material: material.name,
+        material: options.known.as_ref().map_or(material.name.into(), |known| known.material_words.clone()),
         support: supports.words,
         raised,
         linear_mesh_error,

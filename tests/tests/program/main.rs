@@ -2,6 +2,7 @@
 
 mod bench;
 mod commands;
+mod decks;
 mod element_kinds;
 mod export;
 mod first_hour;

@@ -15,7 +15,9 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::hexahedron::{incompatible, mean_dilatation, reduced};
+use faer::Mat;
+
+use super::hexahedron::{incompatible, inner_mass, mean_dilatation, reduced, with_inner_functions};
 pub use super::point::ElementError;
 pub(super) use super::point::{add_stiffness, gradients, jacobian};
 use crate::mesh::rules::{mass_rule, rule_degree_2, rule_degree_6, stiffness_rule};
@@ -51,9 +53,9 @@ impl Material {
 /// Data common to all elements of one kind and formulation.
 pub(crate) struct ElementKernel {
     kind: ElementKind,
-    /// Formulation of a hexahedron; of others `Full`.
+    /// Formulation of a hexahedron; `Reduced` of a quadratic tetrahedron with four points, of others `Full`.
     hexahedra: Hexahedra,
-    /// Exact for the stiffness of a straight tetrahedron; empty for other kinds.
+    /// Exact for the stiffness of a straight tetrahedron, four points of a quadratic one; empty for other kinds.
     straight: Vec<Point>,
     /// Stiffness of curved tetrahedra and of other kinds.
     stiffness: Vec<Point>,
@@ -69,7 +71,7 @@ impl ElementKernel {
     pub(crate) fn new(kind: ElementKind, hexahedra: Option<Hexahedra>) -> ElementKernel {
         let hexahedra = match (kind, hexahedra) {
             (ElementKind::Hex8, given) => given.unwrap_or(Hexahedra::Incompatible),
-            (ElementKind::Hex20, Some(Hexahedra::Reduced)) => Hexahedra::Reduced,
+            (ElementKind::Hex20 | ElementKind::Tet10, Some(Hexahedra::Reduced)) => Hexahedra::Reduced,
             _ => Hexahedra::Full,
         };
         let table = |rule: Vec<([f64; 3], f64)>| -> Vec<Point> {
@@ -149,7 +151,8 @@ impl ElementKernel {
     ) -> Result<(), ElementError> {
         let n = self.n_nodes();
         let (lambda, mu) = material.lame();
-        let rule = if self.is_straight(nodes) { &self.straight } else { &self.stiffness };
+        let few = self.kind == ElementKind::Tet10 && self.hexahedra == Hexahedra::Reduced;
+        let rule = if few || self.is_straight(nodes) { &self.straight } else { &self.stiffness };
         stiffness.fill(0.0);
         let lame = [lambda, mu];
         match (self.kind, self.hexahedra) {
@@ -166,6 +169,42 @@ impl ElementKernel {
         }
         mirror_blocks(stiffness, n);
         Ok(())
+    }
+
+    /// Stiffness and mass of an 8-node hexahedron whose incompatible modes are kept, shape (33, 33): 24
+    /// components of the nodes, nine of the inner functions.
+    pub(crate) fn with_inner_functions(
+        &self,
+        nodes: &[[f64; 3]],
+        material: &Material,
+    ) -> Result<[Mat<f64>; 2], ElementError> {
+        let (lambda, mu) = material.lame();
+        let mut blocks = vec![0.0; 9 * 64];
+        let inner = with_inner_functions(&self.stiffness, nodes, [lambda, mu], &mut blocks)?;
+        mirror_blocks(&mut blocks, 8);
+        let mut mass = vec![0.0; 64];
+        self.mass_into(nodes, material.density, &mut mass)?;
+        // The rule of the stiffness, as the program that keeps them has it.
+        let (pairs, with_nodes) = inner_mass(&self.stiffness, nodes)?;
+        let stiffness = Mat::from_fn(33, 33, |i, j| match (i < 24, j < 24) {
+            (true, true) => blocks[(i / 3 * 8 + j / 3) * 9 + 3 * (i % 3) + j % 3],
+            (true, false) => inner.coupling[(j - 24, i)],
+            (false, true) => inner.coupling[(i - 24, j)],
+            (false, false) => inner.stiffness[(i - 24, j - 24)],
+        });
+        let mass = Mat::from_fn(33, 33, |i, j| match (i < 24, j < 24) {
+            _ if i % 3 != j % 3 => 0.0,
+            (true, true) => mass[i / 3 * 8 + j / 3],
+            (true, false) => material.density * with_nodes[j / 3 - 8][i / 3],
+            (false, true) => material.density * with_nodes[i / 3 - 8][j / 3],
+            (false, false) => material.density * pairs[i / 3 - 8][j / 3 - 8],
+        });
+        Ok([stiffness, mass])
+    }
+
+    /// True if incompatible modes are eliminated.
+    pub(crate) fn is_incompatible(&self) -> bool {
+        self.kind == ElementKind::Hex8 && self.hexahedra == Hexahedra::Incompatible
     }
 
     /// True if the map is affine: every mid-side node within 1e-10 of its edge's length from the middle, so

@@ -56,23 +56,32 @@ pub(super) fn mean_dilatation(
     Ok(())
 }
 
-/// The same of incompatible modes.
-pub(super) fn incompatible(
+/// Inner functions `1 − ξ²`, `1 − η²`, `1 − ζ²` of an element: stiffness over their nine components and of
+/// these with the nodes, shape (9, 9) and (9, 24).
+pub(super) struct InnerFunctions {
+    pub(super) stiffness: Mat<f64>,
+    pub(super) coupling: Mat<f64>,
+}
+
+/// Place of a point of a rule: the map of the reference element onto itself.
+fn place(point: &Point) -> [f64; 3] {
+    std::array::from_fn(|i| CORNERS.iter().zip(&point.values).map(|(x, n)| x[i] * n).sum::<f64>())
+}
+
+/// The nodal blocks of full integration, on and above the diagonal, and the inner functions.
+pub(super) fn with_inner_functions(
     rule: &[Point],
     nodes: &[[f64; 3]],
     [lambda, mu]: [f64; 2],
     stiffness: &mut [f64],
-) -> Result<(), ElementError> {
+) -> Result<InnerFunctions, ElementError> {
     let mut centre = Point { weight: 8.0, values: [0.125; MAX_NODES], gradients: [[0.0; 3]; MAX_NODES] };
     centre.gradients.iter_mut().zip(CORNERS).for_each(|(slope, corner)| *slope = corner.map(|x| 0.125 * x));
     let (inverse_centre, at_centre) = jacobian(N, &centre, nodes)?;
-    // Eight nodes, then three inner functions.
     let mut inner = Mat::<f64>::zeros(9, 9);
     let mut coupling = Mat::<f64>::zeros(9, 3 * N);
     for point in rule {
-        // The place of the point: the map of the reference element onto itself.
-        let at: [f64; 3] =
-            std::array::from_fn(|i| CORNERS.iter().zip(&point.values).map(|(x, n)| x[i] * n).sum::<f64>());
+        let at = place(point);
         let (inverse, determinant) = jacobian(N, point, nodes)?;
         let g = gradients(N, point, &inverse);
         let weight = determinant * point.weight;
@@ -99,10 +108,39 @@ pub(super) fn incompatible(
             }
         }
     }
+    Ok(InnerFunctions { stiffness: inner, coupling })
+}
+
+/// The mass of the inner functions for a density of 1: of each pair, and of each with the nodes, the same for
+/// each component.
+pub(super) fn inner_mass(
+    rule: &[Point],
+    nodes: &[[f64; 3]],
+) -> Result<([[f64; 3]; 3], [[f64; N]; 3]), ElementError> {
+    let (mut pairs, mut with_nodes) = ([[0.0; 3]; 3], [[0.0; N]; 3]);
+    for point in rule {
+        let functions = place(point).map(|x| 1.0 - x * x);
+        let weight = jacobian(N, point, nodes)?.1 * point.weight;
+        for m in 0..3 {
+            (0..3).for_each(|k| pairs[m][k] += weight * functions[m] * functions[k]);
+            (0..N).for_each(|a| with_nodes[m][a] += weight * functions[m] * point.values[a]);
+        }
+    }
+    Ok((pairs, with_nodes))
+}
+
+/// The same of incompatible modes, which are eliminated.
+pub(super) fn incompatible(
+    rule: &[Point],
+    nodes: &[[f64; 3]],
+    lame: [f64; 2],
+    stiffness: &mut [f64],
+) -> Result<(), ElementError> {
+    let InnerFunctions { stiffness: inner, coupling } = with_inner_functions(rule, nodes, lame, stiffness)?;
     // Positive definite: the inner functions have strains of their own.
     let solved = match inner.llt(Side::Lower) {
         Ok(factor) => factor.solve(&coupling),
-        Err(_) => return Err(ElementError { determinant: at_centre }),
+        Err(_) => return Err(ElementError { determinant: 0.0 }),
     };
     let lost = coupling.transpose() * &solved;
     for a in 0..N {

@@ -18,15 +18,20 @@ use crate::mesh::{FacetKind, MAX_FACET_NODES, Mesh, Order, corner_triples, face_
 
 /// A facet of the body's surface with all its nodes, counter-clockwise seen from outside.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) struct Facet {
+pub struct Facet {
     nodes: [u32; MAX_FACET_NODES],
     kind: FacetKind,
 }
 
 impl Facet {
     /// Its nodes, as [`FacetKind`] orders them.
-    pub(crate) fn nodes(&self) -> &[u32] {
+    pub fn nodes(&self) -> &[u32] {
         &self.nodes[..self.kind.nodes()]
+    }
+
+    /// Its shape.
+    pub fn kind(&self) -> FacetKind {
+        self.kind
     }
 }
 
@@ -52,7 +57,7 @@ pub enum LoadError {
 ///
 /// # Errors
 /// [`LoadError`] for corners that are no face of an element, or of two.
-pub(crate) fn surface_facets(mesh: &Mesh, corners: &[[u32; 3]]) -> Result<Vec<Facet>, LoadError> {
+pub fn surface_facets(mesh: &Mesh, corners: &[[u32; 3]]) -> Result<Vec<Facet>, LoadError> {
     let mut wanted: HashMap<[u32; 3], (Option<Facet>, usize)> =
         corners.iter().map(|&c| (sorted(c), (None, 0))).collect();
     for (kind, element) in mesh.each() {
@@ -159,7 +164,7 @@ impl Model {
 
     /// `∫ N_a t dA` for a uniform traction `t`, Pa, on a set of facets.
     pub(crate) fn traction_load(&self, facets: &[Facet], traction: [f64; 3]) -> Vec<f64> {
-        self.facet_load(facets, |normal| {
+        facet_load(self.mesh(), facets, |normal| {
             let area = normal.iter().map(|x| x * x).sum::<f64>().sqrt();
             traction.map(|t| t * area)
         })
@@ -167,7 +172,7 @@ impl Model {
 
     /// `−∫ N_a p n dA` for a uniform pressure `p`, Pa, pushing against the outward normal `n`.
     pub(crate) fn pressure_load(&self, facets: &[Facet], pressure: f64) -> Vec<f64> {
-        self.facet_load(facets, |normal| normal.map(|n| -pressure * n))
+        facet_load(self.mesh(), facets, |normal| normal.map(|n| -pressure * n))
     }
 
     /// A force, N, at the point `Σ_i w_i x_i` of a facet or element: node `nodes[i]` receives the share
@@ -198,30 +203,30 @@ impl Model {
         self.dofs().restrict_into(load, &mut free);
         free
     }
+}
 
-    /// Integrates a force density over facets; `density` maps the normal scaled by the area form to force per
-    /// reference area.
-    fn facet_load(&self, facets: &[Facet], density: impl Fn([f64; 3]) -> [f64; 3]) -> Vec<f64> {
-        let mut load = vec![0.0; self.dofs().n_dof()];
-        for facet in facets {
-            for FacetPoint { weight, values, slopes } in facet_points(facet.kind) {
-                let mut tangents = [[0.0; 3]; 2];
-                for (a, &node) in facet.nodes().iter().enumerate() {
-                    let x = self.mesh().nodes[node as usize];
-                    for r in 0..2 {
-                        for i in 0..3 {
-                            tangents[r][i] += slopes[a][r] * x[i];
-                        }
+/// `∫ N_a f dA` over facets, three numbers for each node of the mesh; `density` maps the outward normal,
+/// scaled by the area form, to the force per reference area: `n ↦ −p n` for a pressure.
+pub fn facet_load(mesh: &Mesh, facets: &[Facet], density: impl Fn([f64; 3]) -> [f64; 3]) -> Vec<f64> {
+    let mut load = vec![0.0; 3 * mesh.nodes.len()];
+    for facet in facets {
+        for FacetPoint { weight, values, slopes } in facet_points(facet.kind) {
+            let mut tangents = [[0.0; 3]; 2];
+            for (a, &node) in facet.nodes().iter().enumerate() {
+                let x = mesh.nodes[node as usize];
+                for r in 0..2 {
+                    for i in 0..3 {
+                        tangents[r][i] += slopes[a][r] * x[i];
                     }
                 }
-                let force = density(cross(tangents[0], tangents[1]));
-                for (a, &node) in facet.nodes().iter().enumerate() {
-                    add_at_node(node, force.map(|f| f * weight * values[a]), &mut load);
-                }
+            }
+            let force = density(cross(tangents[0], tangents[1]));
+            for (a, &node) in facet.nodes().iter().enumerate() {
+                add_at_node(node, force.map(|f| f * weight * values[a]), &mut load);
             }
         }
-        load
     }
+    load
 }
 
 /// A point of integration on a facet.

@@ -5,9 +5,11 @@
 //! problem given as two matrices runs the same road as a solid.
 
 mod assembly;
+mod blocks;
 mod coarse;
 mod dofs;
 mod element;
+mod elimination;
 mod engine;
 mod factor;
 mod factor_error;
@@ -34,20 +36,23 @@ mod stress;
 mod substitution;
 mod supernodes;
 mod thin;
+mod tie;
 mod tree;
 mod whole;
 
 pub(crate) use assembly::{pair_bytes, pairs};
+pub use blocks::{Block, ElementMatrices, assemble_blocks, inertia_forces, internal_forces};
 pub use dofs::DofMap;
 pub use element::{ElementError, Material};
+pub use elimination::{Constraints, Contradiction, Elimination};
 pub use engine::{Engine, MassProduct, PencilRows, Search, SpreadFactor};
 pub(crate) use engine::{LocalMass, agree_matrix, sum_matrix};
 pub use factor::{Factor, FactorColumns, Solve, Symbolic};
 pub use factor_error::FactorError;
 pub(crate) use green::SOFTENING;
 pub use green::{GreenError, GreenStrain};
-pub use loads::LoadError;
-pub(crate) use loads::{facet_shapes, surface_facets};
+pub(crate) use loads::facet_shapes;
+pub use loads::{Facet, LoadError, facet_load, surface_facets};
 pub(crate) use local_rows::pencil_rows;
 pub use model::Model;
 pub use model_error::ModelError;
@@ -59,6 +64,7 @@ pub use sparse::{AT_ONCE, Pattern, SymmetricMatrix};
 pub(crate) use sparse::{contiguous, contiguous_mut};
 pub use spread::{EngineError, Resource, SpreadMatrix};
 pub use stress::{COMPONENTS, StressPoint, StressRows, stress_points};
+pub use tie::{Anchor, anchors};
 pub use whole::{AssemblyPart, AssemblyPlan};
 
 #[cfg(test)]

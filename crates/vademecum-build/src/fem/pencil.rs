@@ -209,6 +209,15 @@ impl Pencil {
         Pencil { rigid: Some(Arc::new(rigid)), ..self }
     }
 
+    /// The same pencil as that of a body without supports, three dofs for each of these nodes.
+    ///
+    /// # Panics
+    /// If there are not three dofs per node, or the nodes lie on a line.
+    pub fn of_free_body(self, nodes: &[[f64; 3]]) -> Pencil {
+        let rigid = RigidBody::new(nodes, &self.mass);
+        self.with_rigid(rigid)
+    }
+
     /// The rigid motions of a body without supports; `None` of a body that is held.
     pub fn rigid(&self) -> Option<&Arc<RigidBody>> {
         self.rigid.as_ref()

@@ -4,6 +4,7 @@ use std::path::Path;
 
 use super::check::check;
 use super::error::{MeshError, shown};
+use super::flaw::Flaw;
 use super::load::load;
 use super::raw::RawMesh;
 use super::{Mesh, gmsh, inp, medit, mfem, tetgen, vtk};
@@ -36,6 +37,21 @@ pub fn read_without(path: &Path, smallest: f64) -> Result<Mesh, MeshError> {
 pub fn repaired(mut raw: RawMesh, smallest: f64) -> Result<Mesh, MeshError> {
     raw.drop_small_parts(smallest);
     sound(&raw)
+}
+
+/// The same of several bodies that constraints may join: bodies that share no node, and nodes at one place,
+/// are no flaws.
+///
+/// # Errors
+/// [`MeshError::Unsound`].
+pub fn repaired_apart(raw: &RawMesh) -> Result<Mesh, MeshError> {
+    let mut checked = check(raw);
+    let apart = |flaw: &Flaw| matches!(flaw, Flaw::Disconnected { .. } | Flaw::DuplicateNodes { .. });
+    checked.problems.retain(|flaw| !apart(flaw));
+    match checked.problems.is_empty() {
+        true => Ok(checked.mesh),
+        false => Err(MeshError::Unsound { file: raw.file.clone(), problems: checked.problems }),
+    }
 }
 
 /// Checks and repairs a raw mesh, or refuses it.

@@ -300,7 +300,7 @@ impl ElementKind {
     }
 
     /// Faces, seen from outside.
-    pub(crate) fn faces(self) -> &'static [(FacetKind, &'static [usize])] {
+    pub fn faces(self) -> &'static [(FacetKind, &'static [usize])] {
         self.row().faces
     }
 

@@ -14,7 +14,7 @@ mod flaw;
 mod gmsh;
 mod hash;
 mod hexahedra;
-mod inp;
+pub mod inp;
 mod kind;
 mod load;
 mod medit;
@@ -40,7 +40,7 @@ pub(crate) mod vtk;
 use std::collections::BTreeMap;
 
 pub use block::block;
-pub use detect::{parse, read, read_without, repaired};
+pub use detect::{parse, read, read_without, repaired, repaired_apart};
 pub use error::{Fault, MeshError};
 pub(crate) use error::{FaultSite, shown};
 pub use flaw::{Flaw, UnsupportedCells};

@@ -86,7 +86,7 @@ pub struct RawMesh {
     /// Coordinates.
     pub nodes: Vec<[f64; 3]>,
     /// Number of each node in the file.
-    pub(crate) node_ids: Vec<u64>,
+    pub node_ids: Vec<u64>,
     /// Elements that can be computed with.
     pub elements: RawElements,
     /// Formulations of hexahedra that the file names, by tag of the region.

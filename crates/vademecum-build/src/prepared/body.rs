@@ -249,8 +249,11 @@ impl Body {
         let mesh_hash = mesh::hash(&mesh);
         let (constrained, supports) = supports(problem, &mesh)?;
         let materials = region_materials(problem, &mesh)?;
+        let hexahedra = mesh.tetrahedra().is_none();
         for region in &mut mesh.regions {
-            let named = material_entry(problem, region).and_then(|entry| entry.hexahedra);
+            // It does nothing to a mesh of tetrahedra alone.
+            let named =
+                material_entry(problem, region).filter(|_| hexahedra).and_then(|entry| entry.hexahedra);
             region.hexahedra = named.or(region.hexahedra);
         }
         let surface = Surface::of(&mesh);

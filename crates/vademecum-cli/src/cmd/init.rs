@@ -4,11 +4,12 @@ use std::path::{Path, PathBuf};
 
 use vademecum_build::mesh_error::MeshEstimate;
 use vademecum_build::store::Kind;
+use vademecum_deck::{DeckError, LeftOut, is_deck, read};
 use vademecum_study::starter::{
-    NamedMaterial, SMALLEST_PART, Starter, StarterError, StarterOptions, starter,
+    KnownParts, NamedMaterial, SMALLEST_PART, Starter, StarterError, StarterOptions, starter,
 };
 
-use crate::arguments::{OutputArguments, positive};
+use crate::arguments::{DeckArguments, OutputArguments, positive};
 use crate::console::Console;
 use crate::failure::{Cause, Failure};
 use crate::files::{check_output, outputs, write_bytes};
@@ -53,6 +54,8 @@ pub(crate) struct Init {
     #[arg(long)]
     json: bool,
     #[command(flatten)]
+    deck: DeckArguments,
+    #[command(flatten)]
     outputs: OutputArguments,
 }
 
@@ -80,9 +83,12 @@ impl Init {
             return self.kept(problem);
         }
         check_output(&outputs, &problem, Kind::Own)?;
+        let parts = if is_deck(&self.mesh) { self.parts_of_deck()? } else { None };
+        let scale = parts.as_ref().map(|parts| parts.0);
         let options = StarterOptions {
             material: self.material,
-            scale: self.scale,
+            scale: self.scale.or(scale),
+            known: parts.map(|parts| parts.1),
             hold: self.hold.clone(),
             up: self.up.map(|axis| axis as usize),
             smallest_part: self.smallest_part,
@@ -120,6 +126,37 @@ impl Init {
             }
         }
         Ok(if self.view { lines.0 } else { vec![] })
+    }
+
+    /// Materials and supports of a deck, and metres in its unit; none of a deck that is a mesh alone.
+    fn parts_of_deck(&self) -> Result<Option<(f64, KnownParts)>, Failure> {
+        let deck = match read(&self.mesh, &self.deck.options()) {
+            Err(DeckError::NoMaterial { .. }) => return Ok(None),
+            // The mesh may do without what the deck has beside the solids.
+            Err(DeckError::Structural(fault)) => {
+                eprintln!("note: {fault}");
+                return Ok(None);
+            }
+            other => other?,
+        };
+        let parts = deck.problem_parts(self.material.map(|material| material.density))?;
+        let mut comments =
+            vec![format!("From the deck: dialect of {}, units {}", deck.program, deck.units.words())];
+        let left = deck
+            .left_out
+            .iter()
+            .map(|LeftOut { card, line, meaning, .. }| format!("not taken: line {line}, {card}: {meaning}"));
+        comments.extend(left);
+        comments.extend(parts.missing.iter().map(|words| format!("not in this file: {words}")));
+        comments.iter().for_each(|line| eprintln!("note: {line}"));
+        let known = KnownParts {
+            materials: parts.materials,
+            material_words: parts.material_words,
+            supports: parts.supports,
+            support_words: parts.support_words,
+            comments,
+        };
+        Ok(Some((parts.scale, known)))
     }
 
     /// A problem file that exists may have been edited: it is never replaced unasked, and `--view` builds it.

@@ -2,18 +2,20 @@
 
 use std::path::PathBuf;
 
-use vademecum_build::field::vtu_into;
+use vademecum_build::field::{Cells, vtu_into};
 use vademecum_build::input::Problem;
 use vademecum_build::mesh_error::DiscRequest;
+use vademecum_build::progress::Listener;
 use vademecum_build::store::Kind;
+use vademecum_deck::{FullOrder, LeftOut, is_deck, read};
 use vademecum_study::modes::{NaturalModes, natural_modes};
 
-use crate::arguments::{OutputArguments, positive};
+use crate::arguments::{DeckArguments, OutputArguments, positive};
 use crate::console::Console;
-use crate::failure::Failure;
+use crate::failure::{Cause, Failure};
 use crate::files::outputs;
 use crate::mesh_error;
-use crate::print::print_json;
+use crate::print::{print_json, print_left_out};
 
 /// Prints the lowest natural frequencies of a problem, the damping of each mode, and how much of the body
 /// moves with it.
@@ -23,10 +25,13 @@ use crate::print::print_json;
   vademecum modes beam.toml --mesh-error              frequencies without discretisation error, estimated
   vademecum modes beam.toml --shapes modes.vtu        every mode as a field, for ParaView
   vademecum modes beam.toml --assurance measured.npy  modal assurance against the modes of another program
+  vademecum modes bracket.inp                         a deck as it is, in its own units
 The effective mass of a mode is the share of the free mass that a shaken support feels in it, along x, y, z.")]
 pub(crate) struct Modes {
-    /// The problem file (TOML).
+    /// The problem file (TOML), or a deck of Abaqus, CalculiX, Nastran or Ansys.
     problem: PathBuf,
+    #[command(flatten)]
+    deck: DeckArguments,
     /// Number of modes.
     #[arg(long, default_value_t = 12)]
     count: usize,
@@ -62,6 +67,13 @@ struct ModesOutput {
 
 impl Modes {
     pub(crate) fn run(&self, console: &Console) -> Result<(), Failure> {
+        if is_deck(&self.problem) {
+            return self.run_deck(console);
+        }
+        if self.deck.given() {
+            let error = "`--dialect` and `--units` belong to a deck; the problem file has its own keys";
+            return Err(Failure::new(Cause::Usage, error));
+        }
         let problem = Problem::read(&self.problem)?;
         let outputs =
             outputs(&self.outputs, &[Some(&self.problem), self.assurance.as_deref()], Some(&problem));
@@ -75,7 +87,7 @@ impl Modes {
         )?;
         let assurance = self.assurance.as_deref().map(|file| shapes.assurance(file)).transpose()?;
         if let Some(path) = &self.shapes {
-            let names: Vec<String> = names(&modes);
+            let names: Vec<String> = field_names(&modes.frequencies_hz);
             let fields = shapes.fields();
             let data: Vec<(&str, &[f64], usize)> =
                 names.iter().zip(&fields).map(|(name, field)| (name.as_str(), field.as_slice(), 3)).collect();
@@ -95,10 +107,75 @@ impl Modes {
     }
 }
 
+/// JSON output of a deck.
+#[derive(serde::Serialize)]
+struct DeckModesOutput<'a> {
+    program: &'a str,
+    units: Option<&'static str>,
+    dofs: usize,
+    rigid_motions: usize,
+    frequencies_hz: &'a [f64],
+    residuals: &'a [f64],
+    left_out: &'a [LeftOut],
+}
+
+impl Modes {
+    /// The natural frequencies of a deck as it is.
+    fn run_deck(&self, console: &Console) -> Result<(), Failure> {
+        if self.mesh_error || self.assurance.is_some() {
+            let error = "`--mesh-error` and `--assurance` need a problem file; `vademecum init` writes one";
+            return Err(Failure::new(Cause::Usage, error));
+        }
+        let outputs = outputs(&self.outputs, &[Some(&self.problem)], None);
+        let written = self.shapes.iter().map(|path| (path.clone(), Kind::Vtu));
+        outputs.check(&written.collect::<Vec<_>>())?;
+        console.stage("read the deck");
+        let deck = read(&self.problem, &self.deck.options())?;
+        console.stage("natural modes");
+        let modes = FullOrder::new(&deck).modes(self.count)?;
+        if let Some(path) = &self.shapes {
+            let mesh = &deck.mesh;
+            let names: Vec<String> = field_names(&modes.frequencies_hz);
+            let of_mesh = |shape: &Vec<[f64; 3]>| shape[..mesh.nodes.len()].as_flattened().to_vec();
+            let fields: Vec<Vec<f64>> = modes.shapes.iter().map(of_mesh).collect();
+            let data: Vec<(&str, &[f64], usize)> =
+                names.iter().zip(&fields).map(|(name, field)| (name.as_str(), field.as_slice(), 3)).collect();
+            let cells = Cells::Elements(&mesh.kinds, &mesh.elements);
+            outputs.write(path, Kind::Vtu, |out| vtu_into(out, &mesh.nodes, cells, &data))?;
+        }
+        console.clear();
+        if self.json {
+            print_json(&DeckModesOutput {
+                program: &deck.program,
+                units: deck.units.0.map(|system| system.name()),
+                dofs: modes.dofs,
+                rigid_motions: modes.rigid_motions,
+                frequencies_hz: &modes.frequencies_hz,
+                residuals: &modes.residuals,
+                left_out: &deck.left_out,
+            });
+            return Ok(());
+        }
+        print_left_out(&deck);
+        if modes.rigid_motions > 0 {
+            println!(
+                "free body: {} rigid motions of no frequency, and these elastic modes",
+                modes.rigid_motions
+            );
+        }
+        println!("{} free dofs\n\nmode  frequency [Hz]   residual", modes.dofs);
+        for (k, (frequency, residual)) in modes.frequencies_hz.iter().zip(&modes.residuals).enumerate() {
+            println!("{:>4}  {frequency:>14.6}  {residual:>9.1e}", k + 1);
+        }
+        self.shapes.iter().for_each(|path| println!("wrote {}", path.display()));
+        Ok(())
+    }
+}
+
 /// Names of the fields: number and frequency.
-fn names(modes: &NaturalModes) -> Vec<String> {
-    let frequencies = modes.frequencies_hz.iter().enumerate();
-    frequencies.map(|(k, frequency)| format!("mode {} ({frequency:.4} Hz)", k + 1)).collect()
+fn field_names(frequencies_hz: &[f64]) -> Vec<String> {
+    let named = frequencies_hz.iter().enumerate();
+    named.map(|(k, frequency)| format!("mode {} ({frequency:.4} Hz)", k + 1)).collect()
 }
 
 fn print_assurance(table: &[Vec<f64>]) {

@@ -5,6 +5,7 @@ use std::path::Path;
 
 use vademecum_build::mesh::Mesh;
 
+use super::known::KnownParts;
 use super::materials::NamedMaterial;
 use super::support::{Shape, Supports};
 use super::toml::{one_line, quoted};
@@ -20,6 +21,8 @@ pub(super) struct Draft<'a> {
     pub(super) mesh: &'a Mesh,
     pub(super) shape: &'a Shape<'a>,
     pub(super) material: NamedMaterial,
+    /// Materials of a deck, in place of it.
+    pub(super) known: Option<&'a KnownParts>,
     pub(super) scale: f64,
     /// True if mid-side nodes are added.
     pub(super) raised: bool,
@@ -83,6 +86,13 @@ impl Draft<'_> {
                 text,
                 "smallest_part = {smallest:?} # of the elements; smaller loose parts are left out"
             );
+        }
+        if let Some(known) = self.known {
+            let _ = write!(text, "scale = {scale:?} # {unit}\n\n");
+            for line in &known.comments {
+                let _ = writeln!(text, "# {}", one_line(line));
+            }
+            return text + &known.materials;
         }
         let m = &self.material;
         let _ = write!(

@@ -8,24 +8,31 @@ use crate::mesh::error::{FaultSite, MeshError, shown};
 use crate::mesh::load::load;
 use crate::mesh::place::Location;
 
-/// A keyword with its parameters and data lines.
-pub(crate) struct Card {
+/// A keyword of an Abaqus or CalculiX deck with its parameters and data lines.
+#[derive(Clone, Debug)]
+pub struct InpCard {
     /// In capitals, without the star.
-    pub(crate) keyword: String,
-    parameters: Vec<(String, String)>,
-    pub(crate) place: LineLocation,
-    pub(crate) data: Vec<DataLine>,
+    pub keyword: String,
+    /// Names in capitals, and values; empty for a flag.
+    pub parameters: Vec<(String, String)>,
+    /// Position of the keyword.
+    pub place: LineLocation,
+    /// Lines of data.
+    pub data: Vec<DataLine>,
 }
 
 /// A line of data that is not blank.
-pub(crate) struct DataLine {
-    pub(crate) text: String,
-    pub(crate) place: LineLocation,
+#[derive(Clone, Debug)]
+pub struct DataLine {
+    /// The line, trimmed.
+    pub text: String,
+    /// Its position.
+    pub place: LineLocation,
 }
 
 /// A line of one of the files of a deck.
-#[derive(Clone)]
-pub(crate) struct LineLocation {
+#[derive(Clone, Debug)]
+pub struct LineLocation {
     file: Rc<PathBuf>,
     line: usize,
 }
@@ -38,22 +45,33 @@ impl LineLocation {
     pub(crate) fn place(&self) -> Location {
         Location::Line(self.line)
     }
+
+    /// The file.
+    pub fn file(&self) -> &Path {
+        &self.file
+    }
+
+    /// The line, counted from 1.
+    pub fn line(&self) -> usize {
+        self.line
+    }
 }
 
-impl Card {
+impl InpCard {
     /// The value of a parameter, empty for a flag; none if it is absent.
-    pub(crate) fn parameter(&self, name: &str) -> Option<&str> {
+    pub fn parameter(&self, name: &str) -> Option<&str> {
         self.parameters.iter().find(|(key, _)| key == name).map(|(_, value)| value.as_str())
     }
 
-    pub(crate) fn section(&self) -> String {
+    /// The keyword with its star.
+    pub fn section(&self) -> String {
         format!("*{}", self.keyword)
     }
 }
 
 impl DataLine {
     /// Values between commas, trimmed, without empty ones at the end.
-    pub(crate) fn fields(&self) -> Vec<&str> {
+    pub fn fields(&self) -> Vec<&str> {
         let mut fields: Vec<&str> = self.text.split(',').map(str::trim).collect();
         while fields.last().is_some_and(|f| f.is_empty()) {
             fields.pop();
@@ -63,14 +81,14 @@ impl DataLine {
 }
 
 /// Reads the cards of a deck, with all files it includes.
-pub(crate) fn cards(file: &Path, bytes: &[u8]) -> Result<Vec<Card>, MeshError> {
+pub(crate) fn cards(file: &Path, bytes: &[u8]) -> Result<Vec<InpCard>, MeshError> {
     let mut reader = DeckReader { cards: Vec::new(), open: Vec::new(), included: 0 };
     reader.read(file, bytes)?;
     Ok(reader.cards)
 }
 
 struct DeckReader {
-    cards: Vec<Card>,
+    cards: Vec<InpCard>,
     /// Files being read, outermost first.
     open: Vec<PathBuf>,
     included: usize,
@@ -123,7 +141,7 @@ impl DeckReader {
             (one_space(key), value.trim().trim_matches('"').to_string())
         };
         let parameters = parts.filter(|p| !p.trim().is_empty()).map(parameter).collect();
-        let card = Card { keyword, parameters, place, data: Vec::new() };
+        let card = InpCard { keyword, parameters, place, data: Vec::new() };
         let input = card.parameter("INPUT").map(str::to_string);
         let mesh_card = matches!(card.keyword.as_str(), "NODE" | "ELEMENT" | "NSET" | "ELSET" | "SURFACE");
         let (include, place) = (card.keyword == "INCLUDE", card.place.clone());

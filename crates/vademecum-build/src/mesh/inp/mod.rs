@@ -4,7 +4,9 @@
 //! mesh and are not supported are refused by name. Names are compared without regard to case, as both
 //! programs do.
 
+mod contents;
 mod deck;
+mod dialect;
 mod model;
 mod sets;
 mod sets_of_deck;
@@ -12,11 +14,16 @@ mod surfaces;
 
 use std::collections::{BTreeMap, HashMap};
 use std::path::Path;
+use std::rc::Rc;
 
-use self::deck::{Card, LineLocation, cards};
+pub use self::contents::{InpContents, InpElement};
+use self::deck::cards;
+pub use self::deck::{DataLine, InpCard, LineLocation};
+pub use self::dialect::Dialect;
 use self::model::{Deck, Element};
 use self::sets::{Family, Sets};
 use crate::mesh::error::{MeshError, shown};
+use crate::mesh::load::load;
 use crate::mesh::raw::{CellKind, NodeIndex, RawMesh};
 use crate::mesh::text::ParsedNumber;
 use crate::mesh::{ElementKind, FacetKind, Hexahedra};
@@ -25,8 +32,25 @@ use crate::mesh::{ElementKind, FacetKind, Hexahedra};
 const REFUSED: [&str; 9] =
     ["NGEN", "NFILL", "NCOPY", "NMAP", "ELGEN", "ELCOPY", "SYSTEM", "IMPORT", "SYMMETRIC MODEL GENERATION"];
 
-/// Reads a deck.
+/// Reads the mesh of a deck.
 pub(crate) fn parse(file: &Path, bytes: &[u8]) -> Result<RawMesh, MeshError> {
+    Ok(parse_contents(file, bytes, None)?.0)
+}
+
+/// Reads the mesh of a deck, and what else the deck says; in the dialect of this program, or of the one that
+/// its cards tell.
+///
+/// # Errors
+/// [`MeshError`] if the file cannot be read or breaks the rules of its format.
+pub fn read_contents(file: &Path, dialect: Option<Dialect>) -> Result<(RawMesh, InpContents), MeshError> {
+    parse_contents(file, &load(file)?, dialect)
+}
+
+fn parse_contents(
+    file: &Path,
+    bytes: &[u8],
+    dialect: Option<Dialect>,
+) -> Result<(RawMesh, InpContents), MeshError> {
     let mut deck = Deck {
         raw: RawMesh::new(file, "Abaqus/CalculiX .inp"),
         index: NodeIndex::default(),
@@ -40,28 +64,54 @@ pub(crate) fn parse(file: &Path, bytes: &[u8]) -> Result<RawMesh, MeshError> {
         in_assembly: false,
         part: String::new(),
         part_with_nodes: None,
-        abaqus: false,
+        dialect: Dialect::CalculiX,
     };
-    let cards = cards(file, bytes)?;
+    let mut cards = cards(file, bytes)?;
     let of_abaqus = ["PART", "INSTANCE", "ASSEMBLY"];
-    deck.abaqus = cards.iter().any(|card| of_abaqus.contains(&card.keyword.as_str()));
-    for card in cards {
-        deck.card(card)?;
+    let abaqus = cards.iter().any(|card| of_abaqus.contains(&card.keyword.as_str()));
+    deck.dialect = dialect.unwrap_or(if abaqus { Dialect::Abaqus } else { Dialect::CalculiX });
+    let mut waiting = Vec::new();
+    for (index, card) in cards.iter_mut().enumerate() {
+        match deck.card(card) {
+            // A set may name one that is defined further down.
+            Err(error) if matches!(card.keyword.as_str(), "NSET" | "ELSET") => {
+                waiting.push((index, deck.in_assembly, error));
+            }
+            other => other?,
+        }
+        if matches!(card.keyword.as_str(), "NODE" | "ELEMENT") {
+            card.data = Vec::new();
+        }
     }
-    deck.finish()
+    while !waiting.is_empty() {
+        let before = waiting.len();
+        let mut left = Vec::new();
+        for (index, in_assembly, _) in waiting {
+            deck.in_assembly = in_assembly;
+            if let Err(error) = deck.card(&cards[index]) {
+                left.push((index, in_assembly, error));
+            }
+        }
+        if left.len() == before {
+            return Err(left.swap_remove(0).2);
+        }
+        waiting = left;
+    }
+    let contents = InpContents::of(&deck, cards);
+    Ok((deck.finish()?, contents))
 }
 
 impl Deck {
-    fn card(&mut self, card: Card) -> Result<(), MeshError> {
+    fn card(&mut self, card: &InpCard) -> Result<(), MeshError> {
         let section = card.section();
         let name = |key: &str| card.parameter(key).unwrap_or("").to_string();
         match card.keyword.as_str() {
-            "NODE" => self.nodes(&card),
-            "ELEMENT" => self.read_elements(&card),
-            "NSET" => self.node_set(&card),
-            "ELSET" => self.element_set(&card),
+            "NODE" => self.nodes(card),
+            "ELEMENT" => self.read_elements(card),
+            "NSET" => self.node_set(card),
+            "ELSET" => self.element_set(card),
             "SOLID SECTION" => {
-                self.sections.push((name("ELSET"), card.place));
+                self.sections.push((name("ELSET"), card.place.clone()));
                 Ok(())
             }
             "SURFACE" => self.surface(card),
@@ -78,7 +128,7 @@ impl Deck {
                 self.in_assembly = true;
                 Ok(())
             }
-            "INSTANCE" => self.instance(&card),
+            "INSTANCE" => self.instance(card),
             keyword if REFUSED.contains(&keyword) => {
                 let remedy = "write the deck with every node and element spelled out";
                 Err(card.place.at(&section).unsupported(
@@ -91,7 +141,7 @@ impl Deck {
         }
     }
 
-    fn instance(&mut self, card: &Card) -> Result<(), MeshError> {
+    fn instance(&mut self, card: &InpCard) -> Result<(), MeshError> {
         self.in_assembly = false;
         self.instances.push(card.parameter("NAME").unwrap_or("").to_string());
         self.part = card.parameter("PART").unwrap_or("").to_string();
@@ -113,7 +163,7 @@ impl Deck {
         Ok(())
     }
 
-    fn nodes(&mut self, card: &Card) -> Result<(), MeshError> {
+    fn nodes(&mut self, card: &InpCard) -> Result<(), MeshError> {
         const EXPECTED: &str = "a node: number, x, y, z";
         if card.parameter("SYSTEM").is_some_and(|s| !s.eq_ignore_ascii_case("R")) {
             let remedy = "write rectangular coordinates";
@@ -153,7 +203,7 @@ impl Deck {
         Ok(())
     }
 
-    fn read_elements(&mut self, card: &Card) -> Result<(), MeshError> {
+    fn read_elements(&mut self, card: &InpCard) -> Result<(), MeshError> {
         let name = card.parameter("TYPE").unwrap_or("").to_ascii_uppercase();
         let kind = element_kind(&name).ok_or_else(|| {
             let remedy = "mesh with solid elements, and leave others out of the deck";
@@ -172,7 +222,12 @@ impl Deck {
                 self.raw.notes.push(note);
             }
         }
-        let hexahedra = formulation(&name, self.is_abaqus());
+        if attachment(&name).is_some() {
+            let note = format!("{} elements of type {name} are no part of the mesh", card.data.len());
+            self.raw.notes.push(note);
+        }
+        let hexahedra = formulation(&name, self.dialect);
+        let type_name: Rc<str> = name.as_str().into();
         let mut members = Vec::new();
         let mut numbers: Vec<u64> = Vec::new();
         for line in &card.data {
@@ -192,7 +247,7 @@ impl Deck {
             }
             // An element may go on over several lines.
             if numbers.len() == 1 + kind.node_count() {
-                members.push(self.element(kind, hexahedra, &numbers, &line.place)?);
+                members.push(self.element((kind, &type_name, hexahedra), &numbers, &line.place)?);
                 numbers.clear();
             }
         }
@@ -208,8 +263,7 @@ impl Deck {
 
     fn element(
         &mut self,
-        kind: CellKind,
-        hexahedra: Option<Hexahedra>,
+        (kind, name, hexahedra): (CellKind, &Rc<str>, Option<Hexahedra>),
         numbers: &[u64],
         place: &LineLocation,
     ) -> Result<usize, MeshError> {
@@ -224,15 +278,16 @@ impl Deck {
         if kind == CellKind::Solid(ElementKind::Hex27) {
             order_hex27(&mut nodes);
         }
-        self.elements.push(Element { kind, hexahedra, nodes, place: place.clone() });
+        let (id, name) = (numbers[0], name.clone());
+        self.elements.push(Element { id, name, kind, hexahedra, nodes, place: place.clone() });
         Ok(index)
     }
 
-    fn surface(&mut self, card: Card) -> Result<(), MeshError> {
+    fn surface(&mut self, card: &InpCard) -> Result<(), MeshError> {
         let kind = card.parameter("TYPE").unwrap_or("ELEMENT").to_ascii_uppercase();
         let name = card.parameter("NAME").unwrap_or("").to_string();
         match kind.as_str() {
-            "ELEMENT" => self.surfaces.push((name, card.data)),
+            "ELEMENT" => self.surfaces.push((name, card.data.clone())),
             "NODE" => {
                 let members = self.node_members(&card.data, "*SURFACE")?;
                 self.node_sets.add(&name, members, Family::Explicit, self.in_assembly);
@@ -241,11 +296,6 @@ impl Deck {
             _ => self.raw.notes.push(format!("surface `{name}` of type {kind} is ignored")),
         }
         Ok(())
-    }
-
-    /// True for a deck that Abaqus wrote: it has parts, instances or an assembly.
-    fn is_abaqus(&self) -> bool {
-        self.abaqus
     }
 
     /// Removes the name of the instance in front of a set or number.
@@ -282,11 +332,11 @@ impl Deck {
             self.raw.region_names.insert(tag, name);
         }
         if self.elements.iter().any(|element| element.kind == CellKind::Solid(ElementKind::Hex8)) {
-            let (dialect, meaning) = match self.is_abaqus() {
-                true => ("Abaqus", "mean dilatation"),
-                false => ("CalculiX", "full integration"),
+            let meaning = match self.dialect {
+                Dialect::Abaqus => "mean dilatation",
+                Dialect::CalculiX => "full integration",
             };
-            let note = format!("dialect {dialect}, found from the cards: C3D8 means {meaning}");
+            let note = format!("dialect of {:?}: C3D8 means {meaning}", self.dialect);
             self.raw.notes.push(note);
         }
         self.raw.names.insert((3, 0), "body".into());
@@ -313,6 +363,9 @@ fn element_kind(name: &str) -> Option<CellKind> {
     if let Some((_, kind)) = SURFACES.iter().chain(&LINES).find(|(names, _)| names.contains(&name)) {
         return Some(*kind);
     }
+    if let Some(kind) = attachment(name) {
+        return Some(kind);
+    }
     // Letters after the node count choose a formulation, not another shape.
     let solid = name.trim_start_matches(['D', 'A', 'Q']).strip_prefix("C3D")?;
     let digits = solid.len() - solid.trim_start_matches(|c: char| c.is_ascii_digit()).len();
@@ -329,16 +382,26 @@ fn element_kind(name: &str) -> Option<CellKind> {
     }))
 }
 
+/// Elements that are no part of the mesh: masses, springs, dashpots, reference nodes.
+fn attachment(name: &str) -> Option<CellKind> {
+    const POINTS: [&str; 5] = ["MASS", "ROTARYI", "SPRING1", "DASHPOT1", "DCOUP3D"];
+    const LINES: [&str; 6] = ["SPRING2", "SPRINGA", "DASHPOT2", "DASHPOTA", "GAPUNI", "CONN3D2"];
+    if POINTS.contains(&name) {
+        return Some(CellKind::Point);
+    }
+    LINES.contains(&name).then_some(CellKind::Line(2))
+}
+
 /// Types whose formulation is that of the kernels.
 const PLAIN: [&str; 12] =
     ["C3D4", "C3D10", "C3D5", "C3D6", "C3D15", "C3D8", "C3D8I", "C3D8R", "C3D20", "C3D20R", "C3D27", "C3D13"];
 
 /// Formulation of the hexahedra of a type.
-fn formulation(name: &str, abaqus: bool) -> Option<Hexahedra> {
+fn formulation(name: &str, dialect: Dialect) -> Option<Hexahedra> {
     Some(match name {
         "C3D8I" => Hexahedra::Incompatible,
         "C3D8R" | "C3D20R" => Hexahedra::Reduced,
-        "C3D8" if abaqus => Hexahedra::MeanDilatation,
+        "C3D8" if dialect == Dialect::Abaqus => Hexahedra::MeanDilatation,
         "C3D8" | "C3D20" => Hexahedra::Full,
         _ => return None,
     })

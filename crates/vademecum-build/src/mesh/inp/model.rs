@@ -1,14 +1,20 @@
 //! A deck while it is read: nodes, elements, and everything that names them.
 
 use std::collections::HashMap;
+use std::rc::Rc;
 
 use super::deck::{DataLine, LineLocation};
+use super::dialect::Dialect;
 use super::sets::Sets;
 use crate::mesh::Hexahedra;
 use crate::mesh::raw::{CellKind, NodeIndex, RawMesh};
 
 /// An element of a deck.
 pub(crate) struct Element {
+    /// Number in the deck.
+    pub(crate) id: u64,
+    /// Type as the deck names it, in capitals.
+    pub(crate) name: Rc<str>,
     pub(crate) kind: CellKind,
     pub(crate) hexahedra: Option<Hexahedra>,
     pub(crate) nodes: Vec<u32>,
@@ -31,8 +37,7 @@ pub(crate) struct Deck {
     pub(crate) in_assembly: bool,
     pub(crate) part: String,
     pub(crate) part_with_nodes: Option<String>,
-    /// Written by Abaqus.
-    pub(crate) abaqus: bool,
+    pub(crate) dialect: Dialect,
 }
 
 pub(crate) fn is_volume(element: &Element) -> bool {

@@ -1,6 +1,6 @@
 //! The keywords *NSET and *ELSET, and the regions and groups made of sets.
 
-use super::deck::{Card, DataLine};
+use super::deck::{DataLine, InpCard};
 use super::model::{Deck, Element, is_volume};
 use super::sets::{Family, Sets};
 use crate::mesh::error::{MeshError, shown};
@@ -8,7 +8,7 @@ use crate::mesh::raw::CellKind;
 use crate::mesh::text::ParsedNumber;
 
 impl Deck {
-    pub(crate) fn node_set(&mut self, card: &Card) -> Result<(), MeshError> {
+    pub(crate) fn node_set(&mut self, card: &InpCard) -> Result<(), MeshError> {
         let name = set_name(card, "NSET")?;
         let mut members = match card.parameter("GENERATE") {
             Some(_) => {
@@ -28,7 +28,7 @@ impl Deck {
         Ok(())
     }
 
-    pub(crate) fn element_set(&mut self, card: &Card) -> Result<(), MeshError> {
+    pub(crate) fn element_set(&mut self, card: &InpCard) -> Result<(), MeshError> {
         let name = set_name(card, "ELSET")?;
         let members = match card.parameter("GENERATE") {
             Some(_) => {
@@ -154,14 +154,14 @@ impl Deck {
     }
 }
 
-fn set_name(card: &Card, key: &str) -> Result<String, MeshError> {
+fn set_name(card: &InpCard, key: &str) -> Result<String, MeshError> {
     match card.parameter(key) {
         Some(name) if !name.is_empty() => Ok(name.to_string()),
         _ => Err(card.place.at(&card.section()).malformed("no name", format!("{key}=name"))),
     }
 }
 
-fn family(card: &Card) -> Family {
+fn family(card: &InpCard) -> Family {
     if card.parameter("INTERNAL").is_some() { Family::Internal } else { Family::Explicit }
 }
 
@@ -170,7 +170,7 @@ fn family(card: &Card) -> Family {
 /// `known` holds all numbers in use, `find` looks one up: a range longer than the deck is cut down to what
 /// exists.
 fn generated(
-    card: &Card,
+    card: &InpCard,
     section: &str,
     known: &[(u64, usize)],
     find: impl Fn(u64) -> Option<usize>,

@@ -1,0 +1,283 @@
+//! Steps, supports and loads of a deck of Abaqus or CalculiX.
+
+use vademecum_build::mesh::inp::{DataLine, InpCard};
+
+use crate::abaqus::reader::Reader;
+use crate::deck::{Load, Step, StepKind, Support};
+use crate::error::DeckError;
+
+/// Begins a step. Loads and supports of the one before go on.
+pub(crate) fn begin_step(reader: &mut Reader<'_>, card: &InpCard) {
+    if card.parameter("NLGEOM").is_some_and(|value| !value.eq_ignore_ascii_case("NO")) {
+        reader.leave(card, "large displacements are not computed here: the answer is that of small ones");
+    }
+    let steps = &mut reader.deck.steps;
+    let name = card.parameter("NAME").map_or_else(|| (steps.len() + 1).to_string(), str::to_string);
+    let perturbation = card.parameter("PERTURBATION").is_some();
+    let (loads, supports) = match steps.last() {
+        Some(last) if perturbation => (vec![], last.supports.clone()),
+        Some(last) => (last.loads.clone(), last.supports.clone()),
+        None => (vec![], vec![]),
+    };
+    let kind = StepKind::Other("a step without a procedure".into());
+    reader.inherited = loads.len();
+    steps.push(Step { name, kind, loads, supports, line: card.place.line() });
+    reader.in_step = true;
+    reader.period = 1.0;
+}
+
+/// The procedure of the step.
+pub(crate) fn procedure(reader: &mut Reader<'_>, card: &InpCard) -> Result<(), DeckError> {
+    let numbers = match card.data.first() {
+        Some(line) => {
+            let fields = line.fields();
+            fields.iter().map(|f| f.trim().parse::<f64>().unwrap_or(0.0)).collect()
+        }
+        None => vec![],
+    };
+    let kind = match card.keyword.as_str() {
+        "STATIC" => {
+            reader.period = numbers.get(1).copied().filter(|period| *period > 0.0).unwrap_or(1.0);
+            StepKind::Static
+        }
+        "FREQUENCY" => {
+            StepKind::Frequency(numbers.first().map(|count| *count as usize).filter(|count| *count > 0))
+        }
+        other => StepKind::Other(other.to_ascii_lowercase()),
+    };
+    match reader.step() {
+        Some(step) => {
+            step.kind = kind;
+            Ok(())
+        }
+        None => Err(reader.fault(card, None, &card.section(), "a *STEP before it")),
+    }
+}
+
+/// Supports, by set, component and value, or by a name for several components.
+pub(crate) fn boundary(reader: &mut Reader<'_>, card: &InpCard) -> Result<(), DeckError> {
+    if card.parameter("OP").is_some_and(|op| op.eq_ignore_ascii_case("NEW")) {
+        reader.supports().clear();
+    }
+    let factor = amplitude(reader, card)?;
+    for line in &card.data {
+        let fields = line.fields();
+        let (Some(name), Some(first)) = (fields.first(), fields.get(1)) else {
+            return Err(reader.fault(card, Some(line), &line.text, "a node or a set, and a component"));
+        };
+        let nodes = reader.nodes(card, line, name)?;
+        let (components, value) = match named(first) {
+            Some(components) => (components, 0.0),
+            None => {
+                let Some(from) = reader.component(card, line, first)? else {
+                    reader.leave(card, "components other than displacements and rotations are not computed");
+                    continue;
+                };
+                let to = match fields.get(2).filter(|field| !field.is_empty()) {
+                    Some(field) => reader.component(card, line, field)?.unwrap_or(5),
+                    None => from,
+                };
+                let value = match fields.get(3).filter(|field| !field.is_empty()) {
+                    Some(field) => reader.real(card, line, field)?,
+                    None => 0.0,
+                };
+                ((from..=to).collect(), value)
+            }
+        };
+        for &node in &nodes {
+            for &component in &components {
+                let supports = reader.supports();
+                supports.retain(|known| (known.node, known.component) != (node, component));
+                supports.push(Support { node, component, value: factor * value });
+            }
+        }
+    }
+    Ok(())
+}
+
+/// Components that a name stands for.
+fn named(name: &str) -> Option<Vec<u8>> {
+    Some(match name.to_ascii_uppercase().as_str() {
+        "ENCASTRE" => vec![0, 1, 2, 3, 4, 5],
+        "PINNED" => vec![0, 1, 2],
+        "XSYMM" => vec![0, 4, 5],
+        "YSYMM" => vec![1, 3, 5],
+        "ZSYMM" => vec![2, 3, 4],
+        "XASYMM" => vec![1, 2, 3],
+        "YASYMM" => vec![0, 2, 4],
+        "ZASYMM" => vec![0, 1, 5],
+        _ => return None,
+    })
+}
+
+/// Forces and moments at nodes.
+pub(crate) fn cload(reader: &mut Reader<'_>, card: &InpCard) -> Result<(), DeckError> {
+    let factor = amplitude(reader, card)?;
+    if new_loads(card) {
+        clear(reader, |load| matches!(load, Load::Force { .. }));
+    }
+    for line in &card.data {
+        let fields = line.fields();
+        let [name, component, value, ..] = fields[..] else {
+            return Err(reader.fault(card, Some(line), &line.text, "a node or a set, a component, a value"));
+        };
+        let nodes = reader.nodes(card, line, name)?;
+        let value = factor * reader.real(card, line, value)?;
+        let Some(component) = reader.component(card, line, component)? else {
+            reader.leave(card, "loads other than forces and moments are not computed");
+            continue;
+        };
+        if !reader.in_step {
+            return outside(reader, card);
+        }
+        for node in nodes {
+            reader.force(node, component, value);
+        }
+    }
+    Ok(())
+}
+
+/// Loads on elements: gravity, rotation, pressure on faces.
+pub(crate) fn dload(reader: &mut Reader<'_>, card: &InpCard) -> Result<(), DeckError> {
+    let factor = amplitude(reader, card)?;
+    if new_loads(card) {
+        clear(reader, |load| !matches!(load, Load::Force { .. }));
+    }
+    for line in &card.data {
+        let fields = line.fields();
+        let [name, label, ..] = fields[..] else {
+            return Err(reader.fault(card, Some(line), &line.text, "an element or a set, a label, a value"));
+        };
+        let label = label.to_ascii_uppercase();
+        let numbers: Vec<f64> = fields[2..]
+            .iter()
+            .map(|field| if field.is_empty() { Ok(0.0) } else { reader.real(card, line, field) })
+            .collect::<Result<_, _>>()?;
+        let face =
+            label.strip_prefix('P').and_then(|n| n.parse::<usize>().ok()).filter(|n| (1..=6).contains(n));
+        let load = match (label.as_str(), &numbers[..]) {
+            ("GRAV", &[size, x, y, z, ..]) => {
+                let direction = unit(reader, card, line, [x, y, z])?;
+                let value = direction.map(|c| factor * size * c);
+                Load::Acceleration { on: reader.extent(card, line, name)?, value }
+            }
+            ("CENTRIF", &[speed_squared, px, py, pz, x, y, z, ..]) => {
+                let axis = unit(reader, card, line, [x, y, z])?;
+                let (on, point) = (reader.extent(card, line, name)?, [px, py, pz]);
+                Load::Rotation { on, speed_squared: factor * speed_squared, point, axis }
+            }
+            (_, &[value, ..]) if face.is_some() => {
+                let ids = reader.element_ids(card, Some(line), name)?;
+                let faces = reader.faces(&ids, face.unwrap_or(1) - 1);
+                let faces = faces.ok_or_else(|| {
+                    reader.fault(card, Some(line), &line.text, "solid elements that have this face")
+                })?;
+                Load::Pressure { faces, value: factor * value }
+            }
+            _ => {
+                reader.leave(card, "loads other than GRAV, CENTRIF and P1 to P6 are not applied");
+                continue;
+            }
+        };
+        push(reader, card, load)?;
+    }
+    Ok(())
+}
+
+/// Loads on surfaces: pressure and traction.
+pub(crate) fn dsload(reader: &mut Reader<'_>, card: &InpCard) -> Result<(), DeckError> {
+    let factor = amplitude(reader, card)?;
+    for line in &card.data {
+        let fields = line.fields();
+        let [name, label, size, ref rest @ ..] = fields[..] else {
+            return Err(reader.fault(card, Some(line), &line.text, "a surface, a label, a value"));
+        };
+        let value = factor * reader.real(card, line, size)?;
+        let faces = reader.surface(card, Some(line), name)?;
+        let load = match label.to_ascii_uppercase().as_str() {
+            "P" => Load::Pressure { faces, value },
+            "TRVEC" if rest.len() >= 3 => {
+                let c = [0, 1, 2].map(|k| reader.real(card, line, rest[k]));
+                let [x, y, z] = c;
+                let direction = unit(reader, card, line, [x?, y?, z?])?;
+                Load::Traction { faces, value: direction.map(|c| value * c) }
+            }
+            _ => {
+                reader.leave(card, "loads other than P and TRVEC are not applied");
+                continue;
+            }
+        };
+        push(reader, card, load)?;
+    }
+    Ok(())
+}
+
+/// Points of an amplitude.
+pub(crate) fn read_amplitude(reader: &mut Reader<'_>, card: &InpCard) -> Result<(), DeckError> {
+    let Some(name) = card.parameter("NAME") else {
+        return Err(reader.fault(card, None, "no NAME", "NAME=amplitude"));
+    };
+    if card.parameter("DEFINITION").is_some_and(|kind| !kind.eq_ignore_ascii_case("TABULAR")) {
+        reader.leave(card, "only tables are read: loads with this amplitude take their full value");
+        return Ok(());
+    }
+    let mut numbers = Vec::new();
+    for line in &card.data {
+        numbers.extend(reader.reals(card, line)?);
+    }
+    let points = numbers.chunks_exact(2).map(|pair| [pair[0], pair[1]]).collect();
+    reader.amplitudes.insert(name.to_ascii_uppercase(), points);
+    Ok(())
+}
+
+/// The factor of an amplitude at the end of the step; 1 without one.
+fn amplitude(reader: &mut Reader<'_>, card: &InpCard) -> Result<f64, DeckError> {
+    let Some(name) = card.parameter("AMPLITUDE") else { return Ok(1.0) };
+    let Some(points) = reader.amplitudes.get(&name.to_ascii_uppercase()) else {
+        return Ok(1.0);
+    };
+    let time = reader.period;
+    let after = points.partition_point(|point| point[0] < time);
+    Ok(match (after.checked_sub(1).and_then(|k| points.get(k)), points.get(after)) {
+        (Some(a), Some(b)) => a[1] + (b[1] - a[1]) * (time - a[0]) / (b[0] - a[0]),
+        (Some(end), None) | (None, Some(end)) => end[1],
+        (None, None) => 1.0,
+    })
+}
+
+fn new_loads(card: &InpCard) -> bool {
+    card.parameter("OP").is_some_and(|op| op.eq_ignore_ascii_case("NEW"))
+}
+
+fn clear(reader: &mut Reader<'_>, which: impl Fn(&Load) -> bool) {
+    let kept = reader.inherited;
+    if let Some(step) = reader.step() {
+        step.loads.retain(|load| !which(load));
+        reader.inherited = kept.min(reader.deck.steps.last().map_or(0, |step| step.loads.len()));
+    }
+}
+
+fn push(reader: &mut Reader<'_>, card: &InpCard, load: Load) -> Result<(), DeckError> {
+    match reader.step() {
+        Some(step) => {
+            step.loads.push(load);
+            Ok(())
+        }
+        None => outside(reader, card),
+    }
+}
+
+/// Programs write loads outside of steps and pass them over.
+fn outside(reader: &mut Reader<'_>, card: &InpCard) -> Result<(), DeckError> {
+    reader.leave(card, "it stands outside of a step and acts in none");
+    Ok(())
+}
+
+fn unit(reader: &Reader<'_>, card: &InpCard, line: &DataLine, v: [f64; 3]) -> Result<[f64; 3], DeckError> {
+    let length = v.iter().map(|x| x * x).sum::<f64>().sqrt();
+    if length > 0.0 {
+        Ok(v.map(|x| x / length))
+    } else {
+        Err(reader.fault(card, Some(line), &line.text, "a direction that is not zero"))
+    }
+}

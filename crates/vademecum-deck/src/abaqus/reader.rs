@@ -1,0 +1,347 @@
+//! A deck while its cards are taken: names, numbers, and the model that grows.
+
+use std::collections::{BTreeMap, BTreeSet, HashMap};
+use std::path::Path;
+
+use vademecum_build::mesh::inp::{DataLine, Dialect, InpCard, InpContents, InpElement};
+use vademecum_build::mesh::{ElementKind, Hexahedra, Mesh, RawMesh};
+
+use crate::abaqus::material::Solid;
+use crate::deck::{Deck, Extent, Load, NodeNumber, Numbers, Step, Support};
+use crate::error::{CardFault, DeckError};
+use crate::left_out::leave_out;
+use crate::units::Units;
+
+/// State of the reading.
+pub(crate) struct Reader<'a> {
+    pub(crate) contents: &'a InpContents,
+    pub(crate) deck: Deck,
+    numbers: Numbers,
+    /// Index in the mesh of each solid element, by its number.
+    solids: HashMap<u64, u32>,
+    pub(crate) materials: BTreeMap<String, Solid>,
+    /// Material that cards of properties belong to.
+    pub(crate) material: Option<String>,
+    /// Material of each section, by its element set.
+    pub(crate) sections: Vec<(String, String)>,
+    /// Points of amplitudes.
+    pub(crate) amplitudes: BTreeMap<String, Vec<[f64; 2]>>,
+    /// Coupling that the next *KINEMATIC or *DISTRIBUTING completes: reference, surface.
+    pub(crate) coupling: Option<(NodeNumber, String)>,
+    /// True between *STEP and *END STEP.
+    pub(crate) in_step: bool,
+    /// Period of the step.
+    pub(crate) period: f64,
+    /// Loads of the step that come from the one before.
+    pub(crate) inherited: usize,
+}
+
+impl<'a> Reader<'a> {
+    pub(crate) fn new(
+        file: &Path,
+        raw: &RawMesh,
+        contents: &'a InpContents,
+        mesh: Mesh,
+    ) -> Result<Self, DeckError> {
+        refuse_structural(contents)?;
+        let all = raw.node_ids.iter().copied().zip(raw.nodes.iter().copied());
+        let (numbers, points) = Numbers::new(&mesh, all);
+        let mut by_nodes: HashMap<Vec<u32>, u32> = HashMap::new();
+        for (index, (_, nodes)) in mesh.each().enumerate() {
+            by_nodes.insert(sorted(nodes.to_vec()), index as u32);
+        }
+        let mut solids = HashMap::new();
+        for (&id, element) in contents.elements.iter().filter(|(_, element)| element.kind.is_some()) {
+            let nodes: Option<Vec<u32>> = element.nodes.iter().map(|&node| numbers.get(node)).collect();
+            if let Some(&index) = nodes.and_then(|nodes| by_nodes.get(&sorted(nodes))) {
+                solids.insert(id, index);
+            }
+        }
+        let deck = Deck {
+            file: file.to_path_buf(),
+            program: String::new(),
+            units: Units(None),
+            notes: mesh.notes.clone(),
+            mesh,
+            points,
+            materials: vec![],
+            lumped: vec![],
+            inner_functions: false,
+            axes: BTreeMap::new(),
+            supports: vec![],
+            links: vec![],
+            attachments: vec![],
+            steps: vec![],
+            left_out: vec![],
+        };
+        Ok(Self {
+            contents,
+            deck,
+            numbers,
+            solids,
+            materials: BTreeMap::new(),
+            material: None,
+            sections: vec![],
+            amplitudes: BTreeMap::new(),
+            coupling: None,
+            in_step: false,
+            period: 1.0,
+            inherited: 0,
+        })
+    }
+
+    /// A fault at a line of a card.
+    pub(crate) fn fault(
+        &self,
+        card: &InpCard,
+        line: Option<&DataLine>,
+        found: &str,
+        expected: &str,
+    ) -> DeckError {
+        let place = line.map_or(&card.place, |line| &line.place);
+        DeckError::Card(Box::new(CardFault {
+            file: place.file().to_path_buf(),
+            line: place.line(),
+            card: card.section(),
+            found: format!("`{}`", found.chars().take(60).collect::<String>().escape_debug()),
+            expected: expected.into(),
+            remedy: "correct the deck, or take the card out of it".into(),
+        }))
+    }
+
+    /// Puts a card on the list of what was not taken.
+    pub(crate) fn leave(&mut self, card: &InpCard, meaning: &str) {
+        let place = (card.place.file().to_path_buf(), card.place.line());
+        leave_out(&mut self.deck.left_out, place, &card.section(), meaning);
+    }
+
+    /// Number in a field.
+    pub(crate) fn real(&self, card: &InpCard, line: &DataLine, field: &str) -> Result<f64, DeckError> {
+        let text = field.trim().to_ascii_uppercase().replace('D', "E");
+        let number = text.parse::<f64>().ok().filter(|x| x.is_finite());
+        number.ok_or_else(|| self.fault(card, Some(line), field, "a number"))
+    }
+
+    /// Numbers of all fields of a line; empty ones are zero.
+    pub(crate) fn reals(&self, card: &InpCard, line: &DataLine) -> Result<Vec<f64>, DeckError> {
+        let field = |f: &&str| if f.is_empty() { Ok(0.0) } else { self.real(card, line, f) };
+        line.fields().iter().map(field).collect()
+    }
+
+    /// Component of a displacement or a rotation, from 0; none of other degrees of freedom.
+    pub(crate) fn component(
+        &self,
+        card: &InpCard,
+        line: &DataLine,
+        field: &str,
+    ) -> Result<Option<u8>, DeckError> {
+        match field.trim().parse::<u32>() {
+            Ok(number @ 1..=6) => Ok(Some(number as u8 - 1)),
+            Ok(_) => Ok(None),
+            Err(_) => Err(self.fault(card, Some(line), field, "a degree of freedom, 1 to 6")),
+        }
+    }
+
+    /// Nodes of a number or a set.
+    pub(crate) fn nodes(
+        &self,
+        card: &InpCard,
+        line: &DataLine,
+        field: &str,
+    ) -> Result<Vec<NodeNumber>, DeckError> {
+        let name = self.contents.plain_name(field);
+        if let Some(node) = name.parse().ok().and_then(|id| self.numbers.get(id)) {
+            return Ok(vec![node]);
+        }
+        match self.contents.node_sets.get(&name) {
+            Some(ids) => Ok(ids.iter().filter_map(|&id| self.numbers.get(id)).collect()),
+            None => Err(self.fault(card, Some(line), field, "a node of the deck, or a node set")),
+        }
+    }
+
+    /// The node that a parameter names.
+    pub(crate) fn node(&self, card: &InpCard, key: &str) -> Result<Option<NodeNumber>, DeckError> {
+        let Some(value) = card.parameter(key) else { return Ok(None) };
+        let name = self.contents.plain_name(value);
+        let of_set = || {
+            let ids = self.contents.node_sets.get(&name)?;
+            (ids.len() == 1).then(|| self.numbers.get(ids[0])).flatten()
+        };
+        let node = name.parse().ok().and_then(|id| self.numbers.get(id)).or_else(of_set);
+        node.map(Some).ok_or_else(|| self.fault(card, None, value, "a node of the deck, or a set of one"))
+    }
+
+    /// Numbers of the elements of a number or a set.
+    pub(crate) fn element_ids(
+        &self,
+        card: &InpCard,
+        line: Option<&DataLine>,
+        name: &str,
+    ) -> Result<Vec<u64>, DeckError> {
+        let plain = self.contents.plain_name(name);
+        if let Some(id) = plain.parse().ok().filter(|id| self.contents.elements.contains_key(id)) {
+            return Ok(vec![id]);
+        }
+        match self.contents.element_sets.get(&plain) {
+            Some(ids) => Ok(ids.clone()),
+            None => Err(self.fault(card, line, name, "an element of the deck, or an element set")),
+        }
+    }
+
+    /// Elements of the set that a parameter names, with their nodes.
+    pub(crate) fn elements_of(&self, card: &InpCard) -> Result<Vec<&'a InpElement>, DeckError> {
+        let Some(set) = card.parameter("ELSET") else {
+            return Err(self.fault(card, None, "no ELSET", "ELSET=set"));
+        };
+        let ids = self.element_ids(card, None, set)?;
+        Ok(ids.iter().filter_map(|id| self.contents.elements.get(id)).collect())
+    }
+
+    /// Nodes of an element that is no solid.
+    pub(crate) fn ends(&self, element: &InpElement) -> Vec<NodeNumber> {
+        element.nodes.iter().filter_map(|&node| self.numbers.get(node)).collect()
+    }
+
+    /// Solid elements of a number or a set as a load names them.
+    pub(crate) fn extent(&self, card: &InpCard, line: &DataLine, name: &str) -> Result<Extent, DeckError> {
+        if name.is_empty() {
+            return Ok(Extent::All);
+        }
+        let ids = self.element_ids(card, Some(line), name)?;
+        let solids: BTreeSet<u32> = ids.iter().filter_map(|id| self.solids.get(id)).copied().collect();
+        let everything = solids.len() == self.deck.mesh.element_count();
+        Ok(if everything { Extent::All } else { Extent::Elements(solids.into_iter().collect()) })
+    }
+
+    /// Corners of a face of each element, as decks number faces.
+    pub(crate) fn faces(&self, ids: &[u64], face: usize) -> Option<Vec<[u32; 3]>> {
+        let corners = |id: &u64| {
+            let element = self.contents.elements.get(id)?;
+            let places = element.kind?.faces().get(face)?.1;
+            let node = |place: usize| self.numbers.get(*element.nodes.get(place)?);
+            Some([node(places[0])?, node(places[1])?, node(places[2])?])
+        };
+        ids.iter().map(corners).collect()
+    }
+
+    /// Faces of a named surface.
+    pub(crate) fn surface(
+        &self,
+        card: &InpCard,
+        line: Option<&DataLine>,
+        name: &str,
+    ) -> Result<Vec<[u32; 3]>, DeckError> {
+        let plain = self.contents.plain_name(name);
+        let groups = &self.deck.mesh.facet_groups;
+        let found = groups.iter().find(|(known, _)| known.eq_ignore_ascii_case(&plain));
+        found
+            .map(|(_, faces)| faces.clone())
+            .ok_or_else(|| self.fault(card, line, name, "a surface of faces of solid elements"))
+    }
+
+    /// Nodes of a named surface, of faces or of nodes.
+    pub(crate) fn surface_nodes(
+        &self,
+        card: &InpCard,
+        line: Option<&DataLine>,
+        name: &str,
+    ) -> Result<Vec<NodeNumber>, DeckError> {
+        let plain = self.contents.plain_name(name);
+        let groups = &self.deck.mesh.node_groups;
+        let found = groups.iter().find(|(known, _)| known.eq_ignore_ascii_case(&plain));
+        found
+            .map(|(_, nodes)| nodes.clone())
+            .ok_or_else(|| self.fault(card, line, name, "a surface, or a node set"))
+    }
+
+    /// Supports of the step, or of the model.
+    pub(crate) fn supports(&mut self) -> &mut Vec<Support> {
+        match self.deck.steps.last_mut().filter(|_| self.in_step) {
+            Some(step) => &mut step.supports,
+            None => &mut self.deck.supports,
+        }
+    }
+
+    /// The step that is being read.
+    pub(crate) fn step(&mut self) -> Option<&mut Step> {
+        self.deck.steps.last_mut().filter(|_| self.in_step)
+    }
+
+    /// Adds a force to the step. Forces on one component add up; those of the step before are replaced.
+    pub(crate) fn force(&mut self, node: NodeNumber, component: u8, value: f64) {
+        let inherited = self.inherited;
+        let Some(step) = self.deck.steps.last_mut() else { return };
+        let same = |load: &Load| matches!(load, Load::Force { node: n, component: c, .. } if (*n, *c) == (node, component));
+        if let Some(place) = step.loads[..inherited].iter().position(same) {
+            step.loads.remove(place);
+            self.inherited -= 1;
+        }
+        step.loads.push(Load::Force { node, component, value });
+    }
+
+    /// Materials of the regions, and the dialect in words.
+    pub(crate) fn finish(mut self, asked: bool) -> Result<Deck, DeckError> {
+        let (names, materials): (Vec<String>, Vec<Solid>) = self.region_materials()?;
+        let elements = self.contents.elements.values();
+        let abaqus = self.contents.dialect == Dialect::Abaqus;
+        let linear = elements.filter_map(|element| element.kind).all(|kind| kind.nodes() == kind.corners());
+        self.deck.lumped = vec![abaqus && linear; materials.len()];
+        self.deck.inner_functions = !abaqus;
+        // Both programs give quadratic tetrahedra four points, curved ones too.
+        if self.deck.mesh.kinds.uniform() == Some(ElementKind::Tet10) {
+            self.deck.mesh.regions.iter_mut().for_each(|region| region.hexahedra = Some(Hexahedra::Reduced));
+        }
+        self.deck.materials = Vec::with_capacity(materials.len());
+        for (name, solid) in names.iter().zip(&materials) {
+            self.deck.materials.push(solid.material(name)?);
+        }
+        let reason = if asked { "as asked for" } else { "found from the cards" };
+        self.deck.program = format!("{:?} ({reason})", self.contents.dialect);
+        Ok(self.deck)
+    }
+
+    /// Name and properties of the material of each region.
+    fn region_materials(&self) -> Result<(Vec<String>, Vec<Solid>), DeckError> {
+        let find = |region: &str| {
+            let of_section = |(set, _): &&(String, String)| {
+                let plain = self.contents.plain_name(set);
+                plain.eq_ignore_ascii_case(region)
+                    || region.eq_ignore_ascii_case(&format!("assembly.{plain}"))
+            };
+            let (_, name) = self.sections.iter().rev().find(of_section)?;
+            Some((name.clone(), *self.materials.get(&name.to_ascii_uppercase())?))
+        };
+        let each = self.deck.mesh.regions.iter().map(|region| {
+            find(&region.name).ok_or_else(|| DeckError::NoMaterial { region: region.name.clone() })
+        });
+        Ok(each.collect::<Result<Vec<_>, _>>()?.into_iter().unzip())
+    }
+}
+
+fn sorted(mut nodes: Vec<u32>) -> Vec<u32> {
+    nodes.sort_unstable();
+    nodes
+}
+
+/// Shells, beams and the like carry loads: a model without them is another one.
+fn refuse_structural(contents: &InpContents) -> Result<(), DeckError> {
+    let others = contents.elements.values().filter(|element| {
+        let attached = ["MASS", "ROTARYI", "DCOUP3D", "SPRING", "DASHPOT", "CONN3D2"];
+        element.kind.is_none() && !attached.iter().any(|name| element.name.starts_with(name))
+    });
+    let others: Vec<&InpElement> = others.collect();
+    let Some(first) = others.iter().min_by_key(|element| element.place.line()) else { return Ok(()) };
+    let names: BTreeSet<&str> = others.iter().map(|element| element.name.as_str()).collect();
+    let share = 100.0 * others.len() as f64 / contents.elements.len() as f64;
+    let names: Vec<&str> = names.into_iter().collect();
+    Err(DeckError::Structural(Box::new(CardFault {
+        file: first.place.file().to_path_buf(),
+        line: first.place.line(),
+        card: "*ELEMENT".into(),
+        found: format!("{} elements of type {} ({share:.1} % of all)", others.len(), names.join(", ")),
+        expected: "solid elements, masses, springs and dashpots".into(),
+        remedy: "shells, beams, trusses and membranes are not computed with: mesh these parts with solids, or take \
+                 them out of the deck"
+            .into(),
+    })))
+}

@@ -1,0 +1,255 @@
+//! Decks of Ansys (.cdb).
+
+use std::collections::BTreeMap;
+use std::path::Path;
+
+use vademecum_build::fem::Material;
+use vademecum_build::mesh::ansys::{Command, commands, rotations};
+use vademecum_build::mesh::{MeshError, RawMesh, parse, repaired_apart};
+
+use crate::deck::{Deck, Extent, Load, NodeNumber, Numbers, Step, StepKind, Support};
+use crate::error::{CardFault, DeckError};
+use crate::left_out::leave_out;
+use crate::units::Units;
+
+/// Commands without a meaning for linear answers, by their beginnings.
+const SILENT: &[&str] = &[
+    "ET", "KEYOP", "R", "RL", "RMOR", "TYPE", "MAT", "REAL", "SECN", "SECT", "SECD", "NBLO", "EBLO", "CMBL",
+    "N", "EXTO", "TREF", "BFUN", "ERES", "FINI", "NUMO", "MODO", "MODC", "QRDO", "DOF", "MPTE", "MPDA", "MP", "LSEL",
+    "LOCA", "CSYS", "ESYS", "NSEL", "ESEL", "CMSE", "ALLS", "NROP", "NEQI", "AUTO", "DELT", "TIME", "KBC", "OUTR",
+    "OUTP", "NSUB", "LUMP", "EQSL", "SOLV", "SAVE", "RESU", "CNVT", "NCNV", "LNSR", "PRED", "IRLF", "CGOM", "CGLO",
+    "DCGO",
+];
+
+/// Labels of displacements and of forces, by component.
+const DISPLACEMENTS: [&str; 6] = ["UX", "UY", "UZ", "ROTX", "ROTY", "ROTZ"];
+const FORCES: [&str; 6] = ["FX", "FY", "FZ", "MX", "MY", "MZ"];
+
+/// State of the reading.
+struct Reader<'a> {
+    raw: &'a RawMesh,
+    deck: Deck,
+    numbers: Numbers,
+    constants: BTreeMap<u64, Constants>,
+    kind: StepKind,
+    loads: Vec<Load>,
+}
+
+/// Elastic constants and density as far as they were read.
+#[derive(Clone, Copy, Debug, Default)]
+struct Constants {
+    young: f64,
+    poisson: f64,
+    density: f64,
+}
+
+/// Reads a deck.
+pub(crate) fn read(file: &Path) -> Result<Deck, DeckError> {
+    let raw = parse(file)?;
+    let mesh = repaired_apart(&raw)?;
+    let bytes = std::fs::read(file).map_err(|source| MeshError::Io { file: file.to_path_buf(), source })?;
+    let all = raw.node_ids.iter().copied().zip(raw.nodes.iter().copied());
+    let (numbers, points) = Numbers::new(&mesh, all);
+    let deck = Deck {
+        file: file.to_path_buf(),
+        program: "Ansys".into(),
+        units: Units(None),
+        notes: mesh.notes.clone(),
+        mesh,
+        points,
+        materials: vec![],
+        lumped: vec![],
+        inner_functions: false,
+        axes: BTreeMap::new(),
+        supports: vec![],
+        links: vec![],
+        attachments: vec![],
+        steps: vec![],
+        left_out: vec![],
+    };
+    let mut deck = deck;
+    for (id, angles) in rotations(file, &bytes)? {
+        if let (Some(node), true) = (numbers.get(id), angles != [0.0; 3]) {
+            deck.axes.insert(node, turned(angles));
+        }
+    }
+    let (constants, kind) = (BTreeMap::new(), StepKind::Static);
+    let mut reader = Reader { raw: &raw, deck, numbers, constants, kind, loads: vec![] };
+    for command in commands(file, &bytes)? {
+        reader.take(&command)?;
+    }
+    reader.finish()
+}
+
+impl Reader<'_> {
+    fn take(&mut self, command: &Command) -> Result<(), DeckError> {
+        let name = command.name.to_ascii_uppercase();
+        let short: String = name.chars().take(4).collect();
+        match short.as_str() {
+            "MP" => self.property(command, [0, 1, 2])?,
+            "MPDA" => self.property(command, [2, 3, 5])?,
+            "D" => self.support(command)?,
+            "F" => self.force(command)?,
+            "ACEL" => {
+                let a = [0, 1, 2].map(|k| number(command, k));
+                let [x, y, z] = a;
+                // The acceleration is that of the frame: bodies feel its opposite.
+                let value = [-x?, -y?, -z?];
+                if value != [0.0; 3] {
+                    self.loads.push(Load::Acceleration { on: Extent::All, value });
+                }
+            }
+            "ANTY" => {
+                self.kind = match field(command, 0).to_ascii_uppercase().as_str() {
+                    "" | "0" | "STATIC" => StepKind::Static,
+                    "2" | "MODAL" => StepKind::Frequency(None),
+                    other => StepKind::Other(format!("ANTYPE {other}")),
+                };
+            }
+            "CE" | "CP" | "CERI" | "RBE3" | "CPIN" => {
+                let expected = "a model without it: couplings of Ansys are not read yet";
+                return Err(self.fault(command, &name, expected));
+            }
+            "SF" | "SFE" | "SFEB" | "BF" | "BFE" | "BFBL" | "SFBL" => {
+                self.leave(command, "loads other than F and ACEL are not applied");
+            }
+            "OMEG" | "DOME" | "CGLO" | "ALPH" | "BETA" | "DMPR" | "DMPS" | "TB" | "TBDA" | "TBTE" => {
+                let zero = (0..command.fields.len()).all(|k| number(command, k).unwrap_or(1.0) == 0.0);
+                if !zero || name.starts_with("TB") {
+                    self.leave(command, "it has no effect: rotation, damping and tables are not computed");
+                }
+            }
+            short if SILENT.contains(&short) || short.starts_with(['/', '*']) => {}
+            _ => self.leave(command, "it is not known, and has no effect"),
+        }
+        Ok(())
+    }
+
+    /// A constant of a material: fields of its name, number and value.
+    fn property(&mut self, command: &Command, [name, material, value]: [usize; 3]) -> Result<(), DeckError> {
+        let label = field(command, name).to_ascii_uppercase();
+        let number_of = self.whole(command, material)?;
+        let value = number(command, value).map_err(|error| self.at(command, error))?;
+        let constants = self.constants.entry(number_of).or_default();
+        match label.as_str() {
+            "EX" => constants.young = value,
+            "NUXY" | "PRXY" => constants.poisson = value,
+            "DENS" => constants.density = value,
+            "EY" | "EZ" | "GXY" | "GYZ" | "GXZ" => {
+                let expected = "EX, NUXY or PRXY, and DENS: other elasticity is not computed with";
+                return Err(self.fault(command, &label, expected));
+            }
+            _ => self.leave(command, "only EX, NUXY, PRXY and DENS act"),
+        }
+        Ok(())
+    }
+
+    fn support(&mut self, command: &Command) -> Result<(), DeckError> {
+        let label = field(command, 1).to_ascii_uppercase();
+        let value = number(command, 2).map_err(|error| self.at(command, error))?;
+        let components: Vec<u8> = match label.as_str() {
+            "ALL" => (0..6).collect(),
+            _ => DISPLACEMENTS.iter().position(|known| *known == label).map(|c| c as u8).into_iter().collect(),
+        };
+        if components.is_empty() {
+            self.leave(command, "components other than displacements and rotations are not computed");
+            return Ok(());
+        }
+        for node in self.nodes(command)? {
+            self.deck.supports.extend(components.iter().map(|&component| Support { node, component, value }));
+        }
+        Ok(())
+    }
+
+    fn force(&mut self, command: &Command) -> Result<(), DeckError> {
+        let label = field(command, 1).to_ascii_uppercase();
+        let value = number(command, 2).map_err(|error| self.at(command, error))?;
+        let Some(component) = FORCES.iter().position(|known| *known == label) else {
+            self.leave(command, "loads other than forces and moments are not applied");
+            return Ok(());
+        };
+        let component = component as u8;
+        let nodes = self.nodes(command)?;
+        self.loads.extend(nodes.into_iter().map(|node| Load::Force { node, component, value }));
+        Ok(())
+    }
+
+    /// Nodes of the first field: a number, `ALL`, or a component.
+    fn nodes(&self, command: &Command) -> Result<Vec<NodeNumber>, DeckError> {
+        let name = field(command, 0);
+        if name.eq_ignore_ascii_case("ALL") {
+            return Ok((0..self.deck.mesh.nodes.len() as NodeNumber).collect());
+        }
+        if let Some(node) = name.parse().ok().and_then(|id| self.numbers.get(id)) {
+            return Ok(vec![node]);
+        }
+        let group = self.raw.node_groups.iter().find(|(known, _)| known.eq_ignore_ascii_case(name));
+        let ids = group.map(|(_, nodes)| nodes.iter().filter_map(|&n| self.raw.node_ids.get(n as usize)));
+        match ids {
+            Some(ids) => Ok(ids.filter_map(|&id| self.numbers.get(id)).collect()),
+            None => Err(self.fault(command, name, "a node of the deck, or a component of nodes")),
+        }
+    }
+
+    fn whole(&self, command: &Command, index: usize) -> Result<u64, DeckError> {
+        let text = field(command, index);
+        text.parse().map_err(|_| self.fault(command, text, "a whole number"))
+    }
+
+    fn fault(&self, command: &Command, found: &str, expected: &str) -> DeckError {
+        DeckError::Card(Box::new(CardFault {
+            file: self.deck.file.clone(),
+            line: command.line,
+            card: command.name.clone(),
+            found: format!("`{}`", found.chars().take(60).collect::<String>().escape_debug()),
+            expected: expected.into(),
+            remedy: "correct the deck, or take the command out of it".into(),
+        }))
+    }
+
+    fn at(&self, command: &Command, text: String) -> DeckError {
+        self.fault(command, &text, "a number")
+    }
+
+    fn leave(&mut self, command: &Command, meaning: &str) {
+        let place = (self.deck.file.clone(), command.line);
+        leave_out(&mut self.deck.left_out, place, &command.name, meaning);
+    }
+
+    fn finish(mut self) -> Result<Deck, DeckError> {
+        for region in &self.deck.mesh.regions {
+            let found = self.constants.get(&(region.tag as u64)).filter(|found| found.young > 0.0);
+            let found = found.ok_or_else(|| DeckError::NoMaterial { region: region.name.clone() })?;
+            let Constants { young, poisson, density } = *found;
+            self.deck.materials.push(Material { young, poisson, density });
+        }
+        self.deck.lumped = vec![false; self.deck.materials.len()];
+        let (name, supports) = ("1".to_string(), vec![]);
+        self.deck.steps.push(Step { name, kind: self.kind, loads: self.loads, supports, line: 1 });
+        Ok(self.deck)
+    }
+}
+
+/// Unit vectors of axes that are turned by angles about z, then x, then y, in degrees.
+fn turned(angles: [f64; 3]) -> [[f64; 3]; 3] {
+    let [(sz, cz), (sx, cx), (sy, cy)] = angles.map(|angle| angle.to_radians().sin_cos());
+    [
+        [cz * cy - sz * sx * sy, sz * cy + cz * sx * sy, -cx * sy],
+        [-sz * cx, cz * cx, sx],
+        [cz * sy + sz * sx * cy, sz * sy - cz * sx * cy, cx * cy],
+    ]
+}
+
+fn field(command: &Command, index: usize) -> &str {
+    command.fields.get(index).map_or("", |field| field.trim())
+}
+
+/// The number in a field, 0 if it is blank; the text if it is none.
+fn number(command: &Command, index: usize) -> Result<f64, String> {
+    let text = field(command, index);
+    if text.is_empty() {
+        return Ok(0.0);
+    }
+    let parsed = text.to_ascii_uppercase().replace('D', "E").parse::<f64>().ok().filter(|x| x.is_finite());
+    parsed.ok_or_else(|| text.to_string())
+}

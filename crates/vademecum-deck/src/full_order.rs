@@ -1,0 +1,344 @@
+//! The full-order model of a deck: static answers and natural modes.
+
+use faer::Mat;
+use vademecum_build::dynamics::lowest_modes;
+use vademecum_build::fem::{
+    Block, Constraints, ElementMatrices, Elimination, FactorError, Solve, Symbolic, assemble_blocks,
+    facet_load, inertia_forces, internal_forces, surface_facets,
+};
+
+use crate::deck::{Attachment, Deck, Extent, Load, NodeNumber, Spring, Step, StepKind, Support};
+use crate::error::DeckError;
+use crate::links::{Dofs, link};
+
+/// A deck with its dofs.
+pub struct FullOrder<'a> {
+    deck: &'a Deck,
+    elements: ElementMatrices<'a>,
+    dofs: Dofs,
+    blocks: Vec<Block>,
+}
+
+/// Answer of a static step.
+#[derive(Clone, Debug)]
+pub struct StaticAnswer {
+    /// Name of the step.
+    pub step: String,
+    /// Displacement of every node, of the mesh and of points, along the axes of space.
+    pub displacement: Vec<[f64; 3]>,
+    /// Node of the largest displacement.
+    pub node: NodeNumber,
+    /// Sum of the forces of all supports.
+    pub reaction_sum: [f64; 3],
+    /// Strain energy of elements, springs and beams.
+    pub strain_energy: f64,
+    /// Free dofs.
+    pub dofs: usize,
+    /// `‖f − K u‖ / ‖f‖` over the free dofs.
+    pub residual: f64,
+}
+
+/// Natural modes.
+#[derive(Clone, Debug)]
+pub struct Modes {
+    /// Natural frequency \[cycles per unit of time\], ascending.
+    pub frequencies_hz: Vec<f64>,
+    /// Relative residual of the eigenvalue problem.
+    pub residuals: Vec<f64>,
+    /// Rigid motions of no frequency before these modes.
+    pub rigid_motions: usize,
+    /// Displacement of every node in each mode, the largest 1 long.
+    pub shapes: Vec<Vec<[f64; 3]>>,
+    /// Free dofs.
+    pub dofs: usize,
+}
+
+impl<'a> FullOrder<'a> {
+    /// Numbers the dofs of a deck and makes the matrices of what is attached.
+    pub fn new(deck: &'a Deck) -> FullOrder<'a> {
+        let mut dofs = Dofs::new(deck);
+        let blocks = deck.attachments.iter().filter_map(|one| block(deck, &dofs, one)).collect();
+        let mut elements = ElementMatrices::new(&deck.mesh, &deck.materials, &deck.lumped);
+        if deck.inner_functions {
+            dofs.end_at(elements.keep_inner_functions(dofs.count() as u32));
+        }
+        FullOrder { deck, elements, dofs, blocks }
+    }
+
+    /// Answers of all static steps, in order.
+    ///
+    /// # Errors
+    /// [`DeckError`], by cause.
+    pub fn static_answers(&self) -> Result<Vec<StaticAnswer>, DeckError> {
+        let steps = self.deck.steps.iter().filter(|step| step.kind == StepKind::Static);
+        let answers: Vec<StaticAnswer> =
+            steps.map(|step| self.static_answer(step)).collect::<Result<_, _>>()?;
+        if answers.is_empty() {
+            let kinds = self.deck.steps.iter().map(|step| match &step.kind {
+                StepKind::Other(kind) => kind.clone(),
+                StepKind::Frequency(_) => "natural frequencies".into(),
+                StepKind::Static => "static".into(),
+            });
+            let found: Vec<String> = kinds.collect();
+            let found = if found.is_empty() { "no step at all".into() } else { found.join(", ") };
+            return Err(DeckError::NoStaticStep { file: self.deck.file.clone(), found });
+        }
+        Ok(answers)
+    }
+
+    fn static_answer(&self, step: &Step) -> Result<StaticAnswer, DeckError> {
+        let elimination = self.elimination(&step.supports)?;
+        let pencil = assemble_blocks(&self.elements, &self.blocks, &elimination)?;
+        let load = self.load(&step.loads)?;
+        // Displacements that are given, with all free dofs at zero.
+        let given = elimination.expand(&vec![0.0; elimination.n_free()]);
+        let mut force = load.clone();
+        if given.iter().any(|u| *u != 0.0) {
+            let held = internal_forces(&self.elements, &self.blocks, &given)?;
+            force.iter_mut().zip(held).for_each(|(f, k)| *f -= k);
+        }
+        let rhs = elimination.gather(&force).0;
+        let symbolic = Symbolic::analyze(&pencil)?;
+        let factor = symbolic.factorize(pencil.stiffness().clone()).map_err(|error| self.not_held(error))?;
+        let n = rhs.len();
+        let mut solution = Mat::from_fn(n, 1, |i, _| rhs[i]);
+        Solve::new(&symbolic, 1, true).solve_in_place(&factor, solution.as_mut());
+        let free: Vec<f64> = solution.col_as_slice(0).to_vec();
+        let displacement = elimination.expand(&free);
+        let internal = internal_forces(&self.elements, &self.blocks, &displacement)?;
+        let out: Vec<f64> = internal.iter().zip(&load).map(|(k, f)| k - f).collect();
+        let (unbalanced, reactions) = elimination.gather(&out);
+        let norm = |x: &[f64]| x.iter().map(|x| x * x).sum::<f64>().sqrt();
+        let scale = norm(&elimination.gather(&internal).0).max(norm(&rhs));
+        let energy = 0.5 * internal.iter().zip(&displacement).map(|(f, u)| f * u).sum::<f64>();
+        let displacement = self.of_nodes(&displacement);
+        let square = |u: &[f64; 3]| u.iter().map(|x| x * x).sum::<f64>();
+        let largest = displacement.iter().enumerate().max_by(|a, b| square(a.1).total_cmp(&square(b.1)));
+        Ok(StaticAnswer {
+            step: step.name.clone(),
+            node: largest.map_or(0, |found| found.0 as NodeNumber),
+            displacement,
+            reaction_sum: self.reaction_sum(step, &elimination, &reactions),
+            strain_energy: energy,
+            dofs: n,
+            residual: if scale > 0.0 { norm(&unbalanced) / scale } else { 0.0 },
+        })
+    }
+
+    /// The `count` lowest natural modes under the supports of the model and of the first step that asks for
+    /// frequencies.
+    ///
+    /// # Errors
+    /// [`DeckError`], by cause.
+    pub fn modes(&self, count: usize) -> Result<Modes, DeckError> {
+        if !self.deck.has_mass() {
+            return Err(DeckError::Incomplete {
+                material: self.without_density(),
+                quantity: "density",
+                card: "*DENSITY (RHO of MAT1, DENS)",
+            });
+        }
+        let frequency = |step: &&Step| matches!(step.kind, StepKind::Frequency(_));
+        let step = self.deck.steps.iter().find(frequency).or(self.deck.steps.first());
+        let supports = step.map_or(&[][..], |step| &step.supports);
+        let elimination = self.elimination(supports)?;
+        let mut pencil = assemble_blocks(&self.elements, &self.blocks, &elimination)?;
+        let nodes = &self.deck.mesh.nodes;
+        let grounded =
+            self.deck.attachments.iter().any(
+                |one| matches!(one, Attachment::Spring(Spring::Components { ends, .. }) if ends.len() == 1),
+            );
+        if elimination.n_free() == 3 * nodes.len() && self.deck.links.is_empty() && !grounded {
+            pencil = pencil.of_free_body(nodes);
+        }
+        let symbolic = Symbolic::analyze(&pencil)?;
+        let count = count.min(pencil.n_elastic());
+        let found = lowest_modes(&pencil, &symbolic, count).map_err(|error| match error {
+            vademecum_build::dynamics::ModesError::Factor(error) => self.not_held(error),
+            other => other.into(),
+        })?;
+        let shape = |mode: usize| {
+            let mut shape = self.of_nodes(&elimination.expand(found.vectors.col_as_slice(mode)));
+            let length = |u: &[f64; 3]| u.iter().map(|x| x * x).sum::<f64>().sqrt();
+            let largest = shape.iter().map(length).fold(f64::MIN_POSITIVE, f64::max);
+            shape.iter_mut().flatten().for_each(|x| *x /= largest);
+            shape
+        };
+        Ok(Modes {
+            frequencies_hz: found.frequencies_hz(),
+            shapes: (0..found.vectors.ncols()).map(shape).collect(),
+            residuals: found.residuals.clone(),
+            rigid_motions: pencil.n_dof() - pencil.n_elastic(),
+            dofs: pencil.n_dof(),
+        })
+    }
+
+    /// Links, supports of the model and of a step; dofs that nothing moves are held.
+    fn elimination(&self, supports: &[Support]) -> Result<Elimination, DeckError> {
+        let mut constraints = Constraints::default();
+        link(self.deck, &self.dofs, &mut constraints)?;
+        let mut moved = vec![false; self.dofs.count()];
+        moved[..3 * self.deck.mesh.nodes.len()].fill(true);
+        moved[self.dofs.of_nodes()..].fill(true);
+        self.blocks.iter().flat_map(|block| &block.dofs).for_each(|&dof| moved[dof as usize] = true);
+        constraints.dofs().for_each(|dof| moved[dof as usize] = true);
+        (0..moved.len()).filter(|&dof| !moved[dof]).for_each(|dof| constraints.hold(dof as u32, 0.0));
+        for support in self.deck.supports.iter().chain(supports) {
+            if let Some(dof) = self.dofs.nodal(support.node, support.component) {
+                constraints.hold(dof, support.value);
+            }
+        }
+        Ok(constraints.eliminate(self.dofs.count())?)
+    }
+
+    /// Forces of a step over all dofs.
+    fn load(&self, loads: &[Load]) -> Result<Vec<f64>, DeckError> {
+        let (deck, n) = (self.deck, self.dofs.count());
+        let mut load = vec![0.0; n];
+        let mut add = |forces: Vec<f64>| load.iter_mut().zip(forces).for_each(|(sum, f)| *sum += f);
+        for one in loads {
+            match one {
+                Load::Force { node, component, value } => {
+                    let mut forces = vec![0.0; n];
+                    if let Some(dof) = self.dofs.nodal(*node, *component) {
+                        forces[dof as usize] = *value;
+                    }
+                    add(forces);
+                }
+                Load::Acceleration { on, value } => {
+                    add(self.inertia(on, |_| *value)?);
+                }
+                Load::Rotation { on, speed_squared, point, axis } => {
+                    let field = |x: [f64; 3]| {
+                        let arm: [f64; 3] = std::array::from_fn(|c| x[c] - point[c]);
+                        let along: f64 = arm.iter().zip(axis).map(|(a, b)| a * b).sum();
+                        std::array::from_fn(|c| speed_squared * (arm[c] - along * axis[c]))
+                    };
+                    add(self.inertia(on, field)?);
+                }
+                Load::Pressure { faces, value } => {
+                    let facets = surface_facets(&deck.mesh, faces)?;
+                    add(facet_load(&deck.mesh, &facets, |normal| normal.map(|n| -value * n)));
+                }
+                Load::Traction { faces, value } => {
+                    let facets = surface_facets(&deck.mesh, faces)?;
+                    add(facet_load(&deck.mesh, &facets, |normal| {
+                        let area = normal.iter().map(|x| x * x).sum::<f64>().sqrt();
+                        value.map(|t| t * area)
+                    }));
+                }
+            }
+        }
+        Ok(load)
+    }
+
+    /// Forces of an acceleration, on elements and, where it acts on all of the model, on masses.
+    fn inertia(
+        &self,
+        on: &Extent,
+        field: impl Fn([f64; 3]) -> [f64; 3] + Sync,
+    ) -> Result<Vec<f64>, DeckError> {
+        let of_element = |element: usize, at: [f64; 3]| match on {
+            Extent::All => Some(field(at)),
+            Extent::Elements(chosen) => chosen.binary_search(&(element as u32)).is_ok().then(|| field(at)),
+        };
+        let mut forces = inertia_forces(&self.elements, self.dofs.count(), of_element)?;
+        if *on == Extent::All {
+            for attachment in &self.deck.attachments {
+                let masses: Vec<(NodeNumber, f64)> = match attachment {
+                    Attachment::Mass { node, mass, .. } => vec![(*node, *mass)],
+                    Attachment::Beam { ends, mass, .. } => ends.iter().map(|&end| (end, *mass)).collect(),
+                    _ => vec![],
+                };
+                for (node, mass) in masses {
+                    let a = field(self.deck.place(node));
+                    (0..3).for_each(|c| forces[3 * node as usize + c] += mass * a[c]);
+                }
+            }
+        }
+        Ok(forces)
+    }
+
+    /// Displacements along the axes of space.
+    fn of_nodes(&self, displacement: &[f64]) -> Vec<[f64; 3]> {
+        displacement[..3 * self.deck.node_count()].as_chunks::<3>().0.to_vec()
+    }
+
+    /// Sum of the forces that supports take, along the axes of space.
+    fn reaction_sum(&self, step: &Step, elimination: &Elimination, reactions: &[f64]) -> [f64; 3] {
+        let mut sum = [0.0; 3];
+        let mut counted = std::collections::BTreeSet::new();
+        for support in self.deck.supports.iter().chain(&step.supports).filter(|support| support.component < 3)
+        {
+            let Some(dof) = self.dofs.nodal(support.node, support.component) else { continue };
+            let place = elimination.held().binary_search_by_key(&dof, |held| held.0);
+            let (Ok(place), true) = (place, counted.insert(dof)) else { continue };
+            let component = usize::from(support.component);
+            let axis = self.deck.axes.get(&support.node).map_or_else(
+                || std::array::from_fn(|c| f64::from(u8::from(c == component))),
+                |axes| axes[component],
+            );
+            (0..3).for_each(|c| sum[c] += reactions[place] * axis[c]);
+        }
+        sum
+    }
+
+    /// The error of a factorisation: if the model can move, its bodies.
+    fn not_held(&self, error: FactorError) -> DeckError {
+        if !matches!(error, FactorError::NotPositiveDefinite { .. }) {
+            return error.into();
+        }
+        let parts = self.deck.parts();
+        let nodes: Vec<String> = parts.iter().take(8).map(|node| self.deck.id(*node).to_string()).collect();
+        DeckError::NotHeld { parts: parts.len(), nodes: nodes.join(", ") }
+    }
+
+    fn without_density(&self) -> String {
+        let bare = self.deck.materials.iter().position(|material| material.density <= 0.0);
+        bare.and_then(|region| self.deck.mesh.regions.get(region)).map_or(String::new(), |r| r.name.clone())
+    }
+}
+
+/// The matrices of an attachment; none of a dashpot.
+fn block(deck: &Deck, dofs: &Dofs, attachment: &Attachment) -> Option<Block> {
+    let global = |node: NodeNumber, c: u8| dofs.global(node, c);
+    match attachment {
+        Attachment::Mass { node, mass, inertia } => {
+            let turning = *inertia != [0.0; 6];
+            let n = if turning { 6 } else { 3 };
+            let of: Option<Vec<u32>> = (0..n).map(|c| global(*node, c)).collect();
+            let entry = |i: usize, j: usize| match (i, j) {
+                (0..3, 0..3) if i == j => *mass,
+                (3.., 3..) => {
+                    let place = [[0, 3, 4], [3, 1, 5], [4, 5, 2]][i - 3][j - 3];
+                    inertia[place] * if i == j { 1.0 } else { -1.0 }
+                }
+                _ => 0.0,
+            };
+            let n = usize::from(n);
+            Some(Block { dofs: of?, stiffness: Mat::zeros(n, n), mass: Mat::from_fn(n, n, entry) })
+        }
+        Attachment::Dashpot(_) => None,
+        Attachment::Spring(Spring::Line { ends, stiffness }) => {
+            let [a, b] = ends.map(|end| deck.place(end));
+            let length = (0..3).map(|c| (b[c] - a[c]).powi(2)).sum::<f64>().sqrt();
+            let along = |i: usize| (b[i % 3] - a[i % 3]) / length * if i < 3 { -1.0 } else { 1.0 };
+            let of: Option<Vec<u32>> = (0..6_u8).map(|k| global(ends[usize::from(k) / 3], k % 3)).collect();
+            let stiffness = Mat::from_fn(6, 6, |i, j| stiffness * along(i) * along(j));
+            (length > 0.0).then_some(())?;
+            Some(Block { dofs: of?, stiffness, mass: Mat::zeros(6, 6) })
+        }
+        Attachment::Spring(Spring::Components { ends, stiffness }) => {
+            let of: Option<Vec<u32>> = ends.iter().map(|&(node, c)| dofs.nodal(node, c)).collect();
+            let n = ends.len();
+            let stiffness = Mat::from_fn(n, n, |i, j| if i == j { *stiffness } else { -stiffness });
+            Some(Block { dofs: of?, stiffness, mass: Mat::zeros(n, n) })
+        }
+        Attachment::Beam { ends, stiffness, mass } => {
+            let of: Option<Vec<u32>> = (0..12_u8).map(|k| global(ends[usize::from(k) / 6], k % 6)).collect();
+            let matrix = Mat::from_fn(12, 12, |i, j| stiffness[12 * i + j]);
+            let heavy = |i: usize, j: usize| if i == j && i % 6 < 3 { *mass } else { 0.0 };
+            Some(Block { dofs: of?, stiffness: matrix, mass: Mat::from_fn(12, 12, heavy) })
+        }
+    }
+}

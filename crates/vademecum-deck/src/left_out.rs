@@ -1,0 +1,28 @@
+//! Cards that are not taken, and the consequence of each.
+
+use std::path::PathBuf;
+
+use serde::Serialize;
+
+/// A card that was not taken.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize)]
+pub struct LeftOut {
+    /// The card as the deck spells it.
+    pub card: String,
+    /// The file.
+    pub file: PathBuf,
+    /// The line of the first one, counted from 1.
+    pub line: usize,
+    /// Number of such cards.
+    pub count: usize,
+    /// Consequence for the result.
+    pub meaning: String,
+}
+
+/// Adds a card to the list; equal cards with one meaning are counted.
+pub(crate) fn leave_out(list: &mut Vec<LeftOut>, (file, line): (PathBuf, usize), card: &str, meaning: &str) {
+    match list.iter_mut().find(|known| known.card == card && known.meaning == meaning) {
+        Some(known) => known.count += 1,
+        None => list.push(LeftOut { card: card.into(), file, line, count: 1, meaning: meaning.into() }),
+    }
+}

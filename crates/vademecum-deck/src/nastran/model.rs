@@ -1,0 +1,228 @@
+//! A Nastran model while its cards are taken.
+
+use std::collections::{BTreeMap, BTreeSet, HashMap, HashSet};
+use std::path::Path;
+
+use vademecum_build::fem::Material;
+use vademecum_build::mesh::nastran::{Card, Cards, Systems, grid_points, systems};
+use vademecum_build::mesh::{Mesh, RawMesh};
+
+use crate::deck::{Deck, NodeNumber, Numbers};
+use crate::error::{CardFault, DeckError};
+use crate::left_out::leave_out;
+use crate::units::Units;
+
+/// Cards without a meaning for the result, or taken elsewhere.
+const SILENT: [&str; 34] = [
+    "GRID", "GRDSET", "CORD1R", "CORD1C", "CORD1S", "CORD2R", "CORD2C", "CORD2S", "CTETRA", "CHEXA", "CPENTA",
+    "CPYRAM", "CPYRA", "PSOLID", "MAT1", "PARAM", "ENDDATA", "EIGRL", "EIGR", "SPC", "SPC1", "SPCADD", "MPC",
+    "MPCADD", "SET1", "MDLPRM", "PBAR", "PBARL", "PELAS", "PBUSH", "LOAD", "SPOINT", "INCLUDE", "PCOMP",
+];
+
+/// Solid elements.
+const SOLIDS: [&str; 5] = ["CTETRA", "CHEXA", "CPENTA", "CPYRAM", "CPYRA"];
+
+/// Elements that carry loads and are no solids.
+const STRUCTURAL: [&str; 22] = [
+    "CQUAD4", "CQUAD8", "CQUADR", "CTRIA3", "CTRIA6", "CTRIAR", "CSHEAR", "CROD", "CONROD", "CTUBE", "CBEAM", "CBEND",
+    "CBEAM3", "CTRIAX", "CTRIAX6", "CQUADX", "CGAP", "CWELD", "CFAST", "CSEAM", "GENEL", "RROD",
+];
+
+/// State of the reading.
+pub(crate) struct Model<'a> {
+    pub(crate) cards: &'a Cards,
+    pub(crate) deck: Deck,
+    pub(crate) systems: Systems,
+    numbers: Numbers,
+    /// Constants of isotropic materials by number: modulus, Poisson's ratio, density.
+    pub(crate) constants: BTreeMap<u64, Material>,
+    /// Factor from the density of the deck to mass.
+    pub(crate) wtmass: f64,
+    /// Names of cards that were taken, beside the silent ones.
+    taken: HashSet<&'static str>,
+    /// Cards of solid elements by number.
+    solids: HashMap<u64, &'a Card>,
+}
+
+impl<'a> Model<'a> {
+    pub(crate) fn new(file: &Path, raw: &RawMesh, cards: &'a Cards, mesh: Mesh) -> Result<Self, DeckError> {
+        refuse_structural(cards)?;
+        let all = raw.node_ids.iter().copied().zip(raw.nodes.iter().copied());
+        let (numbers, points) = Numbers::new(&mesh, all);
+        let systems = systems(cards)?;
+        let mut deck = Deck {
+            file: file.to_path_buf(),
+            program: "Nastran".into(),
+            units: Units(None),
+            notes: mesh.notes.clone(),
+            mesh,
+            points,
+            materials: vec![],
+            lumped: vec![],
+            inner_functions: false,
+            axes: BTreeMap::new(),
+            supports: vec![],
+            links: vec![],
+            attachments: vec![],
+            steps: vec![],
+            left_out: vec![],
+        };
+        for grid in grid_points(cards)? {
+            let Some(node) = numbers.get(grid.id) else { continue };
+            if let Some(system) = grid.displacements.filter(|system| *system != 0)
+                && let Some(axes) = systems.axes(system, deck.place(node))
+            {
+                deck.axes.insert(node, axes);
+            }
+            for component in components(&grid.held) {
+                deck.supports.push(crate::deck::Support { node, component, value: 0.0 });
+            }
+        }
+        let wtmass = cards.bulk.iter().filter(|card| card.name == "PARAM");
+        let wtmass = wtmass.filter(|card| card.field(0).eq_ignore_ascii_case("WTMASS")).next_back();
+        let wtmass = wtmass.map(|card| card.real(1)).transpose()?.flatten().unwrap_or(1.0);
+        let (constants, taken) = (BTreeMap::new(), HashSet::new());
+        let solid = cards.bulk.iter().filter(|card| SOLIDS.contains(&card.name.as_str()));
+        let solids = solid.filter_map(|card| Some((card.id(0).ok().flatten()?, card))).collect();
+        Ok(Self { cards, deck, systems, numbers, constants, wtmass, taken, solids })
+    }
+
+    /// The card of a solid element.
+    pub(crate) fn solid(&self, id: u64) -> Option<&'a Card> {
+        self.solids.get(&id).copied()
+    }
+
+    /// Cards of a name, which are then taken.
+    pub(crate) fn named(&mut self, name: &'static str) -> impl Iterator<Item = &'a Card> + use<'a> {
+        self.taken.insert(name);
+        self.cards.bulk.iter().filter(move |card| card.name == name)
+    }
+
+    /// A fault of a card.
+    pub(crate) fn fault(&self, card: &Card, found: &str, expected: &str) -> DeckError {
+        card.malformed(found, expected).into()
+    }
+
+    /// Puts a card on the list of what was not taken.
+    pub(crate) fn leave(&mut self, card: &Card, meaning: &str) {
+        let place = (card.file.to_path_buf(), card.line);
+        leave_out(&mut self.deck.left_out, place, &card.name, meaning);
+    }
+
+    /// The node in a field; none for a blank or 0.
+    pub(crate) fn node(&self, card: &Card, field: usize) -> Result<Option<NodeNumber>, DeckError> {
+        let Some(id) = card.id(field)?.filter(|id| *id != 0) else { return Ok(None) };
+        match self.numbers.get(id) {
+            Some(node) => Ok(Some(node)),
+            None => Err(self.fault(card, &format!("grid point {id}"), "a grid point of the deck")),
+        }
+    }
+
+    /// The node of a number.
+    pub(crate) fn numbered(&self, id: u64) -> Option<NodeNumber> {
+        self.numbers.get(id)
+    }
+
+    /// A number that a card needs.
+    pub(crate) fn needed(&self, card: &Card, field: usize) -> Result<u64, DeckError> {
+        card.id(field)?.ok_or_else(|| self.fault(card, &format!("a blank field {}", field + 2), "a number"))
+    }
+
+    /// A vector in three fields, along the axes of a system at a place, in space.
+    pub(crate) fn vector(
+        &self,
+        card: &Card,
+        first: usize,
+        system: u64,
+        at: [f64; 3],
+    ) -> Result<[f64; 3], DeckError> {
+        let Some(axes) = self.systems.axes(system, at) else {
+            return Err(self.fault(card, &format!("coordinate system {system}"), "a system of the deck"));
+        };
+        let mut sum = [0.0; 3];
+        for (k, axis) in axes.iter().enumerate() {
+            let value = card.real(first + k)?.unwrap_or(0.0);
+            (0..3).for_each(|c| sum[c] += value * axis[c]);
+        }
+        Ok(sum)
+    }
+
+    /// Materials of all regions.
+    pub(crate) fn materials(&mut self) -> Result<(), DeckError> {
+        for card in self.named("MAT1") {
+            let number = self.needed(card, 0)?;
+            let [young, shear, poisson, density] = [1, 2, 3, 4].map(|field| card.real(field));
+            let (young, shear, poisson) = (young?, shear?, poisson?);
+            let (young, poisson) = match (young, shear, poisson) {
+                (Some(e), _, Some(nu)) => (e, nu),
+                (Some(e), Some(g), None) => (e, e / (2.0 * g) - 1.0),
+                (None, Some(g), Some(nu)) => (2.0 * g * (1.0 + nu), nu),
+                (Some(e), None, None) => (e, 0.0),
+                _ => return Err(self.fault(card, "no modulus", "E and NU, E and G, or G and NU")),
+            };
+            if !(young > 0.0 && poisson > -1.0 && poisson < 0.5) {
+                let found = format!("E {young:e}, Poisson's ratio {poisson}");
+                return Err(self.fault(card, &found, "E > 0 and a Poisson's ratio between -1 and 0.5"));
+            }
+            let density = self.wtmass * density?.unwrap_or(0.0);
+            self.constants.insert(number, Material { young, poisson, density });
+        }
+        let mut of_property = BTreeMap::new();
+        for card in self.named("PSOLID") {
+            of_property.insert(self.needed(card, 0)?, self.needed(card, 1)?);
+        }
+        for region in &self.deck.mesh.regions {
+            let material = of_property.get(&(region.tag as u64)).and_then(|id| self.constants.get(id));
+            let material = material.ok_or_else(|| DeckError::NoMaterial { region: region.name.clone() })?;
+            self.deck.materials.push(*material);
+        }
+        self.deck.lumped = vec![false; self.deck.materials.len()];
+        Ok(())
+    }
+
+    /// Lists the cards that nobody took.
+    pub(crate) fn leave_rest(&mut self) {
+        let cards = self.cards;
+        for card in &cards.bulk {
+            let name = card.name.as_str();
+            if SILENT.contains(&name) || self.taken.contains(name) {
+                continue;
+            }
+            let meaning = match name {
+                _ if name.starts_with("CDAMP") || name == "CVISC" => {
+                    "damping does not act in static answers and in undamped natural frequencies"
+                }
+                _ if name.starts_with("TEMP") => "temperature is not computed",
+                "PLOTEL" => "it is drawn by other programs and carries nothing",
+                _ => "it is not known, and has no effect",
+            };
+            self.leave(card, meaning);
+        }
+    }
+}
+
+/// Digits of directions as components from 0.
+pub(crate) fn components(digits: &str) -> impl Iterator<Item = u8> {
+    let known = digits.bytes().filter(|b| (b'1'..=b'6').contains(b));
+    known.map(|b| b - b'1').collect::<BTreeSet<_>>().into_iter()
+}
+
+/// Shells, beams and the like carry loads: a model without them is another one.
+fn refuse_structural(cards: &Cards) -> Result<(), DeckError> {
+    let others = || cards.bulk.iter().filter(|card| STRUCTURAL.contains(&card.name.as_str()));
+    let Some(first) = others().next() else { return Ok(()) };
+    let solids = cards.bulk.iter().filter(|card| SOLIDS.contains(&card.name.as_str())).count();
+    let names: BTreeSet<&str> = others().map(|card| card.name.as_str()).collect();
+    let names: Vec<&str> = names.into_iter().collect();
+    let count = others().count();
+    let share = 100.0 * count as f64 / (count + solids) as f64;
+    Err(DeckError::Structural(Box::new(CardFault {
+        file: first.file.to_path_buf(),
+        line: first.line,
+        card: first.name.clone(),
+        found: format!("{count} elements of type {} ({share:.1} % of all)", names.join(", ")),
+        expected: "solid elements, rigid elements, masses, springs, and bars between reference points".into(),
+        remedy: "shells, beams and rods are not computed with: mesh these parts with solids, or take them out of the deck"
+            .into(),
+    })))
+}

@@ -1,0 +1,48 @@
+//! Readers by format.
+
+use std::path::Path;
+
+use vademecum_build::mesh::inp::Dialect;
+
+use crate::deck::Deck;
+use crate::error::DeckError;
+use crate::units::{System, Units};
+use crate::{abaqus, ansys, nastran};
+
+/// Choices of a user that a deck does not tell.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct ReadOptions {
+    /// Program whose meaning element names have; none: found from the cards.
+    pub dialect: Option<Dialect>,
+    /// Units of the deck; none: guessed from modulus and density.
+    pub units: Option<System>,
+}
+
+/// True of the name of a deck: one that ends in `.inp`, `.bdf`, `.nas`, `.dat` or `.cdb`.
+pub fn is_deck(file: &Path) -> bool {
+    ["inp", "bdf", "nas", "dat", "cdb"].contains(&extension(file).as_str())
+}
+
+fn extension(file: &Path) -> String {
+    file.extension().and_then(|e| e.to_str()).unwrap_or("").to_ascii_lowercase()
+}
+
+/// Reads a deck.
+///
+/// # Errors
+/// [`DeckError`]: a file that cannot be read, cards that cannot be used, elements that are no solids.
+pub fn read(file: &Path, options: &ReadOptions) -> Result<Deck, DeckError> {
+    let mut deck = match extension(file).as_str() {
+        "bdf" | "nas" | "dat" => nastran::read(file)?,
+        "cdb" => ansys::read(file)?,
+        _ => abaqus::read(file, options.dialect)?,
+    };
+    deck.units = match options.units {
+        Some(system) => Units(Some(system)),
+        None => {
+            let heaviest = deck.materials.iter().max_by(|a, b| a.density.total_cmp(&b.density));
+            heaviest.map_or(Units(None), |material| Units::guess(material.young, material.density))
+        }
+    };
+    Ok(deck)
+}

@@ -1,0 +1,392 @@
+//! Decks of a few elements whose answers are known on paper.
+
+use vademecum_deck::{Deck, DeckError, Dialect, FullOrder, ReadOptions, StaticAnswer, read};
+
+/// Reads a deck from a text.
+fn deck_of(name: &str, text: &str) -> Result<Deck, DeckError> {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join(name);
+    std::fs::write(&path, text).unwrap();
+    read(&path, &ReadOptions::default())
+}
+
+fn answers(name: &str, text: &str) -> Vec<StaticAnswer> {
+    let deck = deck_of(name, text).unwrap_or_else(|error| panic!("{error}"));
+    FullOrder::new(&deck).static_answers().unwrap_or_else(|error| panic!("{error}"))
+}
+
+/// A bar of two bricks along x, 2 × 1 × 1, modulus 100, Poisson's ratio 0, density 3.
+const BAR: &str = "\
+*NODE
+1,0,0,0
+2,1,0,0
+3,2,0,0
+4,0,1,0
+5,1,1,0
+6,2,1,0
+7,0,0,1
+8,1,0,1
+9,2,0,1
+10,0,1,1
+11,1,1,1
+12,2,1,1
+20,3,0.5,0.5
+*ELEMENT,TYPE=C3D8,ELSET=bar
+1,1,2,5,4,7,8,11,10
+2,2,3,6,5,8,9,12,11
+*NSET,NSET=left
+1,4,7,10
+*NSET,NSET=right
+3,6,9,12
+*SURFACE,NAME=end
+2,S4
+*MATERIAL,NAME=soft
+*ELASTIC
+100,0
+*DENSITY
+3
+*SOLID SECTION,ELSET=bar,MATERIAL=soft
+*BOUNDARY
+left,1,3
+";
+
+fn close(found: f64, expected: f64) {
+    assert!((found - expected).abs() <= 1e-9 * expected.abs().max(1.0), "{found} for {expected}");
+}
+
+/// Displacement of a node by its number in the deck.
+fn at(deck: &Deck, answer: &StaticAnswer, id: u64) -> [f64; 3] {
+    let node = (0..deck.node_count() as u32).find(|&node| deck.id(node) == id).unwrap();
+    answer.displacement[node as usize]
+}
+
+#[test]
+fn forces_pressure_gravity_and_given_displacements_stretch_a_bar() {
+    let steps = "\
+*STEP
+*STATIC
+*CLOAD
+right,1,2.5
+*END STEP
+*STEP
+*STATIC
+*CLOAD,OP=NEW
+*DSLOAD
+end,P,-10
+*END STEP
+*STEP
+*STATIC
+*DLOAD,OP=NEW
+bar,GRAV,4,1,0,0
+*END STEP
+*STEP
+*STATIC
+*DLOAD,OP=NEW
+*BOUNDARY
+right,1,1,0.5
+*END STEP
+";
+    let found = answers("bar.inp", &format!("{BAR}{steps}"));
+    let deck = deck_of("bar.inp", BAR).unwrap();
+    let [force, pressure, gravity, given] = &found[..] else { panic!("{} steps", found.len()) };
+    // F L / (E A).
+    close(at(&deck, force, 3)[0], 10.0 * 2.0 / 100.0);
+    close(force.reaction_sum[0], -10.0);
+    close(force.strain_energy, 0.5 * 10.0 * 0.2);
+    close(at(&deck, pressure, 12)[0], 10.0 * 2.0 / 100.0);
+    // ρ g L² / 2E, exact at the nodes.
+    close(at(&deck, gravity, 6)[0], 3.0 * 4.0 * 4.0 / 200.0);
+    close(gravity.reaction_sum[0], -3.0 * 2.0 * 4.0);
+    close(at(&deck, given, 2)[0], 0.25);
+    // What pulls at the right is given too: the sum of both ends is zero.
+    close(given.reaction_sum[0], 0.0);
+    close(given.strain_energy, 0.5 * 100.0 * 0.25 * 0.25 * 2.0);
+    assert!(found.iter().all(|answer| answer.residual < 1e-12));
+}
+
+#[test]
+fn a_rigid_coupling_carries_a_force_and_a_moment_to_a_face() {
+    let steps = "\
+*RIGID BODY,NSET=right,REF NODE=20
+*STEP
+*STATIC
+*CLOAD
+20,1,10
+20,4,2
+*END STEP
+";
+    let text = format!("{BAR}{steps}");
+    let found = answers("rigid.inp", &text);
+    let deck = deck_of("rigid.inp", &text).unwrap();
+    let tip = at(&deck, &found[0], 20);
+    close(tip[0], 0.2);
+    close(found[0].reaction_sum[0], -10.0);
+    // A torque turns the face: its corners move by the same angle about the axis.
+    let (a, b) = (at(&deck, &found[0], 12), at(&deck, &found[0], 3));
+    close(a[1] + b[1], 0.0);
+    assert!(a[1] < -1e-3 && a[2] > 1e-3, "{a:?}");
+}
+
+#[test]
+fn a_mean_coupling_distributes_a_force_and_follows_the_mean() {
+    let steps = "\
+*COUPLING,REF NODE=20,SURFACE=end,CONSTRAINT NAME=c
+*DISTRIBUTING
+*STEP
+*STATIC
+*CLOAD
+20,1,10
+*END STEP
+";
+    let text = format!("{BAR}{steps}");
+    let found = answers("mean.inp", &text);
+    let deck = deck_of("mean.inp", &text).unwrap();
+    close(at(&deck, &found[0], 20)[0], 0.2);
+    close(at(&deck, &found[0], 9)[0], 0.2);
+}
+
+#[test]
+fn springs_and_masses_make_an_oscillator() {
+    // A stiff brick on rollers, held by one spring; a mass at each corner of one end.
+    let text = "\
+*NODE
+1,0,0,0
+2,1,0,0
+3,1,1,0
+4,0,1,0
+5,0,0,1
+6,1,0,1
+7,1,1,1
+8,0,1,1
+9,-1,0,0
+*ELEMENT,TYPE=C3D8,ELSET=block
+1,1,2,3,4,5,6,7,8
+*ELEMENT,TYPE=SPRINGA,ELSET=spring
+2,9,1
+*ELEMENT,TYPE=SPRING1,ELSET=ground
+3,7
+*ELEMENT,TYPE=MASS,ELSET=masses
+4,2
+5,3
+*NSET,NSET=later
+rest,1
+*NSET,NSET=rest
+2,3,4,5,6,7,8
+*MATERIAL,NAME=stiff
+*ELASTIC
+1e9,0.3
+*DENSITY
+1
+*SOLID SECTION,ELSET=block,MATERIAL=stiff
+*SPRING,ELSET=spring
+
+30
+*SPRING,ELSET=ground
+1
+20
+*MASS,ELSET=masses
+2
+*BOUNDARY
+later,2,3
+9,1,3
+*STEP
+*FREQUENCY
+1
+*END STEP
+";
+    let deck = deck_of("oscillator.inp", text).unwrap();
+    let modes = FullOrder::new(&deck).modes(1).unwrap();
+    let expected = (50.0_f64 / 5.0).sqrt() / std::f64::consts::TAU;
+    assert!((modes.frequencies_hz[0] / expected - 1.0).abs() < 1e-6, "{:?}", modes.frequencies_hz);
+}
+
+#[test]
+fn a_tie_of_different_meshes_passes_a_patch_test_and_a_transform_turns_supports() {
+    // A second brick that meets the first bar with other nodes, turned by nothing but tied.
+    let tied = "\
+*NODE
+31,2,0,0
+32,3,0,0
+33,3,1,0
+34,2,1,0
+35,2,0,1
+36,3,0,1
+37,3,1,1
+38,2,1,1
+*ELEMENT,TYPE=C3D8,ELSET=bar
+11,31,32,33,34,35,36,37,38
+*NSET,NSET=far
+32,33,36,37
+*SURFACE,NAME=slave
+11,S6
+*TIE,POSITION TOLERANCE=0.1,NAME=t
+slave,end
+*STEP
+*STATIC
+*CLOAD
+far,1,2.5
+*END STEP
+";
+    let text = format!("{BAR}{tied}");
+    let found = answers("tie.inp", &text);
+    let deck = deck_of("tie.inp", &text).unwrap();
+    close(at(&deck, &found[0], 33)[0], 10.0 * 3.0 / 100.0);
+    // Axes turned by 90 degrees about z: component 2 of the node is -x.
+    let turned = "\
+*TRANSFORM,NSET=right,TYPE=R
+0,1,0,-1,0,0
+*STEP
+*STATIC
+*CLOAD
+right,2,2.5
+*END STEP
+";
+    let text = format!("{BAR}{turned}");
+    let found = answers("turned.inp", &text);
+    let deck = deck_of("turned.inp", &text).unwrap();
+    close(at(&deck, &found[0], 9)[0], -0.2);
+}
+
+#[test]
+fn an_equation_joins_nodes_and_a_contradiction_is_named() {
+    let equal = "\
+*EQUATION
+2
+3,1,1.0,6,1,-1.0
+2
+9,1,1.0,6,1,-1.0
+2
+12,1,1.0,6,1,-1.0
+*STEP
+*STATIC
+*CLOAD
+3,1,10
+*END STEP
+";
+    let text = format!("{BAR}{equal}");
+    let found = answers("equal.inp", &text);
+    let deck = deck_of("equal.inp", &text).unwrap();
+    close(at(&deck, &found[0], 12)[0], 0.2);
+    let against =
+        "*EQUATION\n2\n3,1,1.0,6,1,-1.0\n*BOUNDARY\n3,1,1,1.0\n6,1,1,2.0\n*STEP\n*STATIC\n*END STEP\n";
+    let deck = deck_of("against.inp", &format!("{BAR}{against}")).unwrap();
+    let error = FullOrder::new(&deck).static_answers().unwrap_err();
+    assert!(
+        matches!(error, DeckError::Contradiction(_)) && error.to_string().contains("*EQUATION"),
+        "{error}"
+    );
+}
+
+#[test]
+fn a_body_that_is_not_held_is_named_and_one_without_density_has_no_modes() {
+    let free = BAR.replace("*BOUNDARY\nleft,1,3\n", "*BOUNDARY\nleft,1,1\n");
+    let deck = deck_of("free.inp", &format!("{free}*STEP\n*STATIC\n*CLOAD\nright,1,1\n*END STEP\n")).unwrap();
+    let error = FullOrder::new(&deck).static_answers().unwrap_err();
+    assert!(matches!(error, DeckError::NotHeld { parts: 1, .. }), "{error}");
+    let light = BAR.replace("*DENSITY\n3\n", "");
+    let deck = deck_of("light.inp", &light).unwrap();
+    let error = FullOrder::new(&deck).modes(2).unwrap_err().to_string();
+    assert!(error.contains("density"), "{error}");
+}
+
+#[test]
+fn cards_that_are_not_taken_are_listed_with_their_lines() {
+    let extra =
+        "*CONTACT PAIR,INTERACTION=i\na,b\n*FANCY CARD\n*PLASTIC\n1,2\n*STEP,NLGEOM\n*STATIC\n*END STEP\n";
+    let deck = deck_of("extra.inp", &format!("{BAR}{extra}")).unwrap();
+    let found: Vec<(&str, usize)> = deck.left_out.iter().map(|one| (one.card.as_str(), one.line)).collect();
+    let first = BAR.lines().count() + 1;
+    let expected =
+        [("*CONTACT PAIR", first), ("*FANCY CARD", first + 2), ("*PLASTIC", first + 3), ("*STEP", first + 5)];
+    assert_eq!(found, expected);
+}
+
+#[test]
+fn shells_are_refused_by_name_line_and_share() {
+    let shell = "*ELEMENT,TYPE=S4,ELSET=shells\n90,1,2,5,4\n";
+    let error = deck_of("shell.inp", &format!("{BAR}{shell}")).unwrap_err().to_string();
+    assert!(error.contains("S4") && error.contains("33.3 %"), "{error}");
+    assert!(error.contains(&format!("line {}", BAR.lines().count() + 2)), "{error}");
+}
+
+#[test]
+fn the_dialect_is_found_and_can_be_asked_for() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("bar.inp");
+    std::fs::write(&path, BAR.replace("100,0", "100,0.3")).unwrap();
+    let bending = |dialect| {
+        let deck = read(&path, &ReadOptions { dialect, units: None }).unwrap();
+        (FullOrder::new(&deck).modes(1).unwrap().frequencies_hz[0], deck.lumped.clone())
+    };
+    let (calculix, consistent) = bending(None);
+    let (abaqus, lumped) = bending(Some(Dialect::Abaqus));
+    assert_eq!((consistent, lumped), (vec![false], vec![true]));
+    assert!(abaqus < calculix, "{abaqus} {calculix}");
+}
+
+/// The same bar as Nastran writes it, joined to a second one by rigid elements and a bar.
+const NASTRAN: &str = "\
+SOL 101
+CEND
+SUBCASE 7
+  SPC = 1
+  LOAD = 2
+BEGIN BULK
+GRID    1               0.      0.      0.
+GRID    2               1.      0.      0.
+GRID    3               1.      1.      0.
+GRID    4               0.      1.      0.
+GRID    5               0.      0.      1.
+GRID    6               1.      0.      1.
+GRID    7               1.      1.      1.
+GRID    8               0.      1.      1.
+GRID    20              1.      .5      .5
+GRID    21              3.      .5      .5
+CHEXA   1       1       1       2       3       4       5       6       +
++       7       8
+PSOLID  1       5
+MAT1    5       100.            0.      3.
+RBE2    9       20      123456  2       3       6       7
+CBAR    10      2       20      21      0.      1.      0.
+PBAR    2       5       1.      0.1     0.2     0.3
+SPC1    1       123     1       4       5       8
+FORCE   3       21      0       5.      1.      0.      0.
+FORCE   4       21      0       1.      0.      1.      0.
+LOAD    2       1.      2.      3       6.      4
+ENDDATA
+";
+
+#[test]
+fn a_nastran_deck_with_a_rigid_element_and_a_bar_bends_as_beams_do() {
+    let found = answers("bar.bdf", NASTRAN);
+    let deck = deck_of("bar.bdf", NASTRAN).unwrap();
+    assert_eq!(found[0].step, "7");
+    let (tip, middle) = (at(&deck, &found[0], 21), at(&deck, &found[0], 20));
+    // 10 along x through a brick of length 1 and a bar of length 2.
+    close(middle[0], 0.1);
+    close(tip[0], 0.3);
+    close(found[0].reaction_sum[0], -10.0);
+    close(found[0].reaction_sum[1], -6.0);
+    // The rigid end turns under the moment 6 · 2 and moves; the bar adds F L³ / 3 E I1.
+    let bar = 6.0 * 8.0 / (3.0 * 100.0 * 0.1);
+    let angle = (at(&deck, &found[0], 2)[0] - at(&deck, &found[0], 3)[0]) / 1.0;
+    close(tip[1], middle[1] + 2.0 * angle + bar);
+    assert!(deck.left_out.is_empty(), "{:?}", deck.left_out);
+}
+
+#[test]
+fn broken_decks_are_named_and_never_panic() {
+    for (name, text) in [("bar.inp", BAR.to_string()), ("bar.bdf", NASTRAN.to_string())] {
+        for end in 0..text.len() {
+            if let Ok(deck) = deck_of(name, &text[..end]) {
+                let _ = FullOrder::new(&deck).static_answers();
+            }
+        }
+    }
+    for line in
+        ["*CLOAD\nright,9999999999999999999999,1", "*DLOAD\nbar,GRAV,1,0,0,0", "*EQUATION\n99999999999\n1"]
+    {
+        let text = format!("{BAR}*STEP\n*STATIC\n{line}\n*END STEP\n");
+        assert!(deck_of("broken.inp", &text).is_err(), "{line}");
+    }
+}

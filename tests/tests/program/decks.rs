@@ -1,0 +1,90 @@
+//! Decks as their users have them, against the answers of their own programs (`shared/decks/README.md`).
+
+use std::path::PathBuf;
+
+use serde_json::Value;
+use vademecum_tests::program::vademecum;
+use vademecum_tests::shared::shared;
+
+/// The path of a deck, where the folder is there.
+fn deck(name: &str) -> Option<PathBuf> {
+    shared(&format!("decks/{name}"))
+}
+
+/// JSON that a command prints of a deck.
+fn answer(command: &str, name: &str) -> Option<Value> {
+    let path = deck(name)?;
+    let ran = vademecum(&[command, path.to_str().expect("a path in UTF-8"), "--json"]);
+    assert_eq!(ran.code, Some(0), "{name}: {}", ran.stderr);
+    Some(ran.json())
+}
+
+fn numbers(value: &Value) -> Vec<f64> {
+    let list = value.as_array().unwrap_or_else(|| panic!("no list in {value}"));
+    list.iter().map(|number| number.as_f64().expect("a number")).collect()
+}
+
+/// Frequencies of a deck; the last digit of each expected one is printed.
+fn check_modes(name: &str, units: Option<&str>, expected: &[f64], tolerance: f64) {
+    let Some(found) = answer("modes", name) else { return };
+    assert_eq!(found["units"].as_str(), units, "{name}");
+    let frequencies = numbers(&found["frequencies_hz"]);
+    assert!(frequencies.len() >= expected.len(), "{name}: {frequencies:?}");
+    for (found, expected) in frequencies.iter().zip(expected) {
+        assert!((found / expected - 1.0).abs() < tolerance, "{name}: {frequencies:?}, not {expected} Hz");
+    }
+}
+
+/// The largest displacement of the first static step.
+fn check_static(name: &str, expected: f64, tolerance: f64) -> Option<Value> {
+    let found = answer("static", name)?;
+    let step = found["steps"][0].clone();
+    let largest = step["largest_displacement"].as_f64().expect("a number");
+    assert!((largest / expected - 1.0).abs() < tolerance, "{name}: {largest:e}, not {expected:e}");
+    assert!(step["residual"].as_f64().expect("a number") < 1e-9, "{name}: {step}");
+    Some(step)
+}
+
+#[test]
+fn frequencies_of_decks_are_those_of_their_programs() {
+    // Six digits are printed.
+    check_modes(
+        "exudyn/blockC3D8.inp",
+        Some("m-kg-N"),
+        &[438.775, 438.775, 555.888, 967.040, 967.040, 1028.046],
+        2e-6,
+    );
+    check_modes(
+        "exudyn/blockC3D20.inp",
+        Some("m-kg-N"),
+        &[449.764, 449.764, 595.757, 1011.616, 1011.616, 1033.232],
+        2e-6,
+    );
+    let beam = [12.6610, 35.5584, 50.4693, 112.858];
+    check_modes("freecad/frequency_beamsimple.inp", Some("mm-t-N"), &beam, 5e-6);
+    check_modes("calculix/mass2.inp", Some("mm-t-N"), &[197.640, 293.471, 2395.39], 4e-6);
+    let plate = [13798.13, 19852.05, 81356.76, 88787.12, 109446.1, 163403.6];
+    check_modes("calculix/beam8f.inp", Some("mm-t-N"), &plate, 1e-6);
+}
+
+#[test]
+fn static_steps_of_decks_are_those_of_their_programs() {
+    check_static("freecad/constraint_tie.inp", 3.99314, 2e-6);
+    check_static("freecad/constraint_selfweight_cantilever.inp", 577.864, 2e-6);
+    check_static("freecad/ccx_cantilever_ele_hexa20.inp", 87.5477, 2e-6);
+    check_static("freecad/constraint_transform_torque.inp", 3.33980e-2, 2e-6);
+    if let Some(step) = check_static("nastran/solid_bending.bdf", 1.237627e-2, 1e-6) {
+        assert_eq!(step["node"].as_u64(), Some(23), "{step}");
+        let sum = numbers(&step["reaction_sum"]);
+        assert!((sum[0] / -23000.0 - 1.0).abs() < 1e-9, "{step}");
+        let at = numbers(&step["displacement"]);
+        for (found, expected) in at.iter().zip([0.0121105, 1.5404e-4, 2.54622e-3]) {
+            assert!((found / expected - 1.0).abs() < 1e-5, "{step}");
+        }
+    }
+    // CHEXA of another formulation: the largest displacement is the stretch of the bar, and agrees.
+    if let Some(step) = check_static("nastran/rigid_rbe2.bdf", 3.939e-6, 2e-3) {
+        let sum = numbers(&step["reaction_sum"]);
+        assert!((sum[2] / 423.853 - 1.0).abs() < 2e-6, "{step}");
+    }
+}
