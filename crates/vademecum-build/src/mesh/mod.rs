@@ -8,6 +8,7 @@
 mod block;
 pub mod cells;
 pub(crate) mod check;
+mod degenerate;
 mod detect;
 mod error;
 mod flaw;

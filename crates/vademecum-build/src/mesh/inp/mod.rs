@@ -16,6 +16,7 @@ use std::path::Path;
 use self::deck::{Card, LineLocation, cards};
 use self::model::{Deck, Element};
 use self::sets::{Family, Sets};
+use crate::mesh::degenerate::{collapsed, note, repeated_name, repeats_corner};
 use crate::mesh::error::{MeshError, shown};
 use crate::mesh::raw::{CellKind, NodeIndex, RawMesh};
 use crate::mesh::text::ParsedNumber;
@@ -32,6 +33,7 @@ pub(crate) fn parse(file: &Path, bytes: &[u8]) -> Result<RawMesh, MeshError> {
         index: NodeIndex::default(),
         elements: Vec::new(),
         element_index: HashMap::new(),
+        collapsed: 0,
         node_sets: Sets::default(),
         element_sets: Sets::default(),
         sections: Vec::new(),
@@ -224,7 +226,21 @@ impl Deck {
         if kind == CellKind::Solid(ElementKind::Hex27) {
             order_hex27(&mut nodes);
         }
-        self.elements.push(Element { kind, hexahedra, nodes, place: place.clone() });
+        let mut element = Element { kind, hexahedra, nodes, written: None, place: place.clone() };
+        if let CellKind::Solid(solid) = kind
+            && repeats_corner(solid, &element.nodes)
+        {
+            match collapsed(solid, &element.nodes) {
+                Some((simpler, left)) => {
+                    let written = std::mem::replace(&mut element.nodes, left);
+                    element.kind = CellKind::Solid(simpler);
+                    element.written = Some(Box::new((solid, written)));
+                    self.collapsed += 1;
+                }
+                None => element.kind = CellKind::OtherVolume(repeated_name(solid), element.nodes.len()),
+            }
+        }
+        self.elements.push(element);
         Ok(index)
     }
 
@@ -288,6 +304,9 @@ impl Deck {
             };
             let note = format!("dialect {dialect}, found from the cards: C3D8 means {meaning}");
             self.raw.notes.push(note);
+        }
+        if self.collapsed > 0 {
+            self.raw.notes.push(note(self.collapsed));
         }
         self.raw.names.insert((3, 0), "body".into());
         self.groups();
