@@ -6,7 +6,7 @@ use super::check::check;
 use super::error::{MeshError, shown};
 use super::load::load;
 use super::raw::RawMesh;
-use super::{Mesh, gmsh, inp, medit, mfem, nastran, tetgen, vtk};
+use super::{Mesh, ansys, gmsh, inp, medit, mfem, nastran, tetgen, vtk};
 
 /// Reads a mesh that can be computed with.
 ///
@@ -80,6 +80,9 @@ pub(crate) fn parse_bytes(path: &Path, bytes: &[u8]) -> Result<RawMesh, MeshErro
         tetgen::parse(path)
     } else if matches!(extension.as_str(), "bdf" | "nas" | "fem") {
         nastran::parse(path, bytes)
+    } else if extension == "cdb" || (!starts("*") && has_line(bytes, ansys_block)) {
+        // Its input files are called `.inp` and `.dat`, as those of others.
+        ansys::parse(path, bytes)
     } else if extension == "inp"
         || (starts("*") && head.get(1).is_some_and(|b| *b == b'*' || b.is_ascii_alphabetic()))
     {
@@ -103,6 +106,13 @@ fn has_line(bytes: &[u8], is_like: impl Fn(&[u8]) -> bool) -> bool {
     let lines = bytes.split(|b| *b == b'\n').map(<[u8]>::trim_ascii);
     let mut lines = lines.filter(|line| !line.is_empty() && !line.starts_with(b"$")).take(5000);
     !head.contains(&0) && lines.any(is_like)
+}
+
+/// A line that begins a block of nodes of Ansys.
+fn ansys_block(line: &[u8]) -> bool {
+    let mut parts = line.split(|b| *b == b',');
+    let is_block = parts.next().is_some_and(|word| word.trim_ascii().eq_ignore_ascii_case(b"NBLOCK"));
+    is_block && parts.next().is_some_and(|field| field.trim_ascii().iter().all(u8::is_ascii_digit))
 }
 
 /// A line that begins the bulk data of Nastran, or a grid point.

@@ -48,7 +48,7 @@ pub enum MeshError {
         source: std::io::Error,
     },
     /// Neither content nor extension tells the format.
-    #[error("{}: the format is not recognised (the file starts with {found}); known are Gmsh 1.0, MSH 2.2 and 4.1, Abaqus/CalculiX .inp, Nastran .bdf, VTK legacy, VTU, TetGen .node/.ele, Medit .mesh, MFEM mesh v1.0", .file.display())]
+    #[error("{}: the format is not recognised (the file starts with {found}); known are Gmsh 1.0, MSH 2.2 and 4.1, Abaqus/CalculiX .inp, Nastran .bdf, Ansys .cdb, VTK legacy, VTU, TetGen .node/.ele, Medit .mesh, MFEM mesh v1.0", .file.display())]
     UnknownFormat {
         /// The file.
         file: PathBuf,

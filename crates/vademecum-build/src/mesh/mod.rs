@@ -5,6 +5,7 @@
 //! [`inspect`] gives a report on any raw mesh without refusing it. Files are untrusted: no input makes a
 //! parser panic or allocate beyond the file's own size.
 
+pub mod ansys;
 mod block;
 pub mod cells;
 pub(crate) mod check;
