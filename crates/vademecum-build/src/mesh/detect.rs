@@ -4,6 +4,7 @@ use std::path::Path;
 
 use super::check::check;
 use super::error::{MeshError, shown};
+use super::foreign::foreign;
 use super::load::load;
 use super::raw::RawMesh;
 use super::{Mesh, ansys, gmsh, inp, medit, mfem, nastran, tetgen, vtk};
@@ -70,6 +71,8 @@ pub(crate) fn parse_bytes(path: &Path, bytes: &[u8]) -> Result<RawMesh, MeshErro
         gmsh::parse(path, bytes)
     } else if starts("# vtk DataFile") {
         vtk::parse(path, bytes)
+    } else if let Some((found, remedy)) = foreign(head, &extension) {
+        Err(MeshError::Foreign { file: path.to_path_buf(), found, remedy })
     } else if starts("<?xml") || starts("<VTKFile") {
         vtk::parse_vtu(path, bytes)
     } else if starts("MFEM ") {

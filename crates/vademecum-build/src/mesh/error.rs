@@ -65,6 +65,16 @@ pub enum MeshError {
         /// True for the geometry of a solid, which Gmsh meshes; false for a surface, which has to be filled.
         cad: bool,
     },
+    /// The file is of a format that is known and not read.
+    #[error("{}: {found}, which is not read; {remedy}", .file.display())]
+    Foreign {
+        /// The file.
+        file: PathBuf,
+        /// Kind of the file, with its article.
+        found: &'static str,
+        /// The remedy.
+        remedy: &'static str,
+    },
     /// The file breaks the rules of its own format.
     #[error("{0}")]
     Malformed(Box<Fault>),

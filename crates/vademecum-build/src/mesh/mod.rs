@@ -13,6 +13,7 @@ mod degenerate;
 mod detect;
 mod error;
 mod flaw;
+mod foreign;
 mod fortran;
 mod gmsh;
 mod groups;
