@@ -222,7 +222,80 @@ fn files(kind: ElementKind) -> Vec<(&'static str, String)> {
     } else if !deck.is_empty() {
         all.push(("one.inp", deck_text(deck, &lines(&in_vtk, ", ", true), &numbers(1, ", "))));
     }
+    all.extend(nastran_text(kind, &of(&nastran_groups(kind))).map(|text| ("one.bdf", text)));
+    all.extend(ansys_text(kind, &in_vtk).map(|text| ("one.cdb", text)));
     all
+}
+
+/// Nastran's order, from its manual: upright edges before those of the top.
+fn nastran_groups(kind: ElementKind) -> Vec<&'static [usize]> {
+    match kind {
+        ElementKind::Hex20 => vec![
+            &[0, 1],
+            &[1, 2],
+            &[2, 3],
+            &[3, 0],
+            &[0, 4],
+            &[1, 5],
+            &[2, 6],
+            &[3, 7],
+            &[4, 5],
+            &[5, 6],
+            &[6, 7],
+            &[7, 4],
+        ],
+        ElementKind::Wedge15 => {
+            vec![&[0, 1], &[1, 2], &[2, 0], &[0, 3], &[1, 4], &[2, 5], &[3, 4], &[4, 5], &[5, 3]]
+        }
+        _ => vtk_groups(kind),
+    }
+}
+
+/// Bulk data in free fields; none of kinds that Nastran does not have.
+fn nastran_text(kind: ElementKind, nodes: &[[f64; 3]]) -> Option<String> {
+    let card = match kind {
+        ElementKind::Hex8 | ElementKind::Hex20 => "CHEXA",
+        ElementKind::Wedge6 | ElementKind::Wedge15 => "CPENTA",
+        ElementKind::Pyramid5 | ElementKind::Pyramid13 => "CPYRAM",
+        _ => return None,
+    };
+    let mut text = String::from("CEND\nBEGIN BULK\n");
+    for (i, p) in nodes.iter().enumerate() {
+        writeln!(text, "GRID,{},,{},{},{}", i + 1, p[0], p[1], p[2]).unwrap();
+    }
+    let fields: Vec<String> = [1, 7].into_iter().chain(1..=nodes.len()).map(|i| i.to_string()).collect();
+    let rows: Vec<String> = fields.chunks(8).map(|row| row.join(",")).collect();
+    writeln!(text, "{card},{}\nENDDATA", rows.join(",+\n+,")).unwrap();
+    Some(text)
+}
+
+/// Blocks of nodes and elements; wedges and pyramids are bricks with repeated nodes, as the program has them.
+fn ansys_text(kind: ElementKind, nodes: &[[f64; 3]]) -> Option<String> {
+    let (element, numbers): (usize, Vec<usize>) = match kind {
+        ElementKind::Hex8 => (185, (1..=8).collect()),
+        ElementKind::Hex20 => (186, (1..=20).collect()),
+        ElementKind::Wedge6 => (185, vec![1, 2, 3, 3, 4, 5, 6, 6]),
+        ElementKind::Wedge15 => {
+            (186, vec![1, 2, 3, 3, 4, 5, 6, 6, 7, 8, 3, 9, 10, 11, 6, 12, 13, 14, 15, 15])
+        }
+        ElementKind::Pyramid5 => (185, vec![1, 2, 3, 4, 5, 5, 5, 5]),
+        ElementKind::Pyramid13 => (186, vec![1, 2, 3, 4, 5, 5, 5, 5, 6, 7, 8, 9, 5, 5, 5, 5, 10, 11, 12, 13]),
+        _ => return None,
+    };
+    let mut text =
+        format!("/PREP7\nET,1,{element}\nNBLOCK,6,SOLID,{n},{n}\n(3i9,6e26.16e3)\n", n = nodes.len());
+    for (i, p) in nodes.iter().enumerate() {
+        writeln!(text, "{:9}{:9}{:9}{:26.16e}{:26.16e}{:26.16e}", i + 1, 0, 0, p[0], p[1], p[2]).unwrap();
+    }
+    text += "N,R5.3,LOC,       -1,\nEBLOCK,19,SOLID,1,1\n(19i9)\n";
+    for value in [1, 1, 1, 1, 0, 0, 0, 0, numbers.len(), 0, 1] {
+        write!(text, "{value:9}").unwrap();
+    }
+    for (i, number) in numbers.iter().enumerate() {
+        let end = if i == 8 { "\n" } else { "" };
+        write!(text, "{end}{number:9}").unwrap();
+    }
+    Some(text + "\n       -1\n")
 }
 
 fn deck_text(kind: &str, nodes: &str, numbers: &str) -> String {

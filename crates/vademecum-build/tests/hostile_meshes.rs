@@ -9,7 +9,7 @@ use vademecum_build::field;
 use vademecum_build::mesh::{self, Order, block};
 
 /// A small file of each text format: one tetrahedron or two, groups, regions.
-const FILES: [(&str, &str); 10] = [
+const FILES: [(&str, &str); 12] = [
     ("a.msh", "$NOD\n4\n1 0 0 0\n2 1 0 0\n3 0 1 0\n4 0 0 1\n$ENDNOD\n$ELM\n1\n1 4 1 1 4 1 2 3 4\n$ENDELM\n"),
     (
         "b.msh",
@@ -63,6 +63,18 @@ const FILES: [(&str, &str); 10] = [
         "MFEM mesh v1.0\n\ndimension\n3\n\nelements\n1\n1 4 0 1 2 3\n\nboundary\n1\n2 2 0 1 \
          2\n\nvertices\n4\n3\n0 0 0\n\
          1 0 0\n0 1 0\n0 0 1\n",
+    ),
+    (
+        "j.bdf",
+        "SOL 101\nCEND\nBEGIN BULK\nCORD2R,1,,0.,0.,0.,0.,0.,1.,+\n+,1.,0.,0.\nGRID    1\n\
+         GRID*   2               1               1.\n*\nGRID,3,,,1.+0\nGRID,4,1,,,1.0D0\n\
+         CTETRA,1,7,1,2,3,4\nPSOLID,7,1\nSPC1,1,123,1,THRU,3\nENDDATA\n",
+    ),
+    (
+        "k.cdb",
+        "/PREP7\nET,1,185\nKEYOPT,1,2,3\nNBLOCK,6,SOLID,4,4\n(3i3,6e4.1)\n  1  0  0\n  2  0  0 1.0\n\
+         \x20 3  0  0     1.0\n  4  0  0         1.0\nN,R5.3,LOC,-1,\nEBLOCK,19,SOLID,1,1\n(19i2)\n\
+         \x201 1 1 1 0 0 0 0 8 0 1 1 2 3 3 4 4 4 4\n-1\nCMBLOCK,G,NODE,2\n(8i10)\n         1        -3\n",
     ),
     ("i.node", "4 3 0 1\n1 0 0 0 0\n2 1 0 0 0\n3 0 1 0 0\n4 0 0 1 6\n"),
     ("i.ele", "1 4 1\n1 1 2 3 4 7\n"),

@@ -116,6 +116,55 @@ fn surfaces_and_shapes_are_told_to_be_meshed_first() {
     assert!(matches!(error, MeshError::UnknownFormat { .. }), "{error}");
 }
 
+#[test]
+fn formats_that_are_not_read_are_named_with_what_to_do() {
+    let cases: [(&str, &[u8], &str, &str); 13] = [
+        ("a.k", b"*KEYWORD\n*NODE\n", "an LS-DYNA keyword file", "Nastran .bdf"),
+        ("a.inp", b"$# made by hand\n*KEYWORD\n*NODE\n", "an LS-DYNA keyword file", "Nastran .bdf"),
+        ("a.key", b"$\n*NODE\n", "an LS-DYNA keyword file", "Abaqus .inp"),
+        ("a.med", b"\x89HDF\r\n\x1a\n\0\0", "a MED file", "meshio"),
+        ("a.e", b"\x89HDF\r\n\x1a\n\0\0", "an Exodus file", "meshio"),
+        ("a.g", b"CDF\x01\0", "an Exodus file", "meshio"),
+        ("a.exo", b"", "an Exodus file", "meshio"),
+        ("a.h5", b"\x89HDF\r\n\x1a\n\0\0", "an HDF5 file", "meshio"),
+        ("a.unv", b"    -1\n  2411\n", "an I-DEAS universal file", "Gmsh"),
+        ("a.txt", b"    -1\n   164\n", "an I-DEAS universal file", "Gmsh"),
+        ("a.cgns", b"\x89HDF\r\n\x1a\n\0\0", "a CGNS file", "meshio"),
+        ("a.xdmf", b"<?xml version=\"1.0\" ?>\n<Xdmf Version=\"3.0\">", "an XDMF file", "VTU"),
+        ("a.xml", b"<Xdmf Version=\"2.0\">", "an XDMF file", "VTU"),
+    ];
+    for (name, content, found, remedy) in cases {
+        let error = parse(name, content).unwrap_err();
+        let said = error.to_string();
+        assert!(matches!(error, MeshError::Foreign { .. }), "{name}: {said}");
+        for part in [name, found, "which is not read", remedy] {
+            assert!(said.contains(part), "`{part}` is not in: {said}");
+        }
+    }
+}
+
+#[test]
+fn decks_are_known_by_their_lines_whatever_their_names() {
+    let nastran = "$NODES of a block\nGRID,1\nGRID,2,,1.\nGRID,3,,,1.\nGRID,4,,,,1.\nCTETRA,1,1,1,2,3,4\n";
+    let ansys = "! made by hand\n/prep7\net,1,285\nnblock,3,,4\n(1i9,3e8.1)\n        1\n        2     1.0\n\
+                 \x20       3             1.0\n        4                     1.0\n-1\neblock,19,solid,,1\n(19i4)\n\
+                 \x20  1   1   1   1   0   0   0   0   4   0   1   1   2   3   4\n-1\n";
+    for (names, text, format) in [
+        (["a.bdf", "a.NAS", "a.dat", "deck"], nastran, "Nastran bulk data"),
+        (["a.cdb", "a.dat", "a.inp", "deck"], ansys, "Ansys .cdb"),
+    ] {
+        for name in names {
+            let raw = parse(name, text.as_bytes()).unwrap_or_else(|error| panic!("{name}: {error}"));
+            assert_eq!((raw.format.as_str(), raw.nodes.len()), (format, 4), "{name}");
+            assert_eq!(inspect(&raw).elements, 1, "{name}");
+        }
+    }
+    for text in ["grid = 3\n", "GRIDS 1 2\n", "a list of a NBLOCK, 3\n"] {
+        let error = parse("a.dat", text.as_bytes()).unwrap_err();
+        assert!(matches!(error, MeshError::UnknownFormat { .. }), "{text}: {error}");
+    }
+}
+
 /// The valid curved mesh that a user brought, where the folder of real meshes lies beside the repository.
 #[test]
 fn the_curved_mesh_of_mfem_is_not_supported_by_name() {

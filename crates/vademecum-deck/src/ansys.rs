@@ -15,10 +15,10 @@ use crate::units::Units;
 /// Commands without a meaning for linear answers, by their beginnings.
 const SILENT: &[&str] = &[
     "ET", "KEYOP", "R", "RL", "RMOR", "TYPE", "MAT", "REAL", "SECN", "SECT", "SECD", "NBLO", "EBLO", "CMBL",
-    "N", "EXTO", "TREF", "BFUN", "ERES", "FINI", "NUMO", "MODO", "MODC", "QRDO", "DOF", "MPTE", "MPDA", "MP", "LSEL",
-    "LOCA", "CSYS", "ESYS", "NSEL", "ESEL", "CMSE", "ALLS", "NROP", "NEQI", "AUTO", "DELT", "TIME", "KBC", "OUTR",
-    "OUTP", "NSUB", "LUMP", "EQSL", "SOLV", "SAVE", "RESU", "CNVT", "NCNV", "LNSR", "PRED", "IRLF", "CGOM", "CGLO",
-    "DCGO",
+    "N", "EXTO", "TREF", "BFUN", "ERES", "FINI", "NUMO", "MODO", "MODC", "QRDO", "DOF", "MPTE", "MPDA", "MP",
+    "LSEL", "LOCA", "CSYS", "ESYS", "NSEL", "ESEL", "CMSE", "ALLS", "NROP", "NEQI", "AUTO", "DELT", "TIME",
+    "KBC", "OUTR", "OUTP", "NSUB", "LUMP", "EQSL", "SOLV", "SAVE", "RESU", "CNVT", "NCNV", "LNSR", "PRED",
+    "IRLF", "CGOM", "CGLO", "DCGO",
 ];
 
 /// Labels of displacements and of forces, by component.
@@ -91,7 +91,7 @@ impl Reader<'_> {
             "D" => self.support(command)?,
             "F" => self.force(command)?,
             "ACEL" => {
-                let a = [0, 1, 2].map(|k| number(command, k));
+                let a = [0, 1, 2].map(|k| number(command, k).map_err(|text| self.at(command, text)));
                 let [x, y, z] = a;
                 // The acceleration is that of the frame: bodies feel its opposite.
                 let value = [-x?, -y?, -z?];
@@ -149,7 +149,9 @@ impl Reader<'_> {
         let value = number(command, 2).map_err(|error| self.at(command, error))?;
         let components: Vec<u8> = match label.as_str() {
             "ALL" => (0..6).collect(),
-            _ => DISPLACEMENTS.iter().position(|known| *known == label).map(|c| c as u8).into_iter().collect(),
+            _ => {
+                DISPLACEMENTS.iter().position(|known| *known == label).map(|c| c as u8).into_iter().collect()
+            }
         };
         if components.is_empty() {
             self.leave(command, "components other than displacements and rotations are not computed");

@@ -5,9 +5,10 @@ use std::path::Path;
 use super::check::check;
 use super::error::{MeshError, shown};
 use super::flaw::Flaw;
+use super::foreign::foreign;
 use super::load::load;
 use super::raw::RawMesh;
-use super::{Mesh, gmsh, inp, medit, mfem, tetgen, vtk};
+use super::{Mesh, ansys, gmsh, inp, medit, mfem, nastran, tetgen, vtk};
 
 /// Reads a mesh that can be computed with.
 ///
@@ -80,10 +81,14 @@ pub(crate) fn parse_bytes(path: &Path, bytes: &[u8]) -> Result<RawMesh, MeshErro
     let starts =
         |word: &str| head.get(..word.len()).is_some_and(|start| start.eq_ignore_ascii_case(word.as_bytes()));
     let extension = path.extension().and_then(|e| e.to_str()).unwrap_or("").to_ascii_lowercase();
-    if starts("$MeshFormat") || starts("$NOD") {
+    // Comments of other programs begin like that too.
+    let gmsh_1 = starts("$NOD") && head.get(4).is_none_or(u8::is_ascii_whitespace);
+    if starts("$MeshFormat") || gmsh_1 {
         gmsh::parse(path, bytes)
     } else if starts("# vtk DataFile") {
         vtk::parse(path, bytes)
+    } else if let Some((found, remedy)) = foreign(head, &extension) {
+        Err(MeshError::Foreign { file: path.to_path_buf(), found, remedy })
     } else if starts("<?xml") || starts("<VTKFile") {
         vtk::parse_vtu(path, bytes)
     } else if starts("MFEM ") {
@@ -92,6 +97,11 @@ pub(crate) fn parse_bytes(path: &Path, bytes: &[u8]) -> Result<RawMesh, MeshErro
         medit::parse(path, bytes)
     } else if matches!(extension.as_str(), "node" | "ele") {
         tetgen::parse(path)
+    } else if matches!(extension.as_str(), "bdf" | "nas" | "fem") {
+        nastran::parse(path, bytes)
+    } else if extension == "cdb" || (!starts("*") && has_line(bytes, ansys_block)) {
+        // Its input files are called `.inp` and `.dat`, as those of others.
+        ansys::parse(path, bytes)
     } else if extension == "inp"
         || (starts("*") && head.get(1).is_some_and(|b| *b == b'*' || b.is_ascii_alphabetic()))
     {
@@ -100,10 +110,40 @@ pub(crate) fn parse_bytes(path: &Path, bytes: &[u8]) -> Result<RawMesh, MeshErro
         medit::parse(path, bytes)
     } else if let Some((found, cad)) = geometry(bytes, head, &extension) {
         Err(MeshError::Geometry { file: path.to_path_buf(), found, cad })
+    } else if has_line(bytes, nastran_line) {
+        nastran::parse(path, bytes)
     } else {
         let first = head.split(|&b| b == b'\n').next().unwrap_or(b"");
         Err(MeshError::UnknownFormat { file: path.to_path_buf(), found: shown(first) })
     }
+}
+
+/// True if one of the first lines of a text is like this; comments of both programs are left out.
+fn has_line(bytes: &[u8], is_like: impl Fn(&[u8]) -> bool) -> bool {
+    // Binary data are no lines.
+    let head = bytes.get(..1000).unwrap_or(bytes);
+    let lines = bytes.split(|b| *b == b'\n').map(<[u8]>::trim_ascii);
+    let mut lines = lines.filter(|line| !line.is_empty() && !line.starts_with(b"$")).take(5000);
+    !head.contains(&0) && lines.any(is_like)
+}
+
+/// A line that begins a block of nodes of Ansys.
+fn ansys_block(line: &[u8]) -> bool {
+    let mut parts = line.split(|b| *b == b',');
+    let is_block = parts.next().is_some_and(|word| word.trim_ascii().eq_ignore_ascii_case(b"NBLOCK"));
+    is_block && parts.next().is_some_and(|field| field.trim_ascii().iter().all(u8::is_ascii_digit))
+}
+
+/// A line that begins the bulk data of Nastran, or a grid point.
+fn nastran_line(line: &[u8]) -> bool {
+    let starts = |word: &[u8]| line.get(..word.len()).is_some_and(|start| start.eq_ignore_ascii_case(word));
+    let rest = line.get(4..).unwrap_or_default();
+    let rest = rest.strip_prefix(b"*").unwrap_or(rest);
+    let field = rest.trim_ascii_start();
+    let field = field.strip_prefix(b",").map_or(field, <[u8]>::trim_ascii_start);
+    let is_grid =
+        starts(b"GRID") && field.len() < rest.len() && field.first().is_some_and(u8::is_ascii_digit);
+    starts(b"BEGIN BULK") || is_grid
 }
 
 /// The kind of a file that describes a surface or a shape, by its first words, else by its extension, and

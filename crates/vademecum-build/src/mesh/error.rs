@@ -48,7 +48,7 @@ pub enum MeshError {
         source: std::io::Error,
     },
     /// Neither content nor extension tells the format.
-    #[error("{}: the format is not recognised (the file starts with {found}); known are Gmsh 1.0, MSH 2.2 and 4.1, Abaqus/CalculiX .inp, VTK legacy, VTU, TetGen .node/.ele, Medit .mesh, MFEM mesh v1.0", .file.display())]
+    #[error("{}: the format is not recognised (the file starts with {found}); known are Gmsh 1.0, MSH 2.2 and 4.1, Abaqus/CalculiX .inp, Nastran .bdf, Ansys .cdb, VTK legacy, VTU, TetGen .node/.ele, Medit .mesh, MFEM mesh v1.0", .file.display())]
     UnknownFormat {
         /// The file.
         file: PathBuf,
@@ -64,6 +64,16 @@ pub enum MeshError {
         found: &'static str,
         /// True for the geometry of a solid, which Gmsh meshes; false for a surface, which has to be filled.
         cad: bool,
+    },
+    /// The file is of a format that is known and not read.
+    #[error("{}: {found}, which is not read; {remedy}", .file.display())]
+    Foreign {
+        /// The file.
+        file: PathBuf,
+        /// Kind of the file, with its article.
+        found: &'static str,
+        /// The remedy.
+        remedy: &'static str,
     },
     /// The file breaks the rules of its own format.
     #[error("{0}")]

@@ -309,6 +309,16 @@ impl ElementKind {
         self.row().mirror
     }
 
+    /// The first kind with this number of corners and this order.
+    pub(crate) fn with_corners(corners: usize, order: Order) -> Option<Self> {
+        ROWS.iter().find(|row| row.corners == corners && row.order == order).map(|row| row.kind)
+    }
+
+    /// The kind of the same shape that has corners only.
+    pub(crate) fn linear(self) -> Self {
+        Self::with_corners(self.corners(), Order::Linear).unwrap_or(self)
+    }
+
     /// VTK's number of the cell.
     pub fn vtk(self) -> u8 {
         self.row().vtk

@@ -5,13 +5,18 @@
 //! [`inspect`] gives a report on any raw mesh without refusing it. Files are untrusted: no input makes a
 //! parser panic or allocate beyond the file's own size.
 
+pub mod ansys;
 mod block;
 pub mod cells;
 pub(crate) mod check;
+mod degenerate;
 mod detect;
 mod error;
 mod flaw;
+mod foreign;
+mod fortran;
 mod gmsh;
+mod groups;
 mod hash;
 mod hexahedra;
 pub mod inp;
@@ -19,17 +24,20 @@ mod kind;
 mod load;
 mod medit;
 mod mfem;
+pub mod nastran;
 mod order;
 mod parts;
 mod place;
 pub(crate) mod quality;
 mod raise;
+mod ranges;
 mod raw;
 mod report;
 mod rows;
 pub(crate) mod rules;
 pub mod select;
 pub(crate) mod shapes;
+mod solids;
 mod sources;
 pub mod surface;
 mod tables;

@@ -217,9 +217,19 @@ impl<'a> Reader<'a> {
     pub(crate) fn faces(&self, ids: &[u64], face: usize) -> Option<Vec<[u32; 3]>> {
         let corners = |id: &u64| {
             let element = self.contents.elements.get(id)?;
-            let places = element.kind?.faces().get(face)?.1;
-            let node = |place: usize| self.numbers.get(*element.nodes.get(place)?);
-            Some([node(places[0])?, node(places[1])?, node(places[2])?])
+            let (kind, nodes) = match &element.written {
+                Some((kind, nodes)) => (*kind, nodes),
+                None => (element.kind?, &element.nodes),
+            };
+            let (facet, places) = kind.faces().get(face)?;
+            let mut found: Vec<NodeNumber> = Vec::new();
+            for &place in &places[..facet.corners()] {
+                let node = self.numbers.get(*nodes.get(place)?)?;
+                if !found.contains(&node) {
+                    found.push(node);
+                }
+            }
+            found.get(..3)?.try_into().ok()
         };
         ids.iter().map(corners).collect()
     }

@@ -32,7 +32,8 @@ pub(crate) fn take(model: &mut Model<'_>) -> Result<(), DeckError> {
     let roots: BTreeMap<u64, usize> = roots(model)?;
     let mpc: BTreeSet<u64> = cases.iter().filter_map(|case| case.sets.get("MPC").copied()).collect();
     if mpc.len() > 1 {
-        let second = cases.iter().find(|case| case.sets.get("MPC").is_some_and(|set| Some(set) != mpc.first()));
+        let second =
+            cases.iter().find(|case| case.sets.get("MPC").is_some_and(|set| Some(set) != mpc.first()));
         let card = model.cards.bulk.iter().find(|card| card.name.starts_with("MPC"));
         if let (Some(_), Some(card)) = (second, card) {
             return Err(model.fault(card, "two MPC sets in subcases", "one set for all subcases"));
@@ -133,18 +134,28 @@ impl Supports {
             for first in [1, 4] {
                 let Some(node) = model.node(card, first)? else { continue };
                 let value = card.real(first + 2)?.unwrap_or(0.0);
-                set.extend(components(card.field(first + 1)).map(|component| Support { node, component, value }));
+                set.extend(components(card.field(first + 1)).map(|component| Support {
+                    node,
+                    component,
+                    value,
+                }));
             }
         }
         for card in model.named("SPC1") {
             let list = &card.fields[card.fields.len().min(2)..];
             let Some(ranges) = vademecum_build::mesh::nastran::ranges(list) else {
-                return Err(model.fault(card, &list.join(" "), "numbers of grid points, or ranges with THRU"));
+                return Err(model.fault(
+                    card,
+                    &list.join(" "),
+                    "numbers of grid points, or ranges with THRU",
+                ));
             };
             let inside = |id: u64| ranges.iter().any(|[first, last]| (*first..=*last).contains(&id));
             let held: Vec<Support> = (0..model.deck.node_count() as u32)
                 .filter(|&node| inside(model.deck.id(node)))
-                .flat_map(|node| components(card.field(1)).map(move |c| Support { node, component: c, value: 0.0 }))
+                .flat_map(|node| {
+                    components(card.field(1)).map(move |c| Support { node, component: c, value: 0.0 })
+                })
                 .collect();
             found.sets.entry(model.needed(card, 0)?).or_default().extend(held);
         }

@@ -47,7 +47,9 @@ pub(crate) fn take(model: &mut Model<'_>) -> Result<(), DeckError> {
     }
     let mut bushes: BTreeMap<u64, [f64; 6]> = BTreeMap::new();
     for card in model.named("PBUSH") {
-        let Some(start) = card.fields.iter().position(|field| field.eq_ignore_ascii_case("K")) else { continue };
+        let Some(start) = card.fields.iter().position(|field| field.eq_ignore_ascii_case("K")) else {
+            continue;
+        };
         let mut k = [0.0; 6];
         for (c, k) in k.iter_mut().enumerate() {
             *k = card.real(start + 1 + c)?.unwrap_or(0.0);
@@ -99,7 +101,8 @@ fn rbe2(model: &mut Model<'_>, card: &Card) -> Result<(), DeckError> {
         return Err(model.fault(card, "no GN", "the number of the independent grid point"));
     };
     // A thermal expansion coefficient may stand at the end.
-    let list: Vec<String> = card.fields.iter().skip(3).filter(|field| !field.contains('.')).cloned().collect();
+    let list: Vec<String> =
+        card.fields.iter().skip(3).filter(|field| !field.contains('.')).cloned().collect();
     let link = Link::Rigid {
         reference,
         rotation: None,
@@ -117,9 +120,9 @@ fn rbe3(model: &mut Model<'_>, card: &Card) -> Result<(), DeckError> {
         return Err(model.fault(card, "no REFGRID", "the number of the reference grid point"));
     };
     let fields: Vec<&str> = card.fields.iter().skip(4).map(String::as_str).collect();
-    let end = fields.iter().position(|field| {
-        field.eq_ignore_ascii_case("UM") || field.eq_ignore_ascii_case("ALPHA")
-    });
+    let end = fields
+        .iter()
+        .position(|field| field.eq_ignore_ascii_case("UM") || field.eq_ignore_ascii_case("ALPHA"));
     if end.is_some_and(|end| fields[end].eq_ignore_ascii_case("UM")) {
         model.leave(card, "UM is not taken: the reference point is the dependent one");
     }
@@ -178,7 +181,10 @@ fn conm2(model: &mut Model<'_>, card: &Card) -> Result<(), DeckError> {
     };
     let system = card.id(2)?.unwrap_or(0);
     if system != 0 {
-        model.leave(card, "its coordinate system is not taken: offset and moments are along the axes of space");
+        model.leave(
+            card,
+            "its coordinate system is not taken: offset and moments are along the axes of space",
+        );
     }
     let mass = model.wtmass * card.real(3)?.unwrap_or(0.0);
     let mut offset = [0.0; 3];
@@ -282,7 +288,11 @@ fn cbar(model: &mut Model<'_>, card: &Card) -> Result<(), DeckError> {
         }
     };
     let Some((axes, length)) = bar_axes(along, aside) else {
-        return Err(model.fault(card, "a bar without a length or a plane", "two points and a vector beside them"));
+        return Err(model.fault(
+            card,
+            "a bar without a length or a plane",
+            "two points and a vector beside them",
+        ));
     };
     let shear = constants.young / (2.0 * (1.0 + constants.poisson));
     let stiffness = bar_stiffness(constants.young, shear, length, [area, i1, i2, torsion], axes);
@@ -322,7 +332,8 @@ fn section(model: &mut Model<'_>, card: &Card, property: u64) -> Result<Section,
                     let (width, height) = (size(0)?, size(1)?);
                     let (long, short) = (width.max(height), width.min(height));
                     let ratio = short / long;
-                    let torsion = long * short.powi(3) * (1.0 / 3.0 - 0.21 * ratio * (1.0 - ratio.powi(4) / 12.0));
+                    let torsion =
+                        long * short.powi(3) * (1.0 / 3.0 - 0.21 * ratio * (1.0 - ratio.powi(4) / 12.0));
                     let area = width * height;
                     ([area, width * height.powi(3) / 12.0, height * width.powi(3) / 12.0, torsion], 2)
                 }
@@ -372,7 +383,8 @@ fn bar_stiffness(
     // Bending in plane 1 turns about the third axis, in plane 2 about the second one the other way.
     for (dofs, i, sign) in [([1, 5, 7, 11], i1, 1.0), ([2, 4, 8, 10], i2, -1.0)] {
         let f = young * i / length.powi(3);
-        let (a, b, c, d) = (12.0 * f, sign * 6.0 * f * length, 4.0 * f * length.powi(2), 2.0 * f * length.powi(2));
+        let (a, b, c, d) =
+            (12.0 * f, sign * 6.0 * f * length, 4.0 * f * length.powi(2), 2.0 * f * length.powi(2));
         add(&dofs, &[&[a, b, -a, b], &[b, c, -b, d], &[-a, -b, a, -b], &[b, d, -b, c]]);
     }
     let turn = |i: usize, j: usize| if i / 3 == j / 3 { axes[i % 3][j % 3] } else { 0.0 };

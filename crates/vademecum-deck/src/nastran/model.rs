@@ -14,9 +14,10 @@ use crate::units::Units;
 
 /// Cards without a meaning for the result, or taken elsewhere.
 const SILENT: [&str; 34] = [
-    "GRID", "GRDSET", "CORD1R", "CORD1C", "CORD1S", "CORD2R", "CORD2C", "CORD2S", "CTETRA", "CHEXA", "CPENTA",
-    "CPYRAM", "CPYRA", "PSOLID", "MAT1", "PARAM", "ENDDATA", "EIGRL", "EIGR", "SPC", "SPC1", "SPCADD", "MPC",
-    "MPCADD", "SET1", "MDLPRM", "PBAR", "PBARL", "PELAS", "PBUSH", "LOAD", "SPOINT", "INCLUDE", "PCOMP",
+    "GRID", "GRDSET", "CORD1R", "CORD1C", "CORD1S", "CORD2R", "CORD2C", "CORD2S", "CTETRA", "CHEXA",
+    "CPENTA", "CPYRAM", "CPYRA", "PSOLID", "MAT1", "PARAM", "ENDDATA", "EIGRL", "EIGR", "SPC", "SPC1",
+    "SPCADD", "MPC", "MPCADD", "SET1", "MDLPRM", "PBAR", "PBARL", "PELAS", "PBUSH", "LOAD", "SPOINT",
+    "INCLUDE", "PCOMP",
 ];
 
 /// Solid elements.
@@ -24,8 +25,8 @@ const SOLIDS: [&str; 5] = ["CTETRA", "CHEXA", "CPENTA", "CPYRAM", "CPYRA"];
 
 /// Elements that carry loads and are no solids.
 const STRUCTURAL: [&str; 22] = [
-    "CQUAD4", "CQUAD8", "CQUADR", "CTRIA3", "CTRIA6", "CTRIAR", "CSHEAR", "CROD", "CONROD", "CTUBE", "CBEAM", "CBEND",
-    "CBEAM3", "CTRIAX", "CTRIAX6", "CQUADX", "CGAP", "CWELD", "CFAST", "CSEAM", "GENEL", "RROD",
+    "CQUAD4", "CQUAD8", "CQUADR", "CTRIA3", "CTRIA6", "CTRIAR", "CSHEAR", "CROD", "CONROD", "CTUBE", "CBEAM",
+    "CBEND", "CBEAM3", "CTRIAX", "CTRIAX6", "CQUADX", "CGAP", "CWELD", "CFAST", "CSEAM", "GENEL", "RROD",
 ];
 
 /// State of the reading.

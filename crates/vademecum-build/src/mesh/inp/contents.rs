@@ -35,6 +35,8 @@ pub struct InpElement {
     pub nodes: Vec<u64>,
     /// Its kind if it is solid.
     pub kind: Option<ElementKind>,
+    /// Kind and nodes by which its faces are numbered, if its corners repeat.
+    pub written: Option<(ElementKind, Vec<u64>)>,
     /// Its last line.
     pub place: LineLocation,
 }
@@ -55,6 +57,10 @@ impl InpContents {
                 CellKind::Solid(kind) => Some(kind),
                 _ => None,
             },
+            written: element
+                .written
+                .as_ref()
+                .map(|written| (written.0, written.1.iter().map(|&node| ids[node as usize]).collect())),
             place: element.place.clone(),
         };
         Self {

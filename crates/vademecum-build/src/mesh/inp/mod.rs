@@ -22,6 +22,7 @@ pub use self::deck::{DataLine, InpCard, LineLocation};
 pub use self::dialect::Dialect;
 use self::model::{Deck, Element};
 use self::sets::{Family, Sets};
+use crate::mesh::degenerate::{collapsed, note, repeated_name, repeats_corner};
 use crate::mesh::error::{MeshError, shown};
 use crate::mesh::load::load;
 use crate::mesh::raw::{CellKind, NodeIndex, RawMesh};
@@ -56,6 +57,7 @@ fn parse_contents(
         index: NodeIndex::default(),
         elements: Vec::new(),
         element_index: HashMap::new(),
+        collapsed: 0,
         node_sets: Sets::default(),
         element_sets: Sets::default(),
         sections: Vec::new(),
@@ -278,8 +280,22 @@ impl Deck {
         if kind == CellKind::Solid(ElementKind::Hex27) {
             order_hex27(&mut nodes);
         }
-        let (id, name) = (numbers[0], name.clone());
-        self.elements.push(Element { id, name, kind, hexahedra, nodes, place: place.clone() });
+        let (id, name, place) = (numbers[0], name.clone(), place.clone());
+        let mut element = Element { id, name, kind, hexahedra, nodes, written: None, place };
+        if let CellKind::Solid(solid) = kind
+            && repeats_corner(solid, &element.nodes)
+        {
+            match collapsed(solid, &element.nodes) {
+                Some((simpler, left)) => {
+                    let written = std::mem::replace(&mut element.nodes, left);
+                    element.kind = CellKind::Solid(simpler);
+                    element.written = Some(Box::new((solid, written)));
+                    self.collapsed += 1;
+                }
+                None => element.kind = CellKind::OtherVolume(repeated_name(solid), element.nodes.len()),
+            }
+        }
+        self.elements.push(element);
         Ok(index)
     }
 
@@ -338,6 +354,9 @@ impl Deck {
             };
             let note = format!("dialect of {:?}: C3D8 means {meaning}", self.dialect);
             self.raw.notes.push(note);
+        }
+        if self.collapsed > 0 {
+            self.raw.notes.push(note(self.collapsed));
         }
         self.raw.names.insert((3, 0), "body".into());
         self.groups();

@@ -6,8 +6,8 @@ use std::rc::Rc;
 use super::deck::{DataLine, LineLocation};
 use super::dialect::Dialect;
 use super::sets::Sets;
-use crate::mesh::Hexahedra;
 use crate::mesh::raw::{CellKind, NodeIndex, RawMesh};
+use crate::mesh::{ElementKind, Hexahedra};
 
 /// An element of a deck.
 pub(crate) struct Element {
@@ -18,6 +18,8 @@ pub(crate) struct Element {
     pub(crate) kind: CellKind,
     pub(crate) hexahedra: Option<Hexahedra>,
     pub(crate) nodes: Vec<u32>,
+    /// Kind and nodes on its line, where repeated corners make another kind of it: faces are named by those.
+    pub(crate) written: Option<Box<(ElementKind, Vec<u32>)>>,
     pub(crate) place: LineLocation,
 }
 
@@ -27,6 +29,8 @@ pub(crate) struct Deck {
     pub(crate) index: NodeIndex,
     pub(crate) elements: Vec<Element>,
     pub(crate) element_index: HashMap<u64, usize>,
+    /// Elements with repeated corners.
+    pub(crate) collapsed: usize,
     pub(crate) node_sets: Sets,
     pub(crate) element_sets: Sets,
     /// Element sets that *SOLID SECTION names.

@@ -59,6 +59,14 @@ impl Deck {
             }
             // Other cells have other faces; they are refused by their type.
             let CellKind::Solid(kind) = element.kind else { continue };
+            if let (Some(written), Some(face)) = (&element.written, face) {
+                let (kind, all) = &**written;
+                if let Some((facet, places)) = kind.faces().get(face) {
+                    facets.extend(distinct(&places[..facet.corners()], all));
+                    nodes.extend(places.iter().filter_map(|&place| all.get(place)));
+                    continue;
+                }
+            }
             // Both programs number faces as the table of kinds does.
             let faces = kind.faces();
             if !whole_surface && face.is_none_or(|face| face >= faces.len()) {
@@ -96,4 +104,15 @@ impl Deck {
         }
         count
     }
+}
+
+/// Three corners of a face of an element with repeated ones; none of a face that is a line or a point.
+fn distinct(corners: &[usize], nodes: &[u32]) -> Option<[u32; 3]> {
+    let mut found: Vec<u32> = Vec::with_capacity(4);
+    for node in corners.iter().filter_map(|&place| nodes.get(place)) {
+        if !found.contains(node) {
+            found.push(*node);
+        }
+    }
+    found.first_chunk().copied()
 }
