@@ -185,7 +185,8 @@ fn malformed_cards_are_named_with_line_and_remedy() {
 fn bricks_with_repeated_corners_are_wedges_pyramids_and_tetrahedra() {
     let six = [[0., 0., 0.], [1., 0., 0.], [0., 1., 0.], [0., 0., 1.], [1., 0., 1.], [0., 1., 1.]];
     let five = [[0., 0., 0.], [1., 0., 0.], [1., 1., 0.], [0., 1., 0.], [0., 0., 1.]];
-    let cases: [(&[[f64; 3]], [usize; 8], ElementKind, f64); 4] = [
+    type Case<'a> = (&'a [[f64; 3]], [usize; 8], ElementKind, f64);
+    let cases: [Case<'_>; 4] = [
         (&six, [1, 2, 3, 3, 4, 5, 6, 6], ElementKind::Wedge6, 0.5),
         (&five, [1, 2, 3, 4, 5, 5, 5, 5], ElementKind::Pyramid5, 1.0 / 3.0),
         (&six[..4], [1, 2, 3, 3, 4, 4, 4, 4], ElementKind::Tet4, 1.0 / 6.0),

@@ -119,7 +119,8 @@ impl Reader<'_> {
                     self.leave(command, "it has no effect: rotation, damping and tables are not computed");
                 }
             }
-            short if SILENT.contains(&short) || short.starts_with(['/', '*']) => {}
+            // Comments, session commands, and assignments of the program's own language.
+            short if SILENT.contains(&short) || short.starts_with(['/', '*', '_']) || name.contains('=') => {}
             _ => self.leave(command, "it is not known, and has no effect"),
         }
         Ok(())

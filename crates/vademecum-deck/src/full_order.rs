@@ -148,7 +148,11 @@ impl<'a> FullOrder<'a> {
             self.deck.attachments.iter().any(
                 |one| matches!(one, Attachment::Spring(Spring::Components { ends, .. }) if ends.len() == 1),
             );
-        if elimination.n_free() == 3 * nodes.len() && self.deck.links.is_empty() && !grounded {
+        if elimination.n_free() == 3 * nodes.len()
+            && self.deck.links.is_empty()
+            && !grounded
+            && !self.dofs.turned()
+        {
             pencil = pencil.of_free_body(nodes);
         }
         let symbolic = Symbolic::analyze(&pencil)?;
@@ -274,7 +278,8 @@ impl<'a> FullOrder<'a> {
             let place = elimination.held().binary_search_by_key(&dof, |held| held.0);
             let (Ok(place), true) = (place, counted.insert(dof)) else { continue };
             let component = usize::from(support.component);
-            let axis = self.deck.axes.get(&support.node).map_or_else(
+            let axes = self.deck.axes.get(&support.node).filter(|_| self.dofs.has_axes(support.node));
+            let axis = axes.map_or_else(
                 || std::array::from_fn(|c| f64::from(u8::from(c == component))),
                 |axes| axes[component],
             );

@@ -4,7 +4,7 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use vademecum_build::fem::{Constraints, LoadError, anchors, surface_facets};
 
-use crate::deck::{Attachment, Deck, Link, NodeNumber, Spring};
+use crate::deck::{Attachment, Deck, Link, Load, NodeNumber, Spring};
 
 /// Dofs of a model: three displacements of every node along the axes of space, then the rotations of
 /// reference nodes, then displacements along own axes.
@@ -60,13 +60,25 @@ impl Dofs {
             numbered.collect()
         };
         let rotations = three(&mut turning.iter().copied().filter(|node| !turns.contains_key(node)));
-        let own = three(&mut deck.axes.keys().copied());
+        // Axes matter where something is given along them.
+        let named = named_components(deck);
+        let own = three(&mut deck.axes.keys().copied().filter(|node| named.contains(node)));
         Dofs { rotations, own, turns, of_nodes: count, count }
     }
 
     /// Number of dofs.
     pub(crate) fn count(&self) -> usize {
         self.count as usize
+    }
+
+    /// True of a node whose displacements along own axes are dofs.
+    pub(crate) fn has_axes(&self, node: NodeNumber) -> bool {
+        self.own.contains_key(&node)
+    }
+
+    /// True if some node has them.
+    pub(crate) fn turned(&self) -> bool {
+        !self.own.is_empty()
     }
 
     /// Number of dofs of nodes.
@@ -100,9 +112,31 @@ impl Dofs {
     }
 }
 
+/// Nodes of which a support, a force, an equation or a spring names a component.
+fn named_components(deck: &Deck) -> BTreeSet<NodeNumber> {
+    let steps = || deck.steps.iter();
+    let supports = deck.supports.iter().chain(steps().flat_map(|step| &step.supports));
+    let mut named: BTreeSet<NodeNumber> = supports.map(|support| support.node).collect();
+    named.extend(steps().flat_map(|step| &step.loads).filter_map(|load| match load {
+        Load::Force { node, .. } => Some(*node),
+        _ => None,
+    }));
+    for link in &deck.links {
+        if let Link::Equation { terms, .. } = link {
+            named.extend(terms.iter().map(|term| term.0));
+        }
+    }
+    for attachment in &deck.attachments {
+        if let Attachment::Spring(Spring::Components { ends, .. }) = attachment {
+            named.extend(ends.iter().map(|end| end.0));
+        }
+    }
+    named
+}
+
 /// Adds all links of a deck, and the axes of its nodes.
 pub(crate) fn link(deck: &Deck, dofs: &Dofs, constraints: &mut Constraints) -> Result<(), LoadError> {
-    for (&node, axes) in &deck.axes {
+    for (&node, axes) in deck.axes.iter().filter(|(node, _)| dofs.has_axes(**node)) {
         for c in 0..3_u8 {
             let own = (0..3_u8).map(|k| (dofs.nodal(node, k), -axes[usize::from(k)][usize::from(c)]));
             let terms = std::iter::once((dofs.global(node, c), 1.0)).chain(own);

@@ -78,6 +78,12 @@ impl Deck {
         count(self.attachments.len(), "masses, springs, dashpots or bars");
         count(self.axes.len(), "nodes with own axes");
         count(self.steps.iter().map(|step| step.loads.len()).sum(), "loads of its steps");
+        if self.lumped.contains(&true) {
+            missing.push("the lumped mass of linear elements: bodies have a consistent one".into());
+        }
+        if self.inner_functions && self.has_kind(Hexahedra::Incompatible) {
+            missing.push("the mass of incompatible modes: bodies eliminate them".into());
+        }
         let names: Vec<&str> = self.mesh.regions.iter().map(|region| region.name.as_str()).collect();
         Ok(ProblemParts {
             scale: metre,
@@ -87,6 +93,11 @@ impl Deck {
             support_words,
             missing,
         })
+    }
+
+    /// True if some region has hexahedra of a formulation.
+    fn has_kind(&self, formulation: Hexahedra) -> bool {
+        self.mesh.regions.iter().any(|region| region.hexahedra == Some(formulation))
     }
 
     /// Lines of supports, their description, and what they leave out.

@@ -150,6 +150,9 @@ fn every_command_prints_the_keys_of_its_page() {
     compare(at, &["collect"], &["collect out --json"]);
     std::fs::remove_dir_all(at.join("out")).expect("removed");
     compare(at, &["modes"], &["modes beam.toml --count 2 --mesh-error --json"]);
+    std::fs::copy(repository().join("fixtures/decks/bar.inp"), at.join("bar.inp")).expect("copied");
+    compare(at, &["modes of a deck"], &["modes bar.inp --count 2 --json"]);
+    compare(at, &["static"], &["static bar.inp --json"]);
     compare(at, &["init"], &["init cube.msh -o cube.toml --json"]);
     let frf =
         "frf beam.vdm --in gravity --out tip --range 1,200 --points 3 --json --problem beam.toml --compare 2";

@@ -111,12 +111,11 @@ pub(super) fn with_inner_functions(
     Ok(InnerFunctions { stiffness: inner, coupling })
 }
 
-/// The mass of the inner functions for a density of 1: of each pair, and of each with the nodes, the same for
-/// each component.
-pub(super) fn inner_mass(
-    rule: &[Point],
-    nodes: &[[f64; 3]],
-) -> Result<([[f64; 3]; 3], [[f64; N]; 3]), ElementError> {
+/// Mass of inner functions: of each pair, and of each with the nodes, the same for each component.
+pub(super) type InnerMass = ([[f64; 3]; 3], [[f64; N]; 3]);
+
+/// The mass of the inner functions for a density of 1.
+pub(super) fn inner_mass(rule: &[Point], nodes: &[[f64; 3]]) -> Result<InnerMass, ElementError> {
     let (mut pairs, mut with_nodes) = ([[0.0; 3]; 3], [[0.0; N]; 3]);
     for point in rule {
         let functions = place(point).map(|x| 1.0 - x * x);

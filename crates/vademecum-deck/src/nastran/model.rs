@@ -79,8 +79,8 @@ impl<'a> Model<'a> {
                 deck.supports.push(crate::deck::Support { node, component, value: 0.0 });
             }
         }
-        let wtmass = cards.bulk.iter().filter(|card| card.name == "PARAM");
-        let wtmass = wtmass.filter(|card| card.field(0).eq_ignore_ascii_case("WTMASS")).next_back();
+        let is_wtmass = |card: &&Card| card.name == "PARAM" && card.field(0).eq_ignore_ascii_case("WTMASS");
+        let wtmass = cards.bulk.iter().rfind(is_wtmass);
         let wtmass = wtmass.map(|card| card.real(1)).transpose()?.flatten().unwrap_or(1.0);
         let (constants, taken) = (BTreeMap::new(), HashSet::new());
         let solid = cards.bulk.iter().filter(|card| SOLIDS.contains(&card.name.as_str()));

@@ -67,6 +67,7 @@ impl Draft<'_> {
         let title = Path::new(mesh_name).file_stem().map_or("body".into(), |s| s.to_string_lossy());
         let longest = self.shape.longest_side();
         let unit = match *scale {
+            1.0 if self.known.is_some() => "the deck is in metres".to_string(),
             1.0 => "the longest side is taken to be in metres".to_string(),
             scale => {
                 format!("metres in a unit of the mesh: {longest:.4} units become {:.4} m", longest * scale)
