@@ -53,6 +53,14 @@ pub struct Modes {
     pub dofs: usize,
 }
 
+impl StaticAnswer {
+    /// Length of the largest displacement.
+    pub fn largest_displacement(&self) -> f64 {
+        let largest = self.displacement.get(self.node as usize).copied().unwrap_or_default();
+        largest.iter().map(|u| u * u).sum::<f64>().sqrt()
+    }
+}
+
 impl<'a> FullOrder<'a> {
     /// Numbers the dofs of a deck and makes the matrices of what is attached.
     pub fn new(deck: &'a Deck) -> FullOrder<'a> {

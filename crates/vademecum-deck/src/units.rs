@@ -69,7 +69,7 @@ impl Units {
     /// The system in which modulus and density are those of a solid; of several, the one in which they are
     /// nearest to those of common metals. None without a density.
     pub(crate) fn guess(young: f64, density: f64) -> Units {
-        /// A stiff solid, by which the systems are told apart: modulus and density of aluminium and steel lie
+        /// A stiff solid, which separates the systems: modulus and density of aluminium and steel lie
         /// about it.
         const TYPICAL: [f64; 2] = [1e11, 4e3];
         if !(young > 0.0 && density > 0.0) {

@@ -54,8 +54,9 @@ impl<'a> ElementMatrices<'a> {
         Self { mesh, materials, lumped, kernels: ElementKernels::new(mesh), inner: vec![] }
     }
 
-    /// The same with the incompatible modes of 8-node hexahedra as dofs of their own, with a mass, as CalculiX
-    /// has them: nine for each such element, numbered from `first` on. Gives the number behind the last.
+    /// The same with the incompatible modes of 8-node hexahedra as dofs of their own, with a mass, as
+    /// CalculiX has them: nine for each such element, numbered from `first` on. Gives the number behind
+    /// the last.
     pub fn keep_inner_functions(&mut self, first: u32) -> u32 {
         let mut next = first;
         let number = |element: usize| {

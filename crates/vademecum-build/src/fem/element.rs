@@ -55,7 +55,8 @@ pub(crate) struct ElementKernel {
     kind: ElementKind,
     /// Formulation of a hexahedron; `Reduced` of a quadratic tetrahedron with four points, of others `Full`.
     hexahedra: Hexahedra,
-    /// Exact for the stiffness of a straight tetrahedron, four points of a quadratic one; empty for other kinds.
+    /// Exact for the stiffness of a straight tetrahedron, four points of a quadratic one; empty for other
+    /// kinds.
     straight: Vec<Point>,
     /// Stiffness of curved tetrahedra and of other kinds.
     stiffness: Vec<Point>,

@@ -1,9 +1,9 @@
 //! Linear constraints between displacements, solved for dependent ones: `u = T û`.
 //!
-//! A constraint is `Σ_i a_i u_i = b`. They are taken one after the other: dofs that are dependent already are
-//! replaced, and the equation is solved for one of those that are left. Chains (a reference point that follows
-//! another one) and dofs that several constraints name are resolved by that alone; what is left without an
-//! unknown is redundant or contradicts the others.
+//! A constraint is `Σ_i a_i u_i = 0`. They are taken one after the other: dofs that are dependent already
+//! are replaced, and the equation is solved for one of those that are left. Chains (a reference point
+//! that follows another one) and dofs that several constraints name are resolved by that alone; what is
+//! left without an unknown is redundant or contradicts the others.
 
 use std::collections::BTreeMap;
 

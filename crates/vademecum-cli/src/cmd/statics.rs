@@ -73,7 +73,7 @@ impl<'a> StepOutput<'a> {
         let displacement = answer.displacement.get(answer.node as usize).copied().unwrap_or_default();
         Self {
             name: &answer.step,
-            largest_displacement: displacement.iter().map(|u| u * u).sum::<f64>().sqrt(),
+            largest_displacement: answer.largest_displacement(),
             node: deck.id(answer.node),
             displacement,
             reaction_sum: answer.reaction_sum,

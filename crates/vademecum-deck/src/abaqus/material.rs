@@ -1,30 +1,10 @@
 //! Materials of a deck of Abaqus or CalculiX.
 
-use vademecum_build::fem::Material;
 use vademecum_build::mesh::inp::InpCard;
 
 use crate::abaqus::reader::Reader;
+use crate::abaqus::solid::Solid;
 use crate::error::DeckError;
-
-/// Properties of a material as far as they were read.
-#[derive(Clone, Copy, Debug, Default)]
-pub(crate) struct Solid {
-    young: Option<f64>,
-    poisson: f64,
-    density: f64,
-}
-
-impl Solid {
-    /// An isotropic material; a density of zero is none.
-    pub(crate) fn material(&self, name: &str) -> Result<Material, DeckError> {
-        let young = self.young.ok_or_else(|| DeckError::Incomplete {
-            material: name.into(),
-            quantity: "modulus",
-            card: "*ELASTIC",
-        })?;
-        Ok(Material { young, poisson: self.poisson, density: self.density })
-    }
-}
 
 /// Begins a material.
 pub(crate) fn begin(reader: &mut Reader<'_>, card: &InpCard) -> Result<(), DeckError> {

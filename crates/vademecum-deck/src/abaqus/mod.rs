@@ -5,6 +5,7 @@ mod cards;
 mod loads;
 mod material;
 mod reader;
+mod solid;
 
 use std::path::Path;
 

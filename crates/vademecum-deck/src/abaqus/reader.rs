@@ -6,7 +6,7 @@ use std::path::Path;
 use vademecum_build::mesh::inp::{DataLine, Dialect, InpCard, InpContents, InpElement};
 use vademecum_build::mesh::{ElementKind, Hexahedra, Mesh, RawMesh};
 
-use crate::abaqus::material::Solid;
+use crate::abaqus::solid::Solid;
 use crate::deck::{Deck, Extent, Load, NodeNumber, Numbers, Step, Support};
 use crate::error::{CardFault, DeckError};
 use crate::left_out::leave_out;
@@ -281,8 +281,11 @@ impl<'a> Reader<'a> {
     pub(crate) fn force(&mut self, node: NodeNumber, component: u8, value: f64) {
         let inherited = self.inherited;
         let Some(step) = self.deck.steps.last_mut() else { return };
-        let same = |load: &Load| matches!(load, Load::Force { node: n, component: c, .. } if (*n, *c) == (node, component));
-        if let Some(place) = step.loads[..inherited].iter().position(same) {
+        let same = |load: &Load| match load {
+            Load::Force { node: n, component: c, .. } => (*n, *c) == (node, component),
+            _ => false,
+        };
+        if let Some(place) = step.loads.iter().take(inherited).position(same) {
             step.loads.remove(place);
             self.inherited -= 1;
         }
