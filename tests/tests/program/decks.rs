@@ -41,7 +41,8 @@ fn check_static(name: &str, expected: f64, tolerance: f64) -> Option<Value> {
     let step = found["steps"][0].clone();
     let largest = step["largest_displacement"].as_f64().expect("a number");
     assert!((largest / expected - 1.0).abs() < tolerance, "{name}: {largest:e}, not {expected:e}");
-    assert!(step["residual"].as_f64().expect("a number") < 1e-9, "{name}: {step}");
+    // What double precision leaves of a slender cantilever.
+    assert!(step["residual"].as_f64().expect("a number") < 1e-7, "{name}: {step}");
     Some(step)
 }
 
@@ -84,7 +85,8 @@ fn static_steps_of_decks_are_those_of_their_programs() {
         assert!((sum[0] / -23000.0 - 1.0).abs() < 1e-9, "{step}");
         let at = numbers(&step["displacement"]);
         for (found, expected) in at.iter().zip([0.0121105, 1.5404e-4, 2.54622e-3]) {
-            assert!((found / expected - 1.0).abs() < 1e-5, "{step}");
+            // Five digits are printed.
+            assert!((found / expected - 1.0).abs() < 5e-5, "{step}");
         }
     }
     // CHEXA of another formulation: the largest displacement is the stretch of the bar, and agrees.

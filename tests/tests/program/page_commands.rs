@@ -70,6 +70,7 @@ fn commands_of_the_pages_run() {
     let at = |name: &str| folder.path().join(name);
     copy(&repository().join("fixtures/problems"), &at("fixtures/problems"));
     copy(&repository().join("fixtures/scenarios"), &at("fixtures/scenarios"));
+    copy(&repository().join("fixtures/decks"), &at("fixtures/decks"));
     // A record of one's own.
     std::fs::write(at("quake.csv"), "time,ax,ay,az\n0,0,0,0\n0.4,0.1,0,0\n9,0.1,0,0\n").expect("written");
     let program = program().canonicalize().expect("the program");
