@@ -37,11 +37,8 @@ pub(crate) fn print_left_out(deck: &Deck) {
         mesh.nodes.len(),
         mesh.element_count()
     );
-    if deck.left_out.is_empty() {
-        println!("every card was taken");
-        return;
-    }
-    println!("not taken:");
+    deck.notes.iter().for_each(|note| println!("note: {note}"));
+    println!("{}", if deck.left_out.is_empty() { "every card was taken" } else { "not taken:" });
     for LeftOut { card, line, count, meaning, .. } in &deck.left_out {
         let more = if *count > 1 { format!(" (and {} more)", count - 1) } else { String::new() };
         println!("  line {line}{more}, {card}: {meaning}");

@@ -3,6 +3,7 @@
 use std::collections::{BTreeMap, BTreeSet};
 
 use vademecum_build::fem::{Constraints, LoadError, anchors, surface_facets};
+use vademecum_build::linalg::symmetric_eigen;
 
 use crate::deck::{Attachment, Deck, Link, Load, NodeNumber, Spring};
 
@@ -272,8 +273,7 @@ fn mean(
 /// The inverse of a symmetric matrix in the directions in which it is not singular.
 fn inverted(a: [[f64; 3]; 3]) -> [[f64; 3]; 3] {
     let matrix = faer::Mat::from_fn(3, 3, |i, j| a[i][j]);
-    let Ok(found) = matrix.self_adjoint_eigen(faer::Side::Lower) else { return [[0.0; 3]; 3] };
-    let (values, vectors) = (found.S().column_vector(), found.U());
+    let Ok((values, vectors)) = symmetric_eigen(matrix.as_ref()) else { return [[0.0; 3]; 3] };
     let largest = (0..3).map(|k| values[k]).fold(0.0, f64::max);
     let share = |k: usize| if values[k] > 1e-10 * largest { 1.0 / values[k] } else { 0.0 };
     std::array::from_fn(|i| {

@@ -304,6 +304,9 @@ fn cards_that_are_not_taken_are_listed_with_their_lines() {
 #[test]
 fn shells_are_refused_by_name_line_and_share() {
     let shell = "*ELEMENT,TYPE=S4,ELSET=shells\n90,1,2,5,4\n";
+    // Without a section they only name a surface.
+    assert!(deck_of("surface.inp", &format!("{BAR}{shell}")).is_ok());
+    let shell = format!("{shell}*SHELL SECTION,ELSET=shells,MATERIAL=soft\n0.1\n");
     let error = deck_of("shell.inp", &format!("{BAR}{shell}")).unwrap_err().to_string();
     assert!(error.contains("S4") && error.contains("33.3 %"), "{error}");
     assert!(error.contains(&format!("line {}", BAR.lines().count() + 2)), "{error}");

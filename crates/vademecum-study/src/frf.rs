@@ -13,6 +13,7 @@ use faer::{Mat, Par, c64};
 use serde::Serialize;
 use vademecum_build::dynamics::harmonic;
 use vademecum_build::input::Problem;
+use vademecum_build::linalg::symmetric_eigen;
 use vademecum_build::prepared::prepare;
 use vademecum_build::progress::{Listener, Stopwatch};
 use vademecum_eval::{Body, Field, SceneOptions, SurfacePoint};
@@ -184,8 +185,8 @@ impl ModalModel {
         let mut inverse = Mat::<f64>::identity(self.mass.nrows(), self.mass.nrows());
         solve_lower_triangular_in_place(factor.L(), inverse.as_mut(), Par::Seq);
         let reduced = &inverse * &self.stiffness * inverse.transpose();
-        let eigen = reduced.self_adjoint_eigen(faer::Side::Lower).ok()?;
-        Some(inverse.transpose() * eigen.U())
+        let (_, vectors) = symmetric_eigen(reduced.as_ref()).ok()?;
+        Some(inverse.transpose() * vectors)
     }
 
     /// `ζ` under `force` at `omega` \[rad/s\].

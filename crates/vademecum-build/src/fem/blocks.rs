@@ -19,6 +19,9 @@ use crate::mesh::shapes::MAX_NODES;
 /// Elements whose matrices are made at once.
 const WAVE: usize = 2048;
 
+/// Free dofs that a block may couple: a dense matrix of so many takes a quarter of a gigabyte.
+const MOST_COUPLED: usize = 4096;
+
 /// Stiffness and mass over a few dofs, shape (k, k).
 #[derive(Clone, Debug)]
 pub struct Block {
@@ -176,7 +179,8 @@ impl Block {
 /// Elements in parallel, the same bits for any number of threads.
 ///
 /// # Errors
-/// [`ModelError::FoldedElement`], [`ModelError::TooLarge`], [`ModelError::NothingFree`].
+/// [`ModelError::FoldedElement`], [`ModelError::TooLarge`], [`ModelError::Coupled`],
+/// [`ModelError::NothingFree`].
 pub fn assemble_blocks(
     elements: &ElementMatrices<'_>,
     others: &[Block],
@@ -199,6 +203,9 @@ pub fn assemble_blocks(
     let of_element = |element: usize| indices(&mut elements.dofs(element));
     let mut groups: Vec<Vec<u32>> = (0..count).into_par_iter().map(of_element).collect();
     groups.extend(others.iter().map(|block| indices(&mut block.dofs.iter().copied())));
+    if let Some(dofs) = groups[count..].iter().map(Vec::len).find(|dofs| *dofs > MOST_COUPLED) {
+        return Err(ModelError::Coupled { dofs, most: MOST_COUPLED });
+    }
     let pattern = Arc::new(pattern_of(n, &groups)?);
     let [mut mass, mut stiffness] = [(); 2].map(|()| vec![0.0; pattern.n_stored()]);
     for first in (0..groups.len()).step_by(WAVE) {

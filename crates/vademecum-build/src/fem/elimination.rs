@@ -75,6 +75,7 @@ impl Constraints {
     /// [`Contradiction`].
     pub fn eliminate(&self, n: usize) -> Result<Elimination, Contradiction> {
         let mut rows: BTreeMap<u32, Vec<(u32, f64)>> = BTreeMap::new();
+        let mut order = Vec::new();
         for equation in &self.equations {
             let size = equation.terms.iter().fold(0.0_f64, |most, (_, a)| most.max(a.abs()));
             let left = substituted(&equation.terms, &rows);
@@ -96,11 +97,19 @@ impl Constraints {
             let row = left.into_iter().filter(|(dof, _)| *dof != pivot);
             let row = row.map(|(dof, a)| (dof, a / divisor)).filter(|(_, a)| *a != 0.0).collect();
             rows.insert(pivot, row);
+            order.push(pivot);
         }
-        Ok(self.numbered(n, &rows))
+        // A row holds dofs that became dependent after it, and none from before: from the last one on, each
+        // is replaced once.
+        let mut resolved = BTreeMap::new();
+        for pivot in order.into_iter().rev() {
+            let row = substituted(&rows[&pivot], &resolved).into_iter().filter(|(_, a)| *a != 0.0);
+            resolved.insert(pivot, row.collect());
+        }
+        Ok(self.numbered(n, &resolved))
     }
 
-    /// Numbers the free dofs and then the held ones, and replaces dependent dofs in the rows of others.
+    /// Numbers the free dofs and then the held ones.
     fn numbered(&self, n: usize, rows: &BTreeMap<u32, Vec<(u32, f64)>>) -> Elimination {
         let is_free = |dof: &u32| !self.held.contains_key(dof) && !rows.contains_key(dof);
         let free: Vec<u32> = (0..n as u32).filter(is_free).collect();
@@ -112,10 +121,7 @@ impl Constraints {
         for dof in 0..n as u32 {
             match rows.get(&dof) {
                 None => terms.push((number[dof as usize], 1.0)),
-                Some(row) => {
-                    let found = substituted(row, rows).into_iter().filter(|(_, a)| *a != 0.0);
-                    terms.extend(found.map(|(dof, a)| (number[dof as usize], a)));
-                }
+                Some(row) => terms.extend(row.iter().map(|&(dof, a)| (number[dof as usize], a))),
             }
             starts.push(terms.len() as u32);
         }

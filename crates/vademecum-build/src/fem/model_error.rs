@@ -90,6 +90,17 @@ pub enum ModelError {
         /// Free dofs.
         expected: usize,
     },
+    /// A spring, mass or beam on a coupling of very many nodes.
+    #[error(
+        "a spring, a mass or a beam couples {dofs} free dofs through the mean of its nodes; expected at most {most}: \
+         couple it to fewer nodes, or rigidly"
+    )]
+    Coupled {
+        /// Dofs that it couples.
+        dofs: usize,
+        /// Most that are assembled.
+        most: usize,
+    },
     /// More matrix entries than a 32-bit index counts.
     #[error("the matrices have more entries than a 32-bit index can count")]
     TooLarge,

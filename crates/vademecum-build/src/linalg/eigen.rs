@@ -16,7 +16,7 @@ const EIGENVALUES: &str = "the eigenvalues of a symmetric matrix";
 ///
 /// # Errors
 /// [`NoConvergence`]: an entry that is not a finite number.
-pub(crate) fn symmetric_eigen(matrix: MatRef<'_, f64>) -> Result<(Vec<f64>, Mat<f64>), NoConvergence> {
+pub fn symmetric_eigen(matrix: MatRef<'_, f64>) -> Result<(Vec<f64>, Mat<f64>), NoConvergence> {
     let n = matrix.nrows();
     if n == 0 {
         return Ok((Vec::new(), Mat::new()));

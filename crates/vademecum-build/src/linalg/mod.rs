@@ -5,7 +5,7 @@ mod random;
 pub(crate) mod stored;
 pub(crate) mod vec3;
 
-pub(crate) use eigen::symmetric_eigen;
+pub use eigen::symmetric_eigen;
 pub use random::LoadDraw;
 pub use random::Random;
 

@@ -133,8 +133,9 @@ impl Init {
         let deck = match read(&self.mesh, &self.deck.options()) {
             Err(DeckError::NoMaterial { .. }) => return Ok(None),
             // The mesh may do without what the deck has beside the solids.
-            Err(DeckError::Structural(fault)) => {
+            Err(DeckError::Structural(fault) | DeckError::Card(fault)) => {
                 eprintln!("note: {fault}");
+                eprintln!("note: the deck is taken as a mesh alone");
                 return Ok(None);
             }
             other => other?,

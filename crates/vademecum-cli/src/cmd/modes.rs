@@ -117,6 +117,7 @@ struct DeckModesOutput<'a> {
     frequencies_hz: &'a [f64],
     residuals: &'a [f64],
     left_out: &'a [LeftOut],
+    notes: &'a [String],
 }
 
 impl Modes {
@@ -153,6 +154,7 @@ impl Modes {
                 frequencies_hz: &modes.frequencies_hz,
                 residuals: &modes.residuals,
                 left_out: &deck.left_out,
+                notes: &deck.notes,
             });
             return Ok(());
         }

@@ -47,6 +47,8 @@ struct StaticOutput<'a> {
     steps: Vec<StepOutput<'a>>,
     /// Cards that were not taken.
     left_out: &'a [LeftOut],
+    /// Remarks on the mesh and the deck.
+    notes: &'a [String],
 }
 
 /// A step.
@@ -112,6 +114,7 @@ impl Static {
                 units: deck.units.0.map(|system| system.name()),
                 steps,
                 left_out: &deck.left_out,
+                notes: &deck.notes,
             });
         } else {
             print(&deck, &steps);

@@ -119,7 +119,7 @@ pub(crate) fn take(reader: &mut Reader<'_>, card: &InpCard) -> Result<(), DeckEr
             Ok(())
         }
         "END STEP" => {
-            reader.in_step = false;
+            reader.end_step();
             Ok(())
         }
         "STATIC"

@@ -8,20 +8,18 @@ use crate::error::DeckError;
 
 /// Begins a step. Loads and supports of the one before go on.
 pub(crate) fn begin_step(reader: &mut Reader<'_>, card: &InpCard) {
+    reader.end_step();
     if card.parameter("NLGEOM").is_some_and(|value| !value.eq_ignore_ascii_case("NO")) {
         reader.leave(card, "large displacements are not computed here: the answer is that of small ones");
     }
     let steps = &mut reader.deck.steps;
     let name = card.parameter("NAME").map_or_else(|| (steps.len() + 1).to_string(), str::to_string);
     let perturbation = card.parameter("PERTURBATION").is_some();
-    let (loads, supports) = match steps.last() {
-        Some(last) if perturbation => (vec![], last.supports.clone()),
-        Some(last) => (last.loads.clone(), last.supports.clone()),
-        None => (vec![], vec![]),
-    };
+    let supports = steps.last().map_or_else(Vec::new, |last| last.supports.clone());
+    let carried = steps.last().filter(|_| !perturbation).map_or_else(Vec::new, |last| last.loads.clone());
     let kind = StepKind::Other("a step without a procedure".into());
-    reader.inherited = loads.len();
-    steps.push(Step { name, kind, loads, supports, line: card.place.line() });
+    steps.push(Step { name, kind, loads: vec![], supports, line: card.place.line() });
+    reader.carried = carried;
     reader.in_step = true;
     reader.period = 1.0;
 }
@@ -86,9 +84,8 @@ pub(crate) fn boundary(reader: &mut Reader<'_>, card: &InpCard) -> Result<(), De
         };
         for &node in &nodes {
             for &component in &components {
-                let supports = reader.supports();
-                supports.retain(|known| (known.node, known.component) != (node, component));
-                supports.push(Support { node, component, value: factor * value });
+                // Of two values of one component the last one counts.
+                reader.supports().push(Support { node, component, value: factor * value });
             }
         }
     }
@@ -250,11 +247,7 @@ fn new_loads(card: &InpCard) -> bool {
 }
 
 fn clear(reader: &mut Reader<'_>, which: impl Fn(&Load) -> bool) {
-    let kept = reader.inherited;
-    if let Some(step) = reader.step() {
-        step.loads.retain(|load| !which(load));
-        reader.inherited = kept.min(reader.deck.steps.last().map_or(0, |step| step.loads.len()));
-    }
+    reader.carried.retain(|load| !which(load));
 }
 
 fn push(reader: &mut Reader<'_>, card: &InpCard, load: Load) -> Result<(), DeckError> {

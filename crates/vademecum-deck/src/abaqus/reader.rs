@@ -1,6 +1,6 @@
 //! A deck while its cards are taken: names, numbers, and the model that grows.
 
-use std::collections::{BTreeMap, BTreeSet, HashMap};
+use std::collections::{BTreeMap, BTreeSet, HashMap, HashSet};
 use std::path::Path;
 
 use vademecum_build::mesh::inp::{DataLine, Dialect, InpCard, InpContents, InpElement};
@@ -32,8 +32,10 @@ pub(crate) struct Reader<'a> {
     pub(crate) in_step: bool,
     /// Period of the step.
     pub(crate) period: f64,
-    /// Loads of the step that come from the one before.
-    pub(crate) inherited: usize,
+    /// Loads of the step before, which go on.
+    pub(crate) carried: Vec<Load>,
+    /// Components of nodes whose force the step gives anew.
+    replaced: HashSet<(NodeNumber, u8)>,
 }
 
 impl<'a> Reader<'a> {
@@ -86,7 +88,8 @@ impl<'a> Reader<'a> {
             coupling: None,
             in_step: false,
             period: 1.0,
-            inherited: 0,
+            carried: vec![],
+            replaced: HashSet::new(),
         })
     }
 
@@ -279,21 +282,37 @@ impl<'a> Reader<'a> {
 
     /// Adds a force to the step. Forces on one component add up; those of the step before are replaced.
     pub(crate) fn force(&mut self, node: NodeNumber, component: u8, value: f64) {
-        let inherited = self.inherited;
-        let Some(step) = self.deck.steps.last_mut() else { return };
-        let same = |load: &Load| match load {
-            Load::Force { node: n, component: c, .. } => (*n, *c) == (node, component),
-            _ => false,
-        };
-        if let Some(place) = step.loads.iter().take(inherited).position(same) {
-            step.loads.remove(place);
-            self.inherited -= 1;
+        self.replaced.insert((node, component));
+        if let Some(step) = self.step() {
+            step.loads.push(Load::Force { node, component, value });
         }
-        step.loads.push(Load::Force { node, component, value });
+    }
+
+    /// Ends a step: what it carries on from the one before comes first.
+    pub(crate) fn end_step(&mut self) {
+        let replaced = std::mem::take(&mut self.replaced);
+        let stays = |load: &Load| match load {
+            Load::Force { node, component, .. } => !replaced.contains(&(*node, *component)),
+            _ => true,
+        };
+        let mut loads: Vec<Load> = std::mem::take(&mut self.carried).into_iter().filter(stays).collect();
+        if let Some(step) = self.step() {
+            loads.append(&mut step.loads);
+            step.loads = loads;
+        }
+        self.in_step = false;
     }
 
     /// Materials of the regions, and the dialect in words.
     pub(crate) fn finish(mut self, asked: bool) -> Result<Deck, DeckError> {
+        self.end_step();
+        if let Some((reference, surface)) = self.coupling.take() {
+            let id = self.deck.id(reference);
+            let note = format!(
+                "the coupling of `{surface}` to node {id} has no *KINEMATIC or *DISTRIBUTING: left out"
+            );
+            self.deck.notes.push(note);
+        }
         let (names, materials): (Vec<String>, Vec<Solid>) = self.region_materials()?;
         let elements = self.contents.elements.values();
         let abaqus = self.contents.dialect == Dialect::Abaqus;
@@ -336,9 +355,15 @@ fn sorted(mut nodes: Vec<u32>) -> Vec<u32> {
     nodes
 }
 
-/// Shells, beams and the like carry loads: a model without them is another one.
+/// Shells, beams and the like carry loads: a model without them is another one. Elements without a section
+/// only name surfaces and lines.
 fn refuse_structural(contents: &InpContents) -> Result<(), DeckError> {
-    let others = contents.elements.values().filter(|element| {
+    let sections = contents.cards.iter().filter(|card| card.keyword.ends_with("SECTION"));
+    let sets =
+        sections.filter_map(|card| contents.element_sets.get(&contents.plain_name(card.parameter("ELSET")?)));
+    let numbers: BTreeSet<u64> = sets.flatten().copied().collect();
+    let of_sections = numbers.iter().filter_map(|number| contents.elements.get(number));
+    let others = of_sections.filter(|element| {
         let attached = ["MASS", "ROTARYI", "DCOUP3D", "SPRING", "DASHPOT", "CONN3D2"];
         element.kind.is_none() && !attached.iter().any(|name| element.name.starts_with(name))
     });
@@ -347,14 +372,14 @@ fn refuse_structural(contents: &InpContents) -> Result<(), DeckError> {
     let names: BTreeSet<&str> = others.iter().map(|element| element.name.as_str()).collect();
     let share = 100.0 * others.len() as f64 / contents.elements.len() as f64;
     let names: Vec<&str> = names.into_iter().collect();
+    let remedy = "shells, beams, trusses and membranes are not computed with: mesh these parts with solids, or take \
+                  them out of the deck";
     Err(DeckError::Structural(Box::new(CardFault {
         file: first.place.file().to_path_buf(),
         line: first.place.line(),
         card: "*ELEMENT".into(),
         found: format!("{} elements of type {} ({share:.1} % of all)", others.len(), names.join(", ")),
         expected: "solid elements, masses, springs and dashpots".into(),
-        remedy: "shells, beams, trusses and membranes are not computed with: mesh these parts with solids, or take \
-                 them out of the deck"
-            .into(),
+        remedy: remedy.into(),
     })))
 }

@@ -43,7 +43,7 @@ pub(crate) fn take(model: &mut Model<'_>) -> Result<(), DeckError> {
     for case in cases {
         let set = |key: &str| case.sets.get(key).copied();
         let kind = match (solution, set("METHOD")) {
-            (Some(101) | None, None) => StepKind::Static,
+            (Some(101), _) | (None, None) => StepKind::Static,
             (Some(103) | None, method) => {
                 StepKind::Frequency(method.and_then(|method| roots.get(&method).copied()).filter(|n| *n > 0))
             }
