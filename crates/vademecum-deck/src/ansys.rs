@@ -10,7 +10,6 @@ use vademecum_build::mesh::{MeshError, RawMesh, parse, repaired_apart};
 use crate::deck::{Deck, Extent, Load, NodeNumber, Numbers, Step, StepKind, Support};
 use crate::error::{CardFault, DeckError};
 use crate::left_out::leave_out;
-use crate::units::Units;
 
 /// Commands without a meaning for linear answers, by their beginnings.
 const SILENT: &[&str] = &[
@@ -50,24 +49,7 @@ pub(crate) fn read(file: &Path) -> Result<Deck, DeckError> {
     let bytes = std::fs::read(file).map_err(|source| MeshError::Io { file: file.to_path_buf(), source })?;
     let all = raw.node_ids.iter().copied().zip(raw.nodes.iter().copied());
     let (numbers, points) = Numbers::new(&mesh, all);
-    let deck = Deck {
-        file: file.to_path_buf(),
-        program: "Ansys".into(),
-        units: Units(None),
-        notes: mesh.notes.clone(),
-        mesh,
-        points,
-        materials: vec![],
-        lumped: vec![],
-        inner_functions: false,
-        axes: BTreeMap::new(),
-        supports: vec![],
-        links: vec![],
-        attachments: vec![],
-        steps: vec![],
-        left_out: vec![],
-    };
-    let mut deck = deck;
+    let mut deck = Deck::new(file, "Ansys", mesh, points);
     for (id, angles) in rotations(file, &bytes)? {
         if let (Some(node), true) = (numbers.get(id), angles != [0.0; 3]) {
             deck.axes.insert(node, turned(angles));

@@ -1,7 +1,7 @@
 //! A model as its deck has it, in the units of the deck.
 
 use std::collections::{BTreeMap, HashMap};
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use vademecum_build::fem::Material;
 use vademecum_build::mesh::Mesh;
@@ -242,6 +242,27 @@ pub enum Load {
 }
 
 impl Deck {
+    /// A model of solids and points alone.
+    pub(crate) fn new(file: &Path, program: &str, mesh: Mesh, points: Vec<Point>) -> Deck {
+        Deck {
+            file: file.to_path_buf(),
+            program: program.into(),
+            units: Units(None),
+            notes: mesh.notes.clone(),
+            mesh,
+            points,
+            materials: vec![],
+            lumped: vec![],
+            inner_functions: false,
+            axes: BTreeMap::new(),
+            supports: vec![],
+            links: vec![],
+            attachments: vec![],
+            steps: vec![],
+            left_out: vec![],
+        }
+    }
+
     /// Number of nodes, those of the mesh and points.
     pub fn node_count(&self) -> usize {
         self.mesh.nodes.len() + self.points.len()

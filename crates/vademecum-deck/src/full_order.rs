@@ -1,7 +1,9 @@
 //! The full-order model of a deck: static answers and natural modes.
 
+use std::collections::{BTreeMap, BTreeSet};
+
 use faer::Mat;
-use vademecum_build::dynamics::lowest_modes;
+use vademecum_build::dynamics::{ModesError, lowest_modes};
 use vademecum_build::fem::{
     Block, Constraints, ElementMatrices, Elimination, FactorError, Solve, Symbolic, assemble_blocks,
     facet_load, inertia_forces, internal_forces, surface_facets,
@@ -156,17 +158,14 @@ impl<'a> FullOrder<'a> {
             self.deck.attachments.iter().any(
                 |one| matches!(one, Attachment::Spring(Spring::Components { ends, .. }) if ends.len() == 1),
             );
-        if elimination.n_free() == 3 * nodes.len()
-            && self.deck.links.is_empty()
-            && !grounded
-            && !self.dofs.turned()
-        {
+        let held = grounded || !self.deck.supports.is_empty() || !supports.is_empty();
+        if !held && self.deck.links.is_empty() && elimination.n_free() == 3 * nodes.len() {
             pencil = pencil.of_free_body(nodes);
         }
         let symbolic = Symbolic::analyze(&pencil)?;
         let count = count.min(pencil.n_elastic());
         let found = lowest_modes(&pencil, &symbolic, count).map_err(|error| match error {
-            vademecum_build::dynamics::ModesError::Factor(error) => self.not_held(error),
+            ModesError::Factor(error) => self.not_held(error),
             other => other.into(),
         })?;
         let shape = |mode: usize| {
@@ -207,18 +206,20 @@ impl<'a> FullOrder<'a> {
     fn load(&self, loads: &[Load]) -> Result<Vec<f64>, DeckError> {
         let (deck, n) = (self.deck, self.dofs.count());
         let mut load = vec![0.0; n];
-        let mut add = |forces: Vec<f64>| load.iter_mut().zip(forces).for_each(|(sum, f)| *sum += f);
+        let add = |load: &mut [f64], forces: Vec<f64>| {
+            load.iter_mut().zip(forces).for_each(|(sum, f)| *sum += f);
+        };
+        // Programs write a pressure for each face: those of one value are found together.
+        let mut pressures: BTreeMap<u64, Vec<[u32; 3]>> = BTreeMap::new();
         for one in loads {
             match one {
                 Load::Force { node, component, value } => {
-                    let mut forces = vec![0.0; n];
                     if let Some(dof) = self.dofs.nodal(*node, *component) {
-                        forces[dof as usize] = *value;
+                        load[dof as usize] += value;
                     }
-                    add(forces);
                 }
                 Load::Acceleration { on, value } => {
-                    add(self.inertia(on, |_| *value)?);
+                    add(&mut load, self.inertia(on, |_| *value)?);
                 }
                 Load::Rotation { on, speed_squared, point, axis } => {
                     let field = |x: [f64; 3]| {
@@ -226,20 +227,24 @@ impl<'a> FullOrder<'a> {
                         let along: f64 = arm.iter().zip(axis).map(|(a, b)| a * b).sum();
                         std::array::from_fn(|c| speed_squared * (arm[c] - along * axis[c]))
                     };
-                    add(self.inertia(on, field)?);
+                    add(&mut load, self.inertia(on, field)?);
                 }
                 Load::Pressure { faces, value } => {
-                    let facets = surface_facets(&deck.mesh, faces)?;
-                    add(facet_load(&deck.mesh, &facets, |normal| normal.map(|n| -value * n)));
+                    pressures.entry(value.to_bits()).or_default().extend_from_slice(faces);
                 }
                 Load::Traction { faces, value } => {
                     let facets = surface_facets(&deck.mesh, faces)?;
-                    add(facet_load(&deck.mesh, &facets, |normal| {
+                    let forces = facet_load(&deck.mesh, &facets, |normal| {
                         let area = normal.iter().map(|x| x * x).sum::<f64>().sqrt();
                         value.map(|t| t * area)
-                    }));
+                    });
+                    add(&mut load, forces);
                 }
             }
+        }
+        for (bits, faces) in pressures {
+            let (value, facets) = (f64::from_bits(bits), surface_facets(&deck.mesh, &faces)?);
+            add(&mut load, facet_load(&deck.mesh, &facets, |normal| normal.map(|n| -value * n)));
         }
         Ok(load)
     }
@@ -279,7 +284,7 @@ impl<'a> FullOrder<'a> {
     /// Sum of the forces that supports take, along the axes of space.
     fn reaction_sum(&self, step: &Step, elimination: &Elimination, reactions: &[f64]) -> [f64; 3] {
         let mut sum = [0.0; 3];
-        let mut counted = std::collections::BTreeSet::new();
+        let mut counted = BTreeSet::new();
         for support in self.deck.supports.iter().chain(&step.supports).filter(|support| support.component < 3)
         {
             let Some(dof) = self.dofs.nodal(support.node, support.component) else { continue };

@@ -77,11 +77,6 @@ impl Dofs {
         self.own.contains_key(&node)
     }
 
-    /// True if some node has them.
-    pub(crate) fn turned(&self) -> bool {
-        !self.own.is_empty()
-    }
-
     /// Number of dofs of nodes.
     pub(crate) fn of_nodes(&self) -> usize {
         self.of_nodes as usize

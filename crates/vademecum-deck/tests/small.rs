@@ -201,6 +201,16 @@ later,2,3
 }
 
 #[test]
+fn a_body_that_a_spring_holds_is_not_free() {
+    // A brick on rollers, held by a spring to a support outside of the mesh.
+    let text = BAR.replace("*BOUNDARY\nleft,1,3\n", "*BOUNDARY\n20,1,3\n");
+    let spring = "*ELEMENT,TYPE=SPRINGA,ELSET=spring\n50,20,3\n*SPRING,ELSET=spring\n\n5\n*STEP\n*FREQUENCY\n2\n*END STEP\n";
+    let deck = deck_of("spring.inp", &format!("{text}{spring}")).unwrap();
+    let answer = FullOrder::new(&deck).modes(2);
+    assert!(answer.as_ref().map_or(true, |modes| modes.rigid_motions == 0), "{answer:?}");
+}
+
+#[test]
 fn a_tie_of_different_meshes_passes_a_patch_test_and_a_transform_turns_supports() {
     // A second brick that meets the first bar with other nodes, turned by nothing but tied.
     let tied = "\

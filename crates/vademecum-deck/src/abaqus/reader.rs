@@ -10,7 +10,6 @@ use crate::abaqus::solid::Solid;
 use crate::deck::{Deck, Extent, Load, NodeNumber, Numbers, Step, Support};
 use crate::error::{CardFault, DeckError};
 use crate::left_out::leave_out;
-use crate::units::Units;
 
 /// State of the reading.
 pub(crate) struct Reader<'a> {
@@ -59,23 +58,7 @@ impl<'a> Reader<'a> {
                 solids.insert(id, index);
             }
         }
-        let deck = Deck {
-            file: file.to_path_buf(),
-            program: String::new(),
-            units: Units(None),
-            notes: mesh.notes.clone(),
-            mesh,
-            points,
-            materials: vec![],
-            lumped: vec![],
-            inner_functions: false,
-            axes: BTreeMap::new(),
-            supports: vec![],
-            links: vec![],
-            attachments: vec![],
-            steps: vec![],
-            left_out: vec![],
-        };
+        let deck = Deck::new(file, "", mesh, points);
         Ok(Self {
             contents,
             deck,

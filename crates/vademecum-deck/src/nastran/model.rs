@@ -10,7 +10,6 @@ use vademecum_build::mesh::{Mesh, RawMesh};
 use crate::deck::{Deck, NodeNumber, Numbers};
 use crate::error::{CardFault, DeckError};
 use crate::left_out::leave_out;
-use crate::units::Units;
 
 /// Cards without a meaning for the result, or taken elsewhere.
 const SILENT: [&str; 34] = [
@@ -51,23 +50,7 @@ impl<'a> Model<'a> {
         let all = raw.node_ids.iter().copied().zip(raw.nodes.iter().copied());
         let (numbers, points) = Numbers::new(&mesh, all);
         let systems = systems(cards)?;
-        let mut deck = Deck {
-            file: file.to_path_buf(),
-            program: "Nastran".into(),
-            units: Units(None),
-            notes: mesh.notes.clone(),
-            mesh,
-            points,
-            materials: vec![],
-            lumped: vec![],
-            inner_functions: false,
-            axes: BTreeMap::new(),
-            supports: vec![],
-            links: vec![],
-            attachments: vec![],
-            steps: vec![],
-            left_out: vec![],
-        };
+        let mut deck = Deck::new(file, "Nastran", mesh, points);
         for grid in grid_points(cards)? {
             let Some(node) = numbers.get(grid.id) else { continue };
             if let Some(system) = grid.displacements.filter(|system| *system != 0)
