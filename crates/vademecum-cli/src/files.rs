@@ -3,7 +3,9 @@
 use std::error::Error;
 use std::path::Path;
 
+use vademecum_build::field::{Cells, vtu_into};
 use vademecum_build::input::Problem;
+use vademecum_build::mesh::Mesh;
 use vademecum_build::store::{Kind, Outputs, open_regular, read_regular};
 use vademecum_eval::{Mapped, OpenError};
 use vademecum_format::{Codec, File, FormatError, Section, SectionKind};
@@ -254,4 +256,19 @@ pub(crate) fn write_file(
 ) -> Result<RewriteOutput, Failure> {
     write_bytes(outputs, path, Kind::Vademecum, bytes)?;
     Ok(RewriteOutput { file: path.display().to_string(), bytes: bytes.len(), bytes_before: before })
+}
+
+/// Writes displacement fields of the nodes of a mesh, one name for each.
+pub(crate) fn write_fields(
+    outputs: &Outputs,
+    path: &Path,
+    mesh: &Mesh,
+    names: &[String],
+    fields: &[Vec<f64>],
+) -> Result<(), Failure> {
+    let fields = names.iter().zip(fields);
+    let data: Vec<(&str, &[f64], usize)> =
+        fields.map(|(name, field)| (name.as_str(), field.as_slice(), 3)).collect();
+    let cells = Cells::Elements(&mesh.kinds, &mesh.elements);
+    Ok(outputs.write(path, Kind::Vtu, |out| vtu_into(out, &mesh.nodes, cells, &data))?)
 }

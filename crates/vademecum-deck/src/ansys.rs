@@ -5,6 +5,7 @@ use std::path::Path;
 
 use vademecum_build::fem::Material;
 use vademecum_build::mesh::ansys::{Command, commands, rotations};
+use vademecum_build::mesh::nastran::number as fortran_real;
 use vademecum_build::mesh::{MeshError, RawMesh, parse, repaired_apart};
 
 use crate::deck::{Deck, Extent, Load, NodeNumber, Numbers, Step, StepKind, Support};
@@ -235,6 +236,5 @@ fn number(command: &Command, index: usize) -> Result<f64, String> {
     if text.is_empty() {
         return Ok(0.0);
     }
-    let parsed = text.to_ascii_uppercase().replace('D', "E").parse::<f64>().ok().filter(|x| x.is_finite());
-    parsed.ok_or_else(|| text.to_string())
+    fortran_real(text).ok_or_else(|| text.to_string())
 }

@@ -4,6 +4,7 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use vademecum_build::fem::{Constraints, LoadError, anchors, surface_facets};
 use vademecum_build::linalg::symmetric_eigen;
+use vademecum_build::linalg::vec3::{norm, sub};
 
 use crate::deck::{Attachment, Deck, Link, Load, NodeNumber, Spring};
 
@@ -162,7 +163,7 @@ pub(crate) fn link(deck: &Deck, dofs: &Dofs, constraints: &mut Constraints) -> R
                     let size = || {
                         let at = anchor.weights.iter().map(|(node, _)| deck.place(*node));
                         let corners: Vec<[f64; 3]> = at.collect();
-                        0.05 * distance(corners[0], corners[1])
+                        0.05 * norm(sub(corners[0], corners[1]))
                     };
                     let own = anchor.weights.iter().any(|(other, _)| *other == node);
                     if own || anchor.distance > tolerance.unwrap_or_else(size) {
@@ -178,10 +179,6 @@ pub(crate) fn link(deck: &Deck, dofs: &Dofs, constraints: &mut Constraints) -> R
         }
     }
     Ok(())
-}
-
-fn distance(a: [f64; 3], b: [f64; 3]) -> f64 {
-    (0..3).map(|c| (a[c] - b[c]).powi(2)).sum::<f64>().sqrt()
 }
 
 /// `u = u_r + θ × d`, and `θ` of the follower where it has one.

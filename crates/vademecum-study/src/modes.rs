@@ -6,7 +6,7 @@ use std::path::Path;
 use faer::Mat;
 use serde::Serialize;
 use vademecum_build::dynamics::{lowest_modes, numerical_damping};
-use vademecum_build::field::{Cells, read_npy};
+use vademecum_build::field::read_npy;
 use vademecum_build::input::Problem;
 use vademecum_build::mesh::Mesh;
 use vademecum_build::mesh_error::{DiscRequest, MeshEstimate, estimate};
@@ -58,11 +58,6 @@ impl Shapes {
     /// The mesh.
     pub fn mesh(&self) -> &Mesh {
         self.body.model.mesh()
-    }
-
-    /// Its elements.
-    pub fn cells(&self) -> Cells<'_> {
-        Cells::Elements(&self.mesh().kinds, &self.mesh().elements)
     }
 
     /// The displacement of every node in each mode, three numbers a node; the largest is 1 long.

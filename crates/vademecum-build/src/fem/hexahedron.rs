@@ -61,6 +61,8 @@ pub(super) fn mean_dilatation(
 pub(super) struct InnerFunctions {
     pub(super) stiffness: Mat<f64>,
     pub(super) coupling: Mat<f64>,
+    /// The volume form at the centre.
+    centre: f64,
 }
 
 /// Place of a point of a rule: the map of the reference element onto itself.
@@ -108,7 +110,7 @@ pub(super) fn with_inner_functions(
             }
         }
     }
-    Ok(InnerFunctions { stiffness: inner, coupling })
+    Ok(InnerFunctions { stiffness: inner, coupling, centre: at_centre })
 }
 
 /// Mass of inner functions: of each pair, and of each with the nodes, the same for each component.
@@ -135,11 +137,12 @@ pub(super) fn incompatible(
     lame: [f64; 2],
     stiffness: &mut [f64],
 ) -> Result<(), ElementError> {
-    let InnerFunctions { stiffness: inner, coupling } = with_inner_functions(rule, nodes, lame, stiffness)?;
+    let inner = with_inner_functions(rule, nodes, lame, stiffness)?;
+    let InnerFunctions { stiffness: inner, coupling, centre } = inner;
     // Positive definite: the inner functions have strains of their own.
     let solved = match inner.llt(Side::Lower) {
         Ok(factor) => factor.solve(&coupling),
-        Err(_) => return Err(ElementError { determinant: 0.0 }),
+        Err(_) => return Err(ElementError { determinant: centre }),
     };
     let lost = coupling.transpose() * &solved;
     for a in 0..N {

@@ -3,7 +3,7 @@
 mod eigen;
 mod random;
 pub(crate) mod stored;
-pub(crate) mod vec3;
+pub mod vec3;
 
 pub use eigen::symmetric_eigen;
 pub use random::LoadDraw;

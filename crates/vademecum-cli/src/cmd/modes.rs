@@ -2,7 +2,6 @@
 
 use std::path::PathBuf;
 
-use vademecum_build::field::{Cells, vtu_into};
 use vademecum_build::input::Problem;
 use vademecum_build::mesh_error::DiscRequest;
 use vademecum_build::progress::Listener;
@@ -13,7 +12,7 @@ use vademecum_study::modes::{NaturalModes, natural_modes};
 use crate::arguments::{DeckArguments, OutputArguments, positive};
 use crate::console::Console;
 use crate::failure::{Cause, Failure};
-use crate::files::outputs;
+use crate::files::{outputs, write_fields};
 use crate::mesh_error;
 use crate::print::{print_json, print_left_out};
 
@@ -89,10 +88,7 @@ impl Modes {
         if let Some(path) = &self.shapes {
             let names: Vec<String> = field_names(&modes.frequencies_hz);
             let fields = shapes.fields();
-            let data: Vec<(&str, &[f64], usize)> =
-                names.iter().zip(&fields).map(|(name, field)| (name.as_str(), field.as_slice(), 3)).collect();
-            outputs
-                .write(path, Kind::Vtu, |out| vtu_into(out, &shapes.mesh().nodes, shapes.cells(), &data))?;
+            write_fields(&outputs, path, shapes.mesh(), &names, &fields)?;
         }
         console.clear();
         if self.json {
@@ -139,10 +135,7 @@ impl Modes {
             let names: Vec<String> = field_names(&modes.frequencies_hz);
             let of_mesh = |shape: &Vec<[f64; 3]>| shape[..mesh.nodes.len()].as_flattened().to_vec();
             let fields: Vec<Vec<f64>> = modes.shapes.iter().map(of_mesh).collect();
-            let data: Vec<(&str, &[f64], usize)> =
-                names.iter().zip(&fields).map(|(name, field)| (name.as_str(), field.as_slice(), 3)).collect();
-            let cells = Cells::Elements(&mesh.kinds, &mesh.elements);
-            outputs.write(path, Kind::Vtu, |out| vtu_into(out, &mesh.nodes, cells, &data))?;
+            write_fields(&outputs, path, mesh, &names, &fields)?;
         }
         console.clear();
         if self.json {

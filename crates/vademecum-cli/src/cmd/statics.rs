@@ -2,7 +2,6 @@
 
 use std::path::PathBuf;
 
-use vademecum_build::field::{Cells, vtu_into};
 use vademecum_build::progress::Listener;
 use vademecum_build::store::Kind;
 use vademecum_deck::{Deck, FullOrder, LeftOut, StaticAnswer, read};
@@ -10,7 +9,7 @@ use vademecum_deck::{Deck, FullOrder, LeftOut, StaticAnswer, read};
 use crate::arguments::{DeckArguments, OutputArguments};
 use crate::console::Console;
 use crate::failure::Failure;
-use crate::files::outputs;
+use crate::files::{outputs, write_fields};
 use crate::print::{print_json, print_left_out};
 
 /// Answers the static steps of a deck of Abaqus, CalculiX, Nastran or Ansys at full order: largest
@@ -101,10 +100,7 @@ impl Static {
             let of_mesh =
                 |answer: &'_ StaticAnswer| answer.displacement[..mesh.nodes.len()].as_flattened().to_vec();
             let fields: Vec<Vec<f64>> = answers.iter().map(of_mesh).collect();
-            let data: Vec<(&str, &[f64], usize)> =
-                names.iter().zip(&fields).map(|(name, field)| (name.as_str(), field.as_slice(), 3)).collect();
-            let cells = Cells::Elements(&mesh.kinds, &mesh.elements);
-            outputs.write(path, Kind::Vtu, |out| vtu_into(out, &mesh.nodes, cells, &data))?;
+            write_fields(&outputs, path, mesh, &names, &fields)?;
         }
         console.clear();
         let steps: Vec<StepOutput<'_>> = answers.iter().map(|answer| StepOutput::of(&deck, answer)).collect();

@@ -1,5 +1,6 @@
 //! Couplings, ties, equations, masses, springs and nodal axes of a deck of Abaqus or CalculiX.
 
+use vademecum_build::linalg::vec3::{cross, norm};
 use vademecum_build::mesh::inp::{DataLine, InpCard, InpElement};
 
 use crate::abaqus::reader::Reader;
@@ -252,19 +253,15 @@ fn cylindrical(a: [f64; 3], b: [f64; 3], at: [f64; 3]) -> Option<[[f64; 3]; 3]> 
     // On the axis every direction is radial.
     let least = (0..3).min_by(|&i, &j| z[i].abs().total_cmp(&z[j].abs())).unwrap_or(0);
     let any = cross(z, std::array::from_fn(|c| f64::from(u8::from(c == least))));
-    let size = arm.iter().map(|x| x * x).sum::<f64>().sqrt();
-    let length = radial.iter().map(|x| x * x).sum::<f64>().sqrt();
+    let size = norm(arm);
+    let length = norm(radial);
     let x = if length > 1e-9 * size { unit(radial)? } else { unit(any)? };
     Some([x, cross(z, x), z])
 }
 
 fn unit(v: [f64; 3]) -> Option<[f64; 3]> {
-    let length = v.iter().map(|x| x * x).sum::<f64>().sqrt();
+    let length = norm(v);
     (length > 0.0 && length.is_finite()).then(|| v.map(|x| x / length))
-}
-
-fn cross(a: [f64; 3], b: [f64; 3]) -> [f64; 3] {
-    [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
 }
 
 /// Masses, and moments of inertia, at nodes.

@@ -2,6 +2,7 @@
 
 use std::collections::BTreeMap;
 
+use vademecum_build::linalg::vec3::{cross, norm};
 use vademecum_build::mesh::nastran::Card;
 
 use crate::deck::{Attachment, Link, NodeNumber, Point, Spring};
@@ -350,13 +351,10 @@ fn section(model: &mut Model<'_>, card: &Card, property: u64) -> Result<Section,
 
 /// Axes of a bar as rows, and its length: along it, in plane 1, and normal to both.
 fn bar_axes(along: [f64; 3], aside: [f64; 3]) -> Option<([[f64; 3]; 3], f64)> {
-    let length = along.iter().map(|x| x * x).sum::<f64>().sqrt();
+    let length = norm(along);
     let x = along.map(|c| c / length);
-    let cross = |a: [f64; 3], b: [f64; 3]| {
-        [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
-    };
     let z = cross(x, aside);
-    let size = z.iter().map(|x| x * x).sum::<f64>().sqrt();
+    let size = norm(z);
     let z = z.map(|c| c / size);
     (length > 0.0 && size > 0.0 && size.is_finite()).then(|| ([x, cross(z, x), z], length))
 }
