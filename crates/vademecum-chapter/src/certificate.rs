@@ -15,7 +15,7 @@ use vademecum_build::certificate::StructureMeasured;
 use vademecum_build::dynamics::{ErrorMeter, FullOrder, Interval, TimedLoad, march_full_order};
 use vademecum_build::export::NodeOrder;
 use vademecum_build::fem::SymmetricMatrix;
-use vademecum_build::linalg::{LoadDraw, unit};
+use vademecum_build::linalg::{self, LoadDraw, unit};
 use vademecum_build::prepared::Body;
 use vademecum_build::progress::Listener;
 
@@ -199,7 +199,7 @@ impl<'m> March<'m> {
             column.copy_from_slice(&slope);
         }
         let matrix = MatRef::from_column_major_slice(&columns, n, n);
-        let eigenvalues = matrix.eigenvalues().map_err(|_| ChapterError::Eigenvalues)?;
+        let eigenvalues = linalg::eigenvalues(matrix).map_err(|_| ChapterError::Eigenvalues)?;
         Ok(eigenvalues.iter().map(|l| l.re.hypot(l.im)).fold(0.0, f64::max))
     }
 

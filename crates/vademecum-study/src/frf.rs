@@ -7,13 +7,12 @@
 
 mod channel;
 
-use faer::linalg::solvers::Solve;
 use faer::linalg::triangular_solve::solve_lower_triangular_in_place;
 use faer::{Mat, Par, c64};
 use serde::Serialize;
 use vademecum_build::dynamics::harmonic;
 use vademecum_build::input::Problem;
-use vademecum_build::linalg::symmetric_eigen;
+use vademecum_build::linalg::{solve_dense, symmetric_eigen};
 use vademecum_build::prepared::prepare;
 use vademecum_build::progress::{Listener, Stopwatch};
 use vademecum_eval::{Body, Field, SceneOptions, SurfacePoint};
@@ -199,10 +198,15 @@ impl ModalModel {
         if self.diagonal {
             return (0..r).map(|k| c64::new(force[k], 0.0) / entry(k, k)).collect();
         }
-        let matrix = Mat::from_fn(r, r, entry);
-        let right = Mat::from_fn(r, 1, |k, _| c64::new(force[k], 0.0));
-        let answer = matrix.partial_piv_lu().solve(&right);
-        (0..r).map(|k| answer[(k, 0)]).collect()
+        // Real part above imaginary part.
+        let matrix = Mat::from_fn(2 * r, 2 * r, |i, j| match (i < r, j < r) {
+            (true, true) | (false, false) => entry(i % r, j % r).re,
+            (false, true) => entry(i - r, j).im,
+            (true, false) => -entry(i, j - r).im,
+        });
+        let right = Mat::from_fn(2 * r, 1, |i, _| if i < r { force[i] } else { 0.0 });
+        let answer = solve_dense(matrix.as_ref(), right.as_ref());
+        (0..r).map(|k| c64::new(answer[(k, 0)], answer[(r + k, 0)])).collect()
     }
 }
 

@@ -20,7 +20,7 @@ use crate::dynamics::{
 };
 use crate::export::NodeOrder;
 use crate::fem::{DofMap, Pencil, Symbolic, SymmetricMatrix};
-use crate::linalg::project;
+use crate::linalg::{self, project};
 use crate::progress::{Cancelled, Listener};
 
 /// Multiply-adds spent on the free run of one structure; it is as long as that allows, and [`FREE_RUN_STEPS`]
@@ -512,6 +512,6 @@ pub(super) fn increment(scene: &Scene<'_, f64>) -> Result<Mat<f64>, CertificateE
 /// # Errors
 /// [`CertificateError::Eigenvalues`].
 pub(crate) fn radius_of_increment(increment: MatRef<'_, f64>) -> Result<f64, CertificateError> {
-    let eigenvalues = increment.eigenvalues().map_err(|_| CertificateError::Eigenvalues)?;
+    let eigenvalues = linalg::eigenvalues(increment).map_err(|_| CertificateError::Eigenvalues)?;
     Ok(eigenvalues.iter().map(|l| (1.0 + l.re).hypot(l.im)).fold(0.0, f64::max))
 }

@@ -9,6 +9,8 @@ use faer::Mat;
 use serde::{Deserialize, Serialize};
 use vademecum_format::scheme::{HISTORY, SchemeTable};
 
+use crate::linalg::eigenvalues;
+
 /// Coefficients of `C = α M + β K`.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -154,7 +156,7 @@ pub fn numerical_damping(table: &SchemeTable, omega_dt: f64, ratio: f64) -> Nume
     if !step.iter().flatten().all(|entry| entry.is_finite()) {
         return none;
     }
-    let Ok(values) = matrix.eigenvalues() else { return none };
+    let Ok(values) = eigenvalues(matrix.as_ref()) else { return none };
     let spectral_radius = values.iter().map(|z| z.norm()).fold(0.0, f64::max);
     let pair = values.iter().filter(|z| z.im > 0.0).max_by(|a, b| a.norm().total_cmp(&b.norm()));
     let Some(pair) = pair else {

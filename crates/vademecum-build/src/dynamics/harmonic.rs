@@ -1,17 +1,35 @@
-//! The answer at full order to forces that swing: one complex solve for each frequency.
+//! Frequency response at full order: one solve for each frequency, the reference of responses from modes.
 //!
-//! `(K + iω(αM + βK) − ω²M) u = f` by a sparse LU factorisation of the complex matrix. It is slow and assumes
-//! nothing of the modes, so it is what a frequency response from modes is compared with.
+//! `(K + iω(αM + βK) − ω²M) u = f` with the symmetric matrices `A = K − ω²M` and `B = ω(αM + βK)` is the real
+//! symmetric indefinite system
+//!
+//! ```text
+//! [ A  −B] [Re u]   [f]
+//! [−B  −A] [Im u] = [0]
+//! ```
+//!
+//! with the two rows of a dof side by side: one factorisation LBLᵀ under the elimination order of the stiffness,
+//! pivots within the supernodes, and steps of iterative refinement until the correction is small. It assumes
+//! nothing of the modes.
 
-use faer::linalg::solvers::Solve;
-use faer::sparse::linalg::solvers::{Lu, SymbolicLu};
-use faer::sparse::{SparseColMat, SymbolicSparseColMat};
-use faer::{Mat, c64};
+use faer::dyn_stack::{MemBuffer, MemStack};
+use faer::perm::PermRef;
+use faer::sparse::linalg::SupernodalThreshold;
+use faer::sparse::linalg::cholesky::{
+    CholeskySymbolicParams, SymbolicCholesky, SymmetricOrdering, factorize_symbolic_cholesky,
+};
+use faer::sparse::{SparseColMatRef, SymbolicSparseColMat};
+use faer::{Conj, Mat, MatMut, Par, Side, c64};
 use rayon::prelude::*;
 
 use super::Rayleigh;
-use crate::fem::Pencil;
+use crate::fem::{Pencil, elimination_order};
 use crate::progress::{Cancelled, Listener};
+
+/// Largest last correction of an answer, over the answer.
+const CORRECTION: f64 = 1e-9;
+/// Steps of refinement.
+const REFINEMENTS: usize = 8;
 
 /// Why there is no answer.
 #[derive(Debug, thiserror::Error)]
@@ -46,44 +64,131 @@ pub fn harmonic(
     frequencies: &[f64],
     listener: &dyn Listener,
 ) -> Result<Vec<Vec<c64>>, HarmonicError> {
-    let (mass, stiffness) = (pencil.mass(), pencil.stiffness());
-    let (pattern, n) = (mass.pattern(), pencil.n_dof());
-    let starts: Vec<usize> =
-        std::iter::once(0).chain((0..n).map(|column| pattern.range(column).end)).collect();
-    let places = (0..n).flat_map(|column| pattern.rows_of(column).iter().map(|&row| row as usize)).collect();
-    let symbolic = SymbolicSparseColMat::new_checked(n, n, starts, None, places);
-    // The order of elimination is the same for all frequencies.
-    let order = SymbolicLu::try_new(symbolic.as_ref()).map_err(|_| HarmonicError::Memory)?;
-    let mut elastic = Mat::from_fn(n, 1, |row, _| force[row]);
+    let mut elastic = Mat::from_fn(pencil.n_dof(), 1, |row, _| force[row]);
     if let Some(rigid) = pencil.rigid() {
         rigid.relieve(elastic.as_mut());
     }
-    let force = Mat::from_fn(n, 1, |row, _| c64::new(elastic[(row, 0)], 0.0));
+    let force: Vec<f64> = elastic.col(0).iter().flat_map(|&f| [f, 0.0]).collect();
+    // The order of elimination is the same for all frequencies.
+    let system = HarmonicSystem::new(pencil)?;
     let done = std::sync::atomic::AtomicUsize::new(0);
     let at = |&frequency: &f64| -> Result<Vec<c64>, HarmonicError> {
         if listener.cancelled() {
             return Err(Cancelled.into());
         }
         let omega = std::f64::consts::TAU * frequency;
-        let of_mass = c64::new(-omega * omega, omega * damping.alpha);
-        let of_stiffness = c64::new(1.0, omega * damping.beta);
-        let entries = mass.values().iter().zip(stiffness.values());
-        let values = entries.map(|(&m, &k)| of_mass * m + of_stiffness * k).collect();
-        let matrix = SparseColMat::new(symbolic.clone(), values);
-        let failed = HarmonicError::Factor { frequency };
-        let factor = Lu::try_new_with_symbolic(order.clone(), matrix.as_ref());
-        let Ok(factor) = factor else { return Err(failed) };
-        let answer = factor.solve(&force);
-        let along = |row: &Vec<(u32, f64)>| {
-            row.iter()
-                .fold(c64::new(0.0, 0.0), |sum, &(dof, weight)| sum + answer[(dof as usize, 0)] * weight)
+        let Some(answer) = system.solve(omega, damping, &force) else {
+            return Err(HarmonicError::Factor { frequency });
         };
-        let found: Vec<c64> = rows.iter().map(along).collect();
-        if !found.iter().all(|x| x.re.is_finite() && x.im.is_finite()) {
-            return Err(failed);
-        }
+        let along = |row: &Vec<(u32, f64)>| {
+            let part = |part: usize| row.iter().map(|&(dof, w)| w * answer[2 * dof as usize + part]).sum();
+            c64::new(part(0), part(1))
+        };
         listener.advance(1 + done.fetch_add(1, std::sync::atomic::Ordering::Relaxed), frequencies.len());
-        Ok(found)
+        Ok(rows.iter().map(along).collect())
     };
     frequencies.par_iter().map(at).collect()
+}
+
+/// The real symmetric system of a pencil, two rows for each dof.
+struct HarmonicSystem<'a> {
+    pencil: &'a Pencil,
+    pattern: SymbolicSparseColMat<usize>,
+    order: SymbolicCholesky<usize>,
+}
+
+impl<'a> HarmonicSystem<'a> {
+    fn new(pencil: &'a Pencil) -> Result<Self, HarmonicError> {
+        let (of_dofs, n) = (pencil.mass().pattern(), pencil.n_dof());
+        let mut starts = vec![0];
+        let mut places = vec![];
+        for column in 0..2 * n {
+            let rows = of_dofs.rows_of(column / 2).iter().map(|&row| 2 * row as usize);
+            places.extend(rows.flat_map(|row| [row, row + 1]));
+            starts.push(places.len());
+        }
+        let pattern = SymbolicSparseColMat::new_checked(2 * n, 2 * n, starts, None, places);
+        let doubled = |dofs: Vec<u32>| -> Vec<usize> {
+            dofs.into_iter().flat_map(|dof| [2 * dof as usize, 2 * dof as usize + 1]).collect()
+        };
+        let order = elimination_order(pencil).map(|(old, new)| (doubled(old), doubled(new)));
+        let order = order.as_ref().map(|(old, new)| PermRef::new_checked(old, new, 2 * n));
+        let order = order.map_or(SymmetricOrdering::Amd, SymmetricOrdering::Custom);
+        // Pivots are sought in supernodes only.
+        let params = CholeskySymbolicParams {
+            supernodal_flop_ratio_threshold: SupernodalThreshold::FORCE_SUPERNODAL,
+            ..Default::default()
+        };
+        let order = factorize_symbolic_cholesky(pattern.as_ref(), Side::Lower, order, params)
+            .map_err(|_| HarmonicError::Memory)?;
+        Ok(Self { pencil, pattern, order })
+    }
+
+    /// Numbers of the matrix at `omega` \[rad/s\].
+    fn values(&self, omega: f64, damping: Rayleigh) -> Vec<f64> {
+        let (mass, stiffness) = (self.pencil.mass(), self.pencil.stiffness());
+        let mut values = Vec::with_capacity(4 * mass.values().len());
+        for column in 0..self.pencil.n_dof() {
+            let own = mass.pattern().range(column);
+            let entries = || mass.values()[own.clone()].iter().zip(&stiffness.values()[own.clone()]);
+            let conservative = |m: f64, k: f64| k - omega * omega * m;
+            let dissipative = |m: f64, k: f64| omega * (damping.alpha * m + damping.beta * k);
+            values.extend(entries().flat_map(|(&m, &k)| [conservative(m, k), -dissipative(m, k)]));
+            values.extend(entries().flat_map(|(&m, &k)| [-dissipative(m, k), -conservative(m, k)]));
+        }
+        values
+    }
+
+    /// Real and imaginary part of each dof in turn; `None` of a singular matrix or without memory.
+    fn solve(&self, omega: f64, damping: Rayleigh, force: &[f64]) -> Option<Vec<f64>> {
+        let (n, values) = (force.len(), self.values(omega, damping));
+        let matrix = SparseColMatRef::new(self.pattern.as_ref(), &values);
+        let mut factor = room::<f64>(self.order.len_val())?;
+        let (mut beside, mut old, mut new) = (vec![0.0; n], vec![0; n], vec![0; n]);
+        let scratch =
+            self.order.factorize_numeric_intranode_lblt_scratch::<f64>(Par::Seq, Default::default());
+        let scratch = scratch.or(self.order.solve_in_place_scratch::<f64>(1, Par::Seq));
+        let mut memory = MemBuffer::try_new(scratch).ok()?;
+        let stack = MemStack::new(&mut memory);
+        let factor = self.order.factorize_numeric_intranode_lblt(
+            &mut factor,
+            &mut beside,
+            &mut old,
+            &mut new,
+            matrix,
+            Side::Lower,
+            Par::Seq,
+            stack,
+            Default::default(),
+        );
+        let (mut answer, mut residual) = (vec![0.0; n], force.to_vec());
+        for _ in 0..REFINEMENTS {
+            let step = MatMut::from_column_major_slice_mut(&mut residual, n, 1);
+            factor.solve_in_place_with_conj(Conj::No, step, Par::Seq, stack);
+            answer.iter_mut().zip(&residual).for_each(|(x, d)| *x += d);
+            if norm(&residual) <= CORRECTION * norm(&answer) {
+                return Some(answer);
+            }
+            residual.copy_from_slice(force);
+            for column in 0..n {
+                let rows = matrix.symbolic().row_idx_of_col_raw(column);
+                for (&row, value) in rows.iter().zip(matrix.val_of_col(column)) {
+                    residual[row] -= value * answer[column];
+                }
+            }
+        }
+        None
+    }
+}
+
+/// Zeros, or `None` without memory.
+fn room<T: Default + Clone>(count: usize) -> Option<Vec<T>> {
+    let mut room = vec![];
+    room.try_reserve_exact(count).ok()?;
+    room.resize(count, T::default());
+    Some(room)
+}
+
+fn norm(x: &[f64]) -> f64 {
+    x.iter().map(|x| x * x).sum::<f64>().sqrt()
 }

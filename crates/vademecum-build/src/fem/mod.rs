@@ -56,6 +56,7 @@ pub use loads::{Facet, LoadError, facet_load, surface_facets};
 pub(crate) use local_rows::pencil_rows;
 pub use model::Model;
 pub use model_error::ModelError;
+pub(crate) use ordering::elimination_order;
 pub use pencil::{Pencil, PencilError};
 pub(crate) use raised::RaisedSpace;
 pub use rigid::RigidBody;

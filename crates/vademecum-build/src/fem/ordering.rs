@@ -27,8 +27,13 @@ const METIS_NODES: usize = 200;
 /// # Errors
 /// Memory that is not there.
 pub(super) fn structure(pencil: &Pencil) -> Result<Supernodes, FaerError> {
-    let pattern = pencil.mass().pattern();
-    structure_under(pattern, pencil.dof_nodes().and_then(|nodes| dissection_order(pattern, nodes)))
+    structure_under(pencil.mass().pattern(), elimination_order(pencil))
+}
+
+/// The order in which the dofs of a pencil are eliminated, as (old of new, new of old); `None` where one of
+/// minimum degree is as good.
+pub(crate) fn elimination_order(pencil: &Pencil) -> Option<(Vec<u32>, Vec<u32>)> {
+    dissection_order(pencil.mass().pattern(), pencil.dof_nodes()?)
 }
 
 /// An order of the free dofs of a mesh, without their matrices: the dof at each place. With it the numbers of

@@ -1,8 +1,9 @@
-//! Eigenvalues of symmetric matrices.
+//! Eigenvalues of dense matrices and dense systems, compiled once for all crates of the offline side.
 
 use faer::dyn_stack::{MemBuffer, MemStack};
 use faer::linalg::evd::{ComputeEigenvectors, self_adjoint_evd, self_adjoint_evd_scratch};
-use faer::{Mat, MatRef, Par, Spec};
+use faer::linalg::solvers::Solve;
+use faer::{Mat, MatRef, Par, Spec, c64};
 
 use super::NoConvergence;
 
@@ -43,4 +44,17 @@ pub fn symmetric_eigen(matrix: MatRef<'_, f64>) -> Result<(Vec<f64>, Mat<f64>), 
     )
     .map_err(|_| NoConvergence { what: EIGENVALUES })?;
     Ok(((0..n).map(|i| scale * values[i]).collect(), vectors))
+}
+
+/// Eigenvalues of a square matrix, in no order.
+///
+/// # Errors
+/// [`NoConvergence`]: an entry that is not a finite number.
+pub fn eigenvalues(matrix: MatRef<'_, f64>) -> Result<Vec<c64>, NoConvergence> {
+    matrix.eigenvalues().map_err(|_| NoConvergence { what: "the eigenvalues of a matrix" })
+}
+
+/// Solution of a square dense system, by elimination with row pivots; not finite of a singular matrix.
+pub fn solve_dense(matrix: MatRef<'_, f64>, right: MatRef<'_, f64>) -> Mat<f64> {
+    matrix.partial_piv_lu().solve(right)
 }

@@ -5,7 +5,7 @@ mod random;
 pub(crate) mod stored;
 pub mod vec3;
 
-pub use eigen::symmetric_eigen;
+pub use eigen::{eigenvalues, solve_dense, symmetric_eigen};
 pub use random::LoadDraw;
 pub use random::Random;
 
