@@ -78,6 +78,7 @@ pub mod linalg;
 pub mod measured;
 pub mod mesh;
 pub mod mesh_error;
+pub mod parallel;
 pub mod parametric;
 pub mod pipeline;
 pub mod prepared;

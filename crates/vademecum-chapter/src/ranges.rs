@@ -1,12 +1,12 @@
 //! Ranges of the axes: what the full-order runs of the snapshots visit, seen in the basis.
 
 use faer::{Mat, MatRef};
-use rayon::prelude::*;
 use vademecum_format::scheme::HISTORY;
 
 use vademecum_build::basis::{SnapshotError, SnapshotSchedule, run_loads};
 use vademecum_build::dynamics::{FullOrder, MarchError, State, Workspace, march_stages};
 use vademecum_build::input::ChapterEntry;
+use vademecum_build::parallel;
 use vademecum_build::prepared::Body;
 use vademecum_build::progress::{Cancelled, Listener, Quiet};
 
@@ -59,11 +59,8 @@ pub(super) fn history_ranges(
         if listener.cancelled() {
             return Err(Cancelled.into());
         }
-        let found: Vec<Result<Extremes, MarchError>> = side_by_side
-            .par_iter()
-            .map(|group| group_extremes(body, full, runs, group, projector, listener))
-            .collect();
-        for extremes in found {
+        let of = |at: usize| group_extremes(body, full, runs, &side_by_side[at], projector, listener);
+        for extremes in parallel::map(side_by_side.len(), &of) {
             all = all.join(extremes?);
         }
         done += side_by_side.len();

@@ -9,13 +9,13 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 
 use faer::prelude::ReborrowMut;
 use faer::{Mat, MatMut, MatRef};
-use rayon::prelude::*;
 
 use super::pod::{Apply, Pod, StreamingPod};
 use crate::dynamics::{FullOrder, Interval, MarchError, TimedLoad, march_full_order};
 use crate::field;
 use crate::input::{Problem, SnapshotPlan};
 use crate::linalg::NoConvergence;
+use crate::parallel;
 use crate::prepared::Body;
 use crate::progress::{Cancelled, Listener, Quiet};
 use crate::store::{Inputs, StageCache};
@@ -217,21 +217,19 @@ pub(crate) fn compute(
             return Err(Cancelled.into());
         }
         // Groups are independent and pushed in order: the same bytes come out for any number of threads.
-        let fields: Vec<Result<Vec<f64>, MarchError>> = side_by_side
-            .par_iter()
-            .map(|&(i, group)| {
-                let mut marched = false;
-                let fields = kept.group(runs, i * at_once, group, || {
-                    marched = true;
-                    run_group(body, full, runs, group, listener, &stepped)
-                })?;
-                if !marched {
-                    stepped(runs.steps * group.len());
-                }
-                Ok(fields)
-            })
-            .collect();
-        for fields in fields {
+        let march = |at: usize| -> Result<Vec<f64>, MarchError> {
+            let (i, group) = side_by_side[at];
+            let mut marched = false;
+            let fields = kept.group(runs, i * at_once, group, || {
+                marched = true;
+                run_group(body, full, runs, group, listener, &stepped)
+            })?;
+            if !marched {
+                stepped(runs.steps * group.len());
+            }
+            Ok(fields)
+        };
+        for fields in parallel::map(side_by_side.len(), &march) {
             let fields = fields?;
             pod.push(MatRef::from_column_major_slice(&fields, n, fields.len() / n))?;
         }

@@ -4,7 +4,6 @@
 
 use std::sync::atomic::{AtomicUsize, Ordering};
 
-use rayon::prelude::*;
 use vademecum_eval::{SceneOptions, StructureChoice};
 use vademecum_format::File;
 
@@ -17,6 +16,7 @@ use crate::basis::Basis;
 use crate::dynamics::{FirstMode, FullOrder, ModesError};
 use crate::export::NodeOrder;
 use crate::fem::Pencil;
+use crate::parallel;
 use crate::parametric::{Parametric, RadiusSample};
 use crate::prepared::{ParameterSpace, Prepared, Setting};
 use crate::progress::Quiet;
@@ -70,7 +70,8 @@ pub(crate) fn certify_box(
         corners.iter().map(period).collect::<Result<Vec<f64>, _>>()
     });
     let ahead = ahead.transpose()?;
-    let at_corner = |(corner, values): (usize, &Vec<f64>)| -> Result<StructureMeasured, CertificateError> {
+    let at_corner = |corner: usize| -> Result<StructureMeasured, CertificateError> {
+        let values = &corners[corner];
         let options = block_at(&file, values)?;
         let setting = space.setting(values);
         let responses = parametric.responses(&prepared.scheme, &setting)?;
@@ -90,7 +91,7 @@ pub(crate) fn certify_box(
         kept.listener.checkpoint(1 + done.fetch_add(1, Ordering::Relaxed), corners.len())?;
         Ok(measured.into_iter().next().expect("one candidate was measured"))
     };
-    let measured = corners.par_iter().enumerate().map(at_corner).collect::<Result<Vec<_>, _>>()?;
+    let measured = parallel::try_map(corners.len(), &at_corner)?;
     let radius_samples = sample_radius(&file, space, &corners)?;
     let by_radius = |a: &&RadiusSample, b: &&RadiusSample| a.spectral_radius.total_cmp(&b.spectral_radius);
     let least_stable = radius_samples.iter().max_by(by_radius).expect("a box has corners").clone();
@@ -140,9 +141,9 @@ fn sample_radius(
 ) -> Result<Vec<RadiusSample>, CertificateError> {
     let random = space.random(STABILITY_POINTS, SEED);
     let points: Vec<Vec<f64>> = corners.iter().cloned().chain([space.nominal()]).chain(random).collect();
-    let sample = |values: Vec<f64>| -> Result<RadiusSample, CertificateError> {
+    parallel::try_map(points.len(), &|at| {
+        let values = points[at].clone();
         let spectral_radius = spectral_radius(file, &block_at(file, &values)?)?;
         Ok(RadiusSample { values, spectral_radius })
-    };
-    points.into_par_iter().map(sample).collect()
+    })
 }

@@ -20,10 +20,10 @@ use faer::sparse::linalg::cholesky::{
 };
 use faer::sparse::{SparseColMatRef, SymbolicSparseColMat};
 use faer::{Conj, Mat, MatMut, Par, Side, c64};
-use rayon::prelude::*;
 
 use super::Rayleigh;
 use crate::fem::{Pencil, elimination_order};
+use crate::parallel;
 use crate::progress::{Cancelled, Listener};
 
 /// Largest last correction of an answer, over the answer.
@@ -72,7 +72,8 @@ pub fn harmonic(
     // The order of elimination is the same for all frequencies.
     let system = HarmonicSystem::new(pencil)?;
     let done = std::sync::atomic::AtomicUsize::new(0);
-    let at = |&frequency: &f64| -> Result<Vec<c64>, HarmonicError> {
+    let at = |place: usize| -> Result<Vec<c64>, HarmonicError> {
+        let frequency = frequencies[place];
         if listener.cancelled() {
             return Err(Cancelled.into());
         }
@@ -87,7 +88,7 @@ pub fn harmonic(
         listener.advance(1 + done.fetch_add(1, std::sync::atomic::Ordering::Relaxed), frequencies.len());
         Ok(rows.iter().map(along).collect())
     };
-    frequencies.par_iter().map(at).collect()
+    parallel::try_map(frequencies.len(), &at)
 }
 
 /// The real symmetric system of a pencil, two rows for each dof.

@@ -1,11 +1,11 @@
 //! The start of a march: the acceleration that the forces of that instant demand.
 
 use faer::{Mat, MatRef};
-use rayon::prelude::*;
 
 use super::full_order::{FullOrder, FullOrderError, State};
 use crate::fem::{Pencil, contiguous_mut};
 use crate::linalg::column_groups;
+use crate::parallel;
 
 impl FullOrder<'_> {
     /// A state with `Δt² ü = Δt² M⁻¹ (F − K u − C u̇)`, the acceleration the forces of that instant demand
@@ -37,11 +37,9 @@ impl FullOrder<'_> {
             }
         }
         let mut acceleration = Mat::zeros(n, columns);
-        let solved: Vec<Option<()>> = column_groups(acceleration.as_mut(), 1)
-            .into_par_iter()
-            .enumerate()
-            .map(|(j, x)| solve_mass(pencil, rhs.col_as_slice(j), contiguous_mut(x, 0)))
-            .collect();
+        let solved = parallel::map_of(column_groups(acceleration.as_mut(), 1), &|j, x| {
+            solve_mass(pencil, rhs.col_as_slice(j), contiguous_mut(x, 0))
+        });
         if solved.contains(&None) {
             return Err(FullOrderError::SingularMass);
         }

@@ -7,7 +7,6 @@
 use std::sync::Arc;
 
 use faer::{Mat, MatRef};
-use rayon::prelude::*;
 
 use super::dofs::DofMap;
 use super::element::{ElementError, Material};
@@ -17,6 +16,7 @@ use super::pencil::{Pencil, RegionMatrices};
 use super::sparse::{Pattern, SymmetricMatrix};
 use crate::mesh::shapes::MAX_NODES;
 use crate::mesh::{ElementKind, Mesh};
+use crate::parallel;
 
 /// Pairs of nodes of the elements of a wave: 30 MB of matrices, and enough for many threads.
 const WAVE: usize = 4096 * 100;
@@ -183,11 +183,10 @@ fn assemble_region(
     let together = (WAVE / (most * most).max(1)).max(1);
     let mut buffer = vec![0.0; together.min(elements.len()) * room];
     for wave in elements.chunks(together) {
-        let folded: Vec<Option<ElementError>> = buffer
-            .par_chunks_mut(room)
-            .zip(wave)
-            .map(|(matrices, &element)| element_matrices(mesh, kernels, element, material, matrices).err())
-            .collect();
+        let folded: Vec<Option<ElementError>> =
+            parallel::map_of(buffer.chunks_mut(room).zip(wave), &|_, (matrices, &element)| {
+                element_matrices(mesh, kernels, element, material, matrices).err()
+            });
         for (error, &element) in folded.into_iter().zip(wave) {
             if let Some(source) = error {
                 return Err(ModelError::FoldedElement { element, source });

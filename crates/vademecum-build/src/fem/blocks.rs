@@ -4,7 +4,6 @@ use std::collections::BTreeMap;
 use std::sync::Arc;
 
 use faer::Mat;
-use rayon::prelude::*;
 
 use super::assembly::element_nodes;
 use super::element::{ElementError, Material};
@@ -15,6 +14,7 @@ use super::pencil::{Pencil, RegionMatrices};
 use super::sparse::{Pattern, SymmetricMatrix};
 use crate::mesh::Mesh;
 use crate::mesh::shapes::MAX_NODES;
+use crate::parallel;
 
 /// Elements whose matrices are made at once.
 const WAVE: usize = 2048;
@@ -201,7 +201,7 @@ pub fn assemble_blocks(
         found
     };
     let of_element = |element: usize| indices(&mut elements.dofs(element));
-    let mut groups: Vec<Vec<u32>> = (0..count).into_par_iter().map(of_element).collect();
+    let mut groups = parallel::map(count, &of_element);
     groups.extend(others.iter().map(|block| indices(&mut block.dofs.iter().copied())));
     if let Some(dofs) = groups[count..].iter().map(Vec::len).find(|dofs| *dofs > MOST_COUPLED) {
         return Err(ModelError::Coupled { dofs, most: MOST_COUPLED });
@@ -209,19 +209,15 @@ pub fn assemble_blocks(
     let pattern = Arc::new(pattern_of(n, &groups)?);
     let [mut mass, mut stiffness] = [(); 2].map(|()| vec![0.0; pattern.n_stored()]);
     for first in (0..groups.len()).step_by(WAVE) {
-        let wave = first..(first + WAVE).min(groups.len());
-        let blocks: Vec<Result<Block, ModelError>> = wave
-            .into_par_iter()
-            .map(|k| match k.checked_sub(count) {
-                Some(other) => Ok(others[other].eliminated(elimination)),
-                None => match elements.block(k) {
-                    Ok(block) => Ok(block.eliminated(elimination)),
-                    Err(source) => Err(ModelError::FoldedElement { element: k as u32, source }),
-                },
-            })
-            .collect();
-        for block in blocks {
-            add(&block?, &pattern, &mut stiffness, &mut mass);
+        let block = |k: usize| match k.checked_sub(count) {
+            Some(other) => Ok(others[other].eliminated(elimination)),
+            None => match elements.block(k) {
+                Ok(block) => Ok(block.eliminated(elimination)),
+                Err(source) => Err(ModelError::FoldedElement { element: k as u32, source }),
+            },
+        };
+        for block in parallel::try_map(WAVE.min(groups.len() - first), &|at| block(first + at))? {
+            add(&block, &pattern, &mut stiffness, &mut mass);
         }
     }
     let [mass, stiffness] = [mass, stiffness].map(|values| SymmetricMatrix::new(pattern.clone(), values));
@@ -285,11 +281,9 @@ fn element_forces(
     let count = elements.mesh.element_count();
     let mut sums = vec![0.0; n];
     for first in (0..count).step_by(WAVE) {
-        let wave: Vec<_> = (first..(first + WAVE).min(count)).into_par_iter().map(one).collect();
-        for found in wave {
-            if let Some((dofs, forces)) = found? {
-                dofs.iter().zip(forces).for_each(|(&dof, force)| sums[dof as usize] += force);
-            }
+        let wave = parallel::try_map(WAVE.min(count - first), &|at| one(first + at))?;
+        for (dofs, forces) in wave.into_iter().flatten() {
+            dofs.iter().zip(forces).for_each(|(&dof, force)| sums[dof as usize] += force);
         }
     }
     Ok(sums)
@@ -335,7 +329,7 @@ fn pattern_of(n: usize, groups: &[Vec<u32>]) -> Result<Pattern, ModelError> {
         rows.dedup();
         rows
     };
-    let columns: Vec<Vec<u32>> = (0..n).into_par_iter().map(column).collect();
+    let columns = parallel::map(n, &column);
     let (mut starts, mut rows) = (vec![0], Vec::with_capacity(columns.iter().map(Vec::len).sum()));
     for column in columns {
         rows.extend_from_slice(&column);

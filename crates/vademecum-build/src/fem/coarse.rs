@@ -11,10 +11,10 @@
 
 use faer::linalg::triangular_solve::solve_lower_triangular_in_place;
 use faer::{Mat, MatMut, Par, Side};
-use rayon::prelude::*;
 
 use super::sparse::SymmetricMatrix;
 use crate::linalg::{Random, TALL, row_groups, subtract_product, transposed_product};
+use crate::parallel;
 
 /// Columns of a coarse space.
 const COLUMNS: usize = 24;
@@ -49,7 +49,7 @@ impl CoarseSpace {
             let lower = energies.llt(Side::Lower).ok()?;
             for block in [&mut columns, &mut images] {
                 // `(X L⁻ᵀ)ᵀ = L⁻¹ Xᵀ`.
-                row_groups(block.as_mut(), TALL).into_par_iter().for_each(|rows| {
+                parallel::for_each_of(row_groups(block.as_mut(), TALL), &|_, rows| {
                     solve_lower_triangular_in_place(lower.L(), rows.transpose_mut(), Par::Seq);
                 });
             }

@@ -9,7 +9,6 @@ use std::sync::{Arc, Mutex, MutexGuard, OnceLock, PoisonError};
 
 use faer::prelude::{Reborrow, ReborrowMut};
 use faer::{Mat, MatMut};
-use rayon::prelude::*;
 
 use super::engine::{Engine, PencilRows, Search, SpreadFactor};
 use super::factor_error::FactorError;
@@ -24,6 +23,7 @@ use super::substitution::{LARGE, gather, scatter, substitute, substitute_by_grou
 use super::supernodes::Supernodes;
 use super::thin::padded;
 use crate::linalg::{Random, column_groups};
+use crate::parallel;
 
 /// Right-hand sides solved together by one thread with a small factor: 16 columns cost less than 4 single
 /// ones, and groups of 8 leave work for two threads.
@@ -275,7 +275,7 @@ impl Symbolic {
     /// # Errors
     /// The error of the first matrix, in the given order, that has one.
     pub(crate) fn factorize_all(&self, matrices: Vec<SymmetricMatrix>) -> Result<Vec<Factor>, FactorError> {
-        let factors: Vec<_> = matrices.into_par_iter().map(|matrix| self.factorize(matrix)).collect();
+        let factors = parallel::map_of(matrices, &|_, matrix| self.factorize(matrix));
         factors.into_iter().collect()
     }
 }
@@ -534,17 +534,12 @@ impl Solve {
 
 /// Solves with a small factor; threads share groups of columns.
 fn solve_groups(supernodes: &Supernodes, values: &[f64], rhs: MatMut<'_, f64>, groups: &mut [[Vec<f64>; 2]]) {
-    let solve = |(mut rhs, [x, spare]): (MatMut<'_, f64>, &mut [Vec<f64>; 2])| {
+    let groups = column_groups(rhs, SOLVE_GROUP).into_iter().zip(groups);
+    parallel::for_each_of(groups, &|_, (mut rhs, [x, spare])| {
         let k = rhs.ncols();
         let x = &mut x[..supernodes.n() * k];
         gather(supernodes, k, x, |row, column| rhs[(row, column)]);
         substitute(supernodes, values, x, k, spare);
         scatter(supernodes, x, k, rhs.rb_mut(), |x, _, _| x);
-    };
-    let some = column_groups(rhs, SOLVE_GROUP);
-    if some.len() > 1 {
-        some.into_par_iter().zip(groups.par_iter_mut()).for_each(solve);
-    } else {
-        some.into_iter().zip(groups).for_each(solve);
-    }
+    });
 }

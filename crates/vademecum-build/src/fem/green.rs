@@ -18,8 +18,6 @@
 //! quadratic mesh. Elements run in parallel and are added in the order of the mesh, so the bytes are the same
 //! for any number of threads.
 
-use rayon::prelude::*;
-
 use super::assembly::{NodeGraph, blocks_over_free_dofs, element_nodes, incident_elements};
 use super::element::{ElementError, ElementKernel, jacobian};
 use super::model::Model;
@@ -28,12 +26,16 @@ use crate::linalg::vec3::{cross, dot};
 use crate::mesh::Order;
 use crate::mesh::rules::{rule_degree_5, rule_degree_6};
 use crate::mesh::shapes::{Point, TET_NODES, tabulate_point};
+use crate::parallel;
 
 /// Rows of `z` at each point of integration.
 const ROWS: usize = 6;
 
 /// Elements that one parallel task handles.
 const CHUNK: usize = 32;
+
+/// Dofs that one parallel task sums the forces of.
+const DOF_CHUNK: usize = 1024;
 
 /// Elements whose tangents are held at a time: 30 MB of quadratic ones.
 const WAVE: usize = 4096;
@@ -196,7 +198,7 @@ impl<'m> GreenStrain<'m> {
             }
             sum
         };
-        let sums: Vec<f64> = (0..self.n_chunks()).into_par_iter().map(of_chunk).collect();
+        let sums = parallel::map(self.n_chunks(), &of_chunk);
         0.5 * sums.iter().sum::<f64>()
     }
 
@@ -294,7 +296,7 @@ impl<'m> GreenStrain<'m> {
         let mut sums = vec![[0.0; 9]; self.graph.pairs()];
         let mut buffer = vec![[0.0; 9]; WAVE.min(elements.len()) * n * n];
         for wave in elements.chunks(WAVE) {
-            buffer.par_chunks_mut(n * n).zip(wave).for_each(|(blocks, &element)| {
+            parallel::for_each_of(buffer.chunks_mut(n * n).zip(wave), &|_, (blocks, &element)| {
                 blocks.fill([0.0; 9]);
                 let nodal = self.nodal(&u, element);
                 for (point, row) in self.points(element).zip(self.rows_of(z, element)) {
@@ -337,7 +339,7 @@ impl<'m> GreenStrain<'m> {
             }
             least
         };
-        (0..self.n_chunks()).into_par_iter().map(of_chunk).reduce(|| f64::INFINITY, f64::min)
+        parallel::map(self.n_chunks(), &of_chunk).into_iter().fold(f64::INFINITY, f64::min)
     }
 
     fn n_chunks(&self) -> usize {
@@ -399,7 +401,7 @@ impl<'m> GreenStrain<'m> {
             rest = others;
             chunks.push((elements, own));
         }
-        chunks.into_par_iter().for_each(|(elements, mut rows)| {
+        parallel::for_each_of(chunks, &|_, (elements, mut rows)| {
             for element in elements {
                 let (own, others) = rows.split_at_mut(self.first[element + 1][1] - self.first[element][1]);
                 task(element, own);
@@ -413,16 +415,19 @@ impl<'m> GreenStrain<'m> {
         assert_eq!(f.len(), self.n_dof());
         let n = self.model.mesh().order().nodes_per_element();
         let mut forces = vec![[0.0; 3]; (self.first.len() - 1) * n];
-        forces.par_chunks_mut(CHUNK * n).enumerate().for_each(|(chunk, forces)| {
+        parallel::for_each_of(forces.chunks_mut(CHUNK * n), &|chunk, forces| {
             for (element, forces) in self.elements_of(chunk).zip(forces.chunks_mut(n)) {
                 task(element, forces);
             }
         });
         let (starts, places) = &self.places;
         let free = self.model.dofs().dof_of_free();
-        f.par_iter_mut().with_min_len(1024).zip(free).for_each(|(f, &dof)| {
-            let (node, c) = (dof as usize / 3, dof as usize % 3);
-            *f = places[starts[node]..starts[node + 1]].iter().map(|&place| forces[place][c]).sum();
+        let chunks = f.chunks_mut(DOF_CHUNK).zip(free.chunks(DOF_CHUNK));
+        parallel::for_each_of(chunks, &|_, (f, free)| {
+            for (f, &dof) in f.iter_mut().zip(free) {
+                let (node, c) = (dof as usize / 3, dof as usize % 3);
+                *f = places[starts[node]..starts[node + 1]].iter().map(|&place| forces[place][c]).sum();
+            }
         });
     }
 }

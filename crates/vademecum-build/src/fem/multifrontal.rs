@@ -17,12 +17,12 @@ use faer::linalg::matmul::triangular::{self, BlockStructure};
 use faer::linalg::triangular_solve::solve_lower_triangular_in_place;
 use faer::prelude::{Reborrow, ReborrowMut};
 use faer::{Accum, MatMut, MatRef, Par, Spec};
-use rayon::prelude::*;
 
 use super::number::FactorScalar;
 use super::sparse::SymmetricMatrix;
 use super::supernodes::{Group, Scaling, Supernodes};
 use crate::linalg::{SHARED, by_rows};
+use crate::parallel;
 
 /// Columns of a group that are factorised at a time.
 const PANEL: usize = 128;
@@ -57,8 +57,9 @@ pub(super) fn fresh_square<T: FactorScalar>(n: usize) -> Vec<T> {
     let mut square = vec![T::nearest(0.0); n * n];
     if (n * n) as f64 > SHARED {
         // Fresh pages are written at once, as those of the factor are.
-        let columns = square.par_chunks_exact_mut(n).enumerate();
-        columns.for_each(|(column, rows)| rows[column..].fill(T::nearest(0.0)));
+        parallel::for_each_of(square.chunks_exact_mut(n), &|column, rows| {
+            rows[column..].fill(T::nearest(0.0));
+        });
     }
     square
 }
@@ -86,7 +87,7 @@ pub(super) fn add<T: FactorScalar>(
     };
     if (rows * rows) as f64 > SHARED {
         let targets: Vec<_> = targets.enumerate().filter_map(mine).collect();
-        targets.into_par_iter().for_each(task);
+        parallel::for_each_of(targets, &|_, target| task(target));
     } else {
         targets.enumerate().filter_map(mine).for_each(task);
     }

@@ -32,7 +32,6 @@ use faer::linalg::matmul::matmul;
 use faer::linalg::triangular_solve::{solve_lower_triangular_in_place, solve_upper_triangular_in_place};
 use faer::prelude::{Reborrow, ReborrowMut};
 use faer::{Accum, Mat, MatMut, MatRef, Par};
-use rayon::prelude::*;
 
 use super::factor::{Factor, Solve, Symbolic};
 use super::multifrontal::{add, fresh_square};
@@ -40,6 +39,7 @@ use super::rigid::RigidBody;
 use super::sparse::{SymmetricMatrix, contiguous_mut};
 use super::supernodes::{Group, Run, Supernodes};
 use crate::linalg::{HEIGHT, SHARED, by_rows, column_groups, symmetric_part};
+use crate::parallel;
 use crate::progress::{Cancelled, Listener};
 
 /// Rows and columns of a tile that is mirrored at a time: two fit the first cache.
@@ -347,18 +347,12 @@ fn downwards(
 fn inverse_of_lower(lower: MatRef<'_, f64>) -> Mat<f64> {
     let n = lower.nrows();
     let mut inverse = Mat::zeros(n, n);
-    let some = |(at, columns): (usize, MatMut<'_, f64>)| {
+    parallel::for_each_of(column_groups(inverse.as_mut(), HEIGHT), &|at, columns| {
         let first = at * HEIGHT;
         let mut rows = columns.subrows_mut(first, n - first);
         rows.rb_mut().diagonal_mut().fill(1.0);
         solve_lower_triangular_in_place(lower.submatrix(first, first, n - first, n - first), rows, Par::Seq);
-    };
-    let groups = column_groups(inverse.as_mut(), HEIGHT);
-    if groups.len() > 1 {
-        groups.into_par_iter().enumerate().for_each(some);
-    } else {
-        groups.into_iter().enumerate().for_each(some);
-    }
+    });
     inverse
 }
 
@@ -376,7 +370,7 @@ fn gather<'v>(
     values: impl Fn(usize) -> &'v [f64] + Sync,
 ) -> Mat<f64> {
     let mut front = Mat::zeros(below, below);
-    let take = |(place, target): (usize, &mut [f64])| {
+    let take = |place: usize, target: &mut [f64]| {
         let run = &runs[runs.partition_point(|run| run.places.end <= place)];
         let height = supernodes.groups[run.owner].height();
         let local = &run.local[place - run.places.start..];
@@ -386,10 +380,11 @@ fn gather<'v>(
         }
     };
     if (below * below) as f64 > SHARED {
-        let columns = column_groups(front.as_mut(), 1).into_par_iter().enumerate();
-        columns.for_each(|(place, mut column)| take((place, contiguous_mut(column.rb_mut(), 0))));
+        parallel::for_each_of(column_groups(front.as_mut(), 1), &|place, column| {
+            take(place, contiguous_mut(column, 0));
+        });
     } else {
-        (0..below).for_each(|place| take((place, front.col_as_slice_mut(place))));
+        (0..below).for_each(|place| take(place, front.col_as_slice_mut(place)));
     }
     mirror(front.as_mut());
     front

@@ -12,7 +12,6 @@
 
 use faer::prelude::{Reborrow, ReborrowMut};
 use faer::{Mat, MatMut};
-use rayon::prelude::*;
 
 use super::coarse::CoarseSpace;
 use super::multifrontal::factorise;
@@ -20,6 +19,7 @@ use super::sparse::{AT_ONCE, SymmetricMatrix, contiguous, contiguous_mut};
 use super::substitution::{gather, scatter, substitute_by_groups};
 use super::supernodes::{Scaling, Supernodes};
 use crate::linalg::column_groups;
+use crate::parallel;
 
 /// The error of a solution, relative to it in the energy norm, at which an iteration ends.
 pub(super) const TOLERANCE: f64 = 1e-12;
@@ -163,7 +163,7 @@ impl SingleFactor {
             let largest = scaled.fold(0.0, f64::max);
             if largest > 0.0 { largest } else { 1.0 }
         };
-        let sizes: Vec<f64> = (0..z.ncols()).into_par_iter().map(size).collect();
+        let sizes = parallel::map(z.ncols(), &size);
         gather(supernodes, sizes.len(), image, |row, column| {
             (z[(row, column)] * scale[row] / sizes[column]) as f32
         });
@@ -185,8 +185,8 @@ fn each(
     task: impl Fn(&mut Column<'_>) + Sync,
 ) {
     let [residual, direction, turned] = blocks.map(|block| column_groups(block.rb_mut(), 1));
-    let columns = column_groups(x.rb_mut(), 1).into_par_iter().zip(residual).zip(direction).zip(turned);
-    columns.zip(states).for_each(|((((x, residual), direction), turned), state)| {
+    let columns = column_groups(x.rb_mut(), 1).into_iter().zip(residual).zip(direction).zip(turned);
+    parallel::for_each_of(columns.zip(states), &|_, ((((x, residual), direction), turned), state)| {
         if !state.done {
             let [x, residual, direction, turned] =
                 [x, residual, direction, turned].map(|column| contiguous_mut(column, 0));

@@ -15,11 +15,11 @@ use faer::prelude::ReborrowMut;
 use faer::sparse::SymbolicSparseColMatRef;
 use faer::{Mat, MatMut, MatRef};
 use pulp::Arch;
-use rayon::prelude::*;
 
 use super::late::Lazy;
 use super::spread::SpreadMatrix;
 use crate::linalg::row_groups;
+use crate::parallel;
 
 /// Rows one parallel task handles: some 100 µs of work, far above the cost of handing a task over.
 const ROW_CHUNK: usize = 2048;
@@ -267,7 +267,9 @@ impl SymmetricMatrix {
                 dot_closely(row.map(|(&j, &a)| (a, x[j as usize])))
             };
             let y = contiguous_mut(y.rb_mut(), c);
-            y.par_iter_mut().with_min_len(ROW_CHUNK).enumerate().for_each(|(i, y)| *y = row(i));
+            parallel::for_each_of(y.chunks_mut(ROW_CHUNK), &|chunk, y| {
+                y.iter_mut().zip(chunk * ROW_CHUNK..).for_each(|(y, i)| *y = row(i));
+            });
         }
     }
 
@@ -395,27 +397,25 @@ fn mul_columns<const N: usize, const C: usize>(
     let (rows, _) = turned.as_chunks_mut::<C>();
     for (part, (_, x)) in parts.iter().enumerate() {
         let columns: [&[f64]; C] = std::array::from_fn(|c| contiguous(*x, c));
-        let turn = |(chunk, rows): (usize, &mut [[f64; C]])| {
+        let rows = &mut rows[part * n..(part + 1) * n];
+        parallel::for_each_of(rows.chunks_mut(ROW_CHUNK), &|chunk, rows| {
             let first = chunk * ROW_CHUNK;
             let cut = columns.map(|column| &column[first..first + rows.len()]);
             for (at, row) in rows.iter_mut().enumerate() {
                 *row = cut.map(|column| column[at]);
             }
-        };
-        let rows = &mut rows[part * n..(part + 1) * n];
-        in_chunks(rows.chunks_mut(ROW_CHUNK).collect(), turn);
+        });
     }
     let right: [(&[f64], &[[f64; C]]); N] =
         std::array::from_fn(|part| (parts[part].0, &rows[part * n..(part + 1) * n]));
     // A product and a sum stay two roundings, whatever the vectors.
     let arch = Arch::new();
-    let task = |(chunk, y): (usize, MatMut<'_, f64>)| {
+    parallel::for_each_of(row_groups(y, ROW_CHUNK), &|chunk, y| {
         arch.dispatch(
             #[inline(always)]
             || mul_chunk(pattern, chunk * ROW_CHUNK, right, y),
         );
-    };
-    in_chunks(row_groups(y, ROW_CHUNK), task);
+    });
 }
 
 /// The rows of a product from `first` on.
@@ -440,15 +440,6 @@ fn mul_chunk<const N: usize, const C: usize>(
         for c in 0..C {
             y[(local, c)] = sums[c];
         }
-    }
-}
-
-/// Chunks of rows, shared among threads where there are several.
-fn in_chunks<T: Send>(chunks: Vec<T>, task: impl Fn((usize, T)) + Sync + Send) {
-    if chunks.len() > 1 {
-        chunks.into_par_iter().enumerate().for_each(task);
-    } else {
-        chunks.into_iter().enumerate().for_each(task);
     }
 }
 

@@ -6,13 +6,12 @@
 //! region is taken (Hinton and Campbell 1974): across an interface of two materials stress jumps, so a node
 //! there has a stress for each region.
 
-use rayon::prelude::*;
-
 use super::assembly::element_nodes;
 use super::element::{ElementError, gradients, jacobian};
 use super::model::Model;
 use crate::mesh::shapes::{MAX_NODES, Point, reference_nodes, tabulate};
 use crate::mesh::{ElementKind, Mesh};
+use crate::parallel;
 
 /// Components of a stress: xx, yy, zz, xy, yz, zx.
 pub const COMPONENTS: usize = 6;
@@ -73,7 +72,8 @@ impl StressRows {
         let table = |kind: ElementKind| {
             &tables.iter().find(|(known, _)| *known == kind).expect("a table for each kind").1
         };
-        let of_point = |point: &StressPoint| {
+        let of_point = |at: usize| {
+            let point: &StressPoint = &points[at];
             let own = |e: &&usize| mesh.element_region[**e] == point.region;
             let around: Vec<usize> = elements[point.node as usize].iter().filter(own).copied().collect();
             let share = 1.0 / around.len().max(1) as f64;
@@ -96,7 +96,7 @@ impl StressRows {
             }
             Ok(row)
         };
-        let rows = points.par_iter().map(of_point).collect::<Result<_, _>>()?;
+        let rows = parallel::try_map(points.len(), &of_point)?;
         Ok(StressRows { points, rows })
     }
 

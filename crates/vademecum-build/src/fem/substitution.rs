@@ -15,12 +15,12 @@ use faer::linalg::matmul::matmul;
 use faer::linalg::triangular_solve::{solve_lower_triangular_in_place, solve_upper_triangular_in_place};
 use faer::prelude::{Reborrow, ReborrowMut};
 use faer::{Accum, MatMut, MatRef, Par};
-use rayon::prelude::*;
 
 use super::number::FactorScalar;
 use super::supernodes::{Group, Supernodes};
 use super::thin::BlockKernel;
 use crate::linalg::{HEIGHT, SHARED, column_groups};
+use crate::parallel;
 
 /// Columns of a group that are solved for at a time.
 const PANEL: usize = 128;
@@ -28,7 +28,7 @@ const PANEL: usize = 128;
 /// Reading an entry of the factor takes as long as multiplying it with this number of columns.
 const FEW_COLUMNS: usize = 16;
 
-/// Rows at least that one thread copies at a time.
+/// Rows that one thread copies at a time.
 const FEW: usize = 4096;
 
 /// Columns that one thread writes at a time.
@@ -143,8 +143,12 @@ pub(super) fn gather<T: FactorScalar>(
     x: &mut [T],
     number: impl Fn(usize, usize) -> T + Sync,
 ) {
-    let rows = x.par_chunks_exact_mut(k).zip(supernodes.order()).with_min_len(FEW);
-    rows.for_each(|(x, &row)| x.iter_mut().enumerate().for_each(|(j, x)| *x = number(row as usize, j)));
+    let chunks = x.chunks_mut(FEW * k).zip(supernodes.order().chunks(FEW));
+    parallel::for_each_of(chunks, &|_, (x, order)| {
+        for (x, &row) in x.chunks_exact_mut(k).zip(order) {
+            x.iter_mut().enumerate().for_each(|(j, x)| *x = number(row as usize, j));
+        }
+    });
 }
 
 /// Writes the columns back from rows of `k` numbers; `number` gives the entry at a row and a column. All
@@ -156,7 +160,7 @@ pub(super) fn scatter<T: FactorScalar>(
     to: MatMut<'_, f64>,
     number: impl Fn(T, usize, usize) -> f64 + Sync,
 ) {
-    column_groups(to, SIDE_BY_SIDE).into_par_iter().enumerate().for_each(|(group, mut to)| {
+    parallel::for_each_of(column_groups(to, SIDE_BY_SIDE), &|group, mut to| {
         let first = group * SIDE_BY_SIDE;
         for (x, &row) in x.chunks_exact(k).zip(supernodes.order()) {
             let row = row as usize;
@@ -171,11 +175,11 @@ pub(super) fn scatter<T: FactorScalar>(
 /// read for each. Threads share them where there is enough to read.
 fn by_rows<T: Send>(x: &mut [T], k: usize, inner: usize, task: impl Fn(usize, &mut [T]) + Sync) {
     let work = x.len().max(x.len() / k * FEW_COLUMNS) as f64 * inner as f64;
-    let some = |(at, rows): (usize, &mut [T])| task(at * HEIGHT, rows);
-    if work > SHARED && x.len() > HEIGHT * k {
-        x.par_chunks_mut(HEIGHT * k).enumerate().for_each(some);
+    let groups = x.chunks_mut(HEIGHT * k);
+    if work > SHARED {
+        parallel::for_each_of(groups, &|at, rows| task(at * HEIGHT, rows));
     } else {
-        x.chunks_mut(HEIGHT * k).enumerate().for_each(some);
+        groups.enumerate().for_each(|(at, rows)| task(at * HEIGHT, rows));
     }
 }
 

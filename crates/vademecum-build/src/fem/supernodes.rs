@@ -7,11 +7,11 @@ use std::ops::Range;
 
 use faer::sparse::linalg::cholesky::{SymbolicCholesky, SymbolicCholeskyRaw};
 use faer::{Index, MatRef};
-use rayon::prelude::*;
 
 use super::number::FactorScalar;
 use super::sparse::SymmetricMatrix;
 use super::tree::{Contribution, Tree};
+use crate::parallel;
 
 /// Numbers at the end of an array that are worth giving back to the system.
 const RETURNED: usize = 1 << 20;
@@ -147,10 +147,10 @@ impl Supernodes {
         let [tree, solves] = [(); 2].map(|()| Tree::new(vec![], vec![], Contribution::Much));
         let mut all = Self { groups, tree, solves, rows, in_parent: vec![], owner, place, order };
         let parent: Vec<_> = all.groups.iter().map(|group| all.parent(group)).collect();
-        let local = |(group, parent): (&Group, &Option<usize>)| {
-            parent.map_or(vec![], |parent| all.local(all.rows(group), &all.groups[parent]))
+        let local = |at: usize| {
+            parent[at].map_or(vec![], |parent| all.local(all.rows(&all.groups[at]), &all.groups[parent]))
         };
-        let places: Vec<Vec<u32>> = all.groups.par_iter().zip(&parent).map(local).collect();
+        let places = parallel::map(parent.len(), &local);
         all.in_parent = places.concat();
         let work = |of: fn(&Group) -> f64| all.groups.iter().map(of).collect();
         let [factorise, solve] = [work(Group::work), work(Group::entries)];
@@ -305,7 +305,7 @@ impl Supernodes {
     ) -> Vec<T> {
         let mut values = vec![T::nearest(0.0); self.len()];
         let places = self.split(&mut values, |group| group.values.len());
-        self.groups.par_iter().zip(places).for_each(|(group, own)| self.fill(group, matrix, scaling, own));
+        parallel::for_each_of(places, &|at, own| self.fill(&self.groups[at], matrix, scaling, own));
         values
     }
 

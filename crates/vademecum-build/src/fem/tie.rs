@@ -1,11 +1,10 @@
 //! Points on facets: the place on a surface that is nearest to a point, as shape functions of its nodes.
 
-use rayon::prelude::*;
-
 use super::loads::{Facet, facet_shapes};
 use crate::linalg::vec3::{dot, norm, sub};
 use crate::mesh::shapes::quadrangle_shapes;
 use crate::mesh::{FacetKind, Mesh, Order};
+use crate::parallel;
 
 /// A place on a surface.
 #[derive(Clone, Debug, PartialEq)]
@@ -21,23 +20,24 @@ pub struct Anchor {
 /// Points in parallel. Facets are passed over whose bounding sphere is farther than what was found.
 pub fn anchors(mesh: &Mesh, facets: &[Facet], points: &[[f64; 3]]) -> Vec<Option<Anchor>> {
     let spheres: Vec<([f64; 3], f64)> = facets.iter().map(|facet| sphere(mesh, facet)).collect();
-    let nearest = |point: &[f64; 3]| {
+    let nearest = |at: usize| {
+        let point = points[at];
         let mut order: Vec<(f64, usize)> =
-            spheres.iter().map(|(at, radius)| norm(sub(*point, *at)) - radius).zip(0..).collect();
+            spheres.iter().map(|(at, radius)| norm(sub(point, *at)) - radius).zip(0..).collect();
         order.sort_unstable_by(|a, b| a.0.total_cmp(&b.0));
         let mut best: Option<Anchor> = None;
         for (least, facet) in order {
             if best.as_ref().is_some_and(|best| best.distance <= least) {
                 break;
             }
-            let found = nearest_on(mesh, &facets[facet], *point);
+            let found = nearest_on(mesh, &facets[facet], point);
             if best.as_ref().is_none_or(|best| found.distance < best.distance) {
                 best = Some(found);
             }
         }
         best
     };
-    points.par_iter().map(nearest).collect()
+    parallel::map(points.len(), &nearest)
 }
 
 /// Middle of the nodes of a facet, and a radius that holds all of it: a curved facet leaves the hull of its

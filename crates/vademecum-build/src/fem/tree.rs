@@ -10,7 +10,7 @@
 
 use std::collections::BTreeMap;
 
-use rayon::prelude::*;
+use crate::parallel;
 
 /// Contribution of a group to its parent.
 #[derive(Clone, Copy, Debug)]
@@ -131,9 +131,9 @@ impl Tree {
             match stage {
                 Pass::Group(group) => left = climb(parts.take(&[*group]), left)?,
                 Pass::Subtrees(subtrees) => {
-                    let some: Vec<_> = subtrees.iter().map(|groups| parts.take(groups)).collect();
-                    let done = some.into_par_iter().map(|groups| climb(groups, Contributions::new()));
-                    for done in done.collect::<Vec<_>>() {
+                    let some = subtrees.iter().map(|groups| parts.take(groups));
+                    let climb = |_, groups| climb(groups, Contributions::new());
+                    for done in parallel::map_of(some, &climb) {
                         left.append(&mut done?);
                     }
                 }
@@ -179,9 +179,10 @@ impl Tree {
             match stage {
                 Pass::Group(group) => descend(parts.take(&[*group]), &mut left, None),
                 Pass::Subtrees(subtrees) => {
-                    let some: Vec<_> = subtrees.iter().map(|groups| parts.take(groups)).collect();
-                    some.into_par_iter()
-                        .for_each(|groups| descend(groups, &mut Contributions::new(), Some(&left)));
+                    let some = subtrees.iter().map(|groups| parts.take(groups));
+                    parallel::for_each_of(some, &|_, groups| {
+                        descend(groups, &mut Contributions::new(), Some(&left));
+                    });
                     subtrees
                         .iter()
                         .filter_map(|groups| groups.last())

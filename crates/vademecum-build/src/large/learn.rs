@@ -3,7 +3,6 @@
 use std::sync::Arc;
 
 use faer::{Mat, MatRef};
-use rayon::prelude::*;
 
 use super::basis::with_followers;
 use super::map::{Pairs, ReducedStrain, StrainGram};
@@ -15,6 +14,7 @@ use crate::dynamics::large::LargeError;
 use crate::dynamics::{Modes, ModesError, lowest_modes};
 use crate::fem::{Factor, FactorError, GreenError, GreenStrain, Symbolic};
 use crate::linalg::NoConvergence;
+use crate::parallel;
 use crate::prepared::Body;
 use crate::store::StageCache;
 
@@ -189,11 +189,12 @@ impl<'a> StrainLearner<'a> {
         let basis = &from.basis;
         let states = self.seen(&basis.vectors, &states);
         let grams = self.columns(basis, from.prior).fitted(&states, &RIDGES)?;
-        let of = |(ridge, gram): (&f64, &StrainGram)| {
+        let of = |at: usize| {
+            let (ridge, gram) = (RIDGES[at], &grams[at]);
             let name = format!(", fitted with ridge {ridge}");
             self.learnt(name, (from.modes, from.prior), basis, gram, &states)
         };
-        RIDGES.par_iter().zip(&grams).map(of).collect()
+        parallel::try_map(RIDGES.len(), &of)
     }
 
     /// The lowest modes.

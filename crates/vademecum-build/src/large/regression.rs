@@ -16,12 +16,12 @@
 use faer::linalg::matmul::matmul;
 use faer::prelude::{Reborrow, ReborrowMut};
 use faer::{Accum, Mat, MatMut, MatRef, Par};
-use rayon::prelude::*;
 
 use super::map::{Pairs, StrainGram};
 use super::states::TrainingStates;
 use crate::linalg::symmetric_eigen;
 use crate::linalg::{NoConvergence, column_groups, product, symmetric_part, transposed_product};
+use crate::parallel;
 
 /// Strains that are worked on at a time.
 const TOGETHER: usize = 4096;
@@ -136,7 +136,7 @@ impl StrainColumns {
 
 /// Some columns at a time, with the first of them; threads share them.
 fn each_group(x: MatMut<'_, f64>, task: impl Fn(usize, MatMut<'_, f64>) + Sync) {
-    column_groups(x, WIDTH).into_par_iter().enumerate().for_each(|(k, group)| task(k * WIDTH, group));
+    parallel::for_each_of(column_groups(x, WIDTH), &|k, group| task(k * WIDTH, group));
 }
 
 /// `C ← C + AᵀB`.

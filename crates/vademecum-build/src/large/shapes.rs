@@ -3,11 +3,11 @@
 use std::sync::atomic::{AtomicUsize, Ordering};
 
 use faer::MatRef;
-use rayon::prelude::*;
 
 use super::prediction::Prediction;
 use crate::dynamics::large::{LargeError, Newton, Relaxation};
 use crate::fem::{Factor, GreenStrain, SOFTENING, Symbolic};
+use crate::parallel;
 use crate::progress::Listener;
 use crate::store::StageCache;
 
@@ -76,6 +76,6 @@ pub(crate) fn relaxed(
         listener.checkpoint(1 + done.fetch_add(1, Ordering::Relaxed), drawn.ncols())?;
         Ok(found)
     };
-    let found: Result<Vec<Option<_>>, LargeError> = (0..drawn.ncols()).into_par_iter().map(of).collect();
-    Ok(found?.into_iter().flatten().collect())
+    let found = parallel::try_map(drawn.ncols(), &of)?;
+    Ok(found.into_iter().flatten().collect())
 }

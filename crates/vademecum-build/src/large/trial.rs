@@ -4,7 +4,6 @@ use std::fmt::Debug;
 use std::time::Instant;
 
 use faer::Mat;
-use rayon::prelude::*;
 use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
 
@@ -15,6 +14,7 @@ use crate::fem::{GreenStrain, SOFTENING, Symbolic};
 use crate::input::Problem;
 use crate::linalg::{Random, project, unit};
 use crate::mesh::Mesh;
+use crate::parallel;
 use crate::prepared::Body;
 use crate::progress::Listener;
 use crate::store::{Inputs, StageCache};
@@ -210,10 +210,10 @@ impl ReferenceModel<'_> {
             let missing: Vec<usize> = (0..count).filter(|&k| found[k].is_none()).collect();
             let pulses: Vec<bool> = missing.iter().map(|k| k.is_multiple_of(2)).collect();
             let weaker = if draw + 1 == MAX_DRAWS { MAX_HALVINGS } else { HALVINGS };
-            let marched = |push: &Push| self.march(push, drawn, (steps, weaker), kept);
-            let marched: Result<Vec<_>, LargeError> =
-                drawn.draw(&pulses, seed + draw).par_iter().map(marched).collect();
-            missing.into_iter().zip(marched?).for_each(|(k, reference)| found[k] = reference);
+            let pushes = drawn.draw(&pulses, seed + draw);
+            let march = |at: usize| self.march(&pushes[at], drawn, (steps, weaker), kept);
+            let marched = parallel::try_map(pushes.len(), &march)?;
+            missing.into_iter().zip(marched).for_each(|(k, reference)| found[k] = reference);
         }
         Ok(found.into_iter().flatten().collect())
     }

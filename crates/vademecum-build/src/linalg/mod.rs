@@ -12,7 +12,8 @@ pub use random::Random;
 use faer::linalg::matmul::matmul;
 use faer::{Accum, Mat, MatMut, MatRef, Par};
 use pulp::Arch;
-use rayon::prelude::*;
+
+use crate::parallel;
 
 /// A dense decomposition that met what it cannot decompose.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
@@ -70,18 +71,15 @@ pub(crate) const TALL: usize = 4096;
 
 /// `VᵀX` of two tall matrices, shape (columns of `V`, columns of `X`): all threads, summed in one order.
 pub(crate) fn transposed_product(v: MatRef<'_, f64>, x: MatRef<'_, f64>) -> Mat<f64> {
-    let part = |first: usize| {
+    let part = |at: usize| {
+        let first = at * TALL;
         let height = TALL.min(v.nrows() - first);
         let mut part = Mat::zeros(v.ncols(), x.ncols());
         let (v, x) = (v.subrows(first, height), x.subrows(first, height));
         matmul(part.as_mut(), Accum::Replace, v.transpose(), x, 1.0, Par::Seq);
         part
     };
-    let firsts: Vec<usize> = (0..v.nrows()).step_by(TALL).collect();
-    let parts: Vec<Mat<f64>> = match firsts.as_slice() {
-        [] | [_] => firsts.into_iter().map(part).collect(),
-        _ => firsts.into_par_iter().map(part).collect(),
-    };
+    let parts = parallel::map(v.nrows().div_ceil(TALL), &part);
     let zero = Mat::zeros(v.ncols(), x.ncols());
     parts.into_iter().fold(zero, |sum, part| sum + part)
 }
@@ -105,16 +103,10 @@ pub fn sequential_product(a: MatRef<'_, f64>, b: MatRef<'_, f64>) -> Mat<f64> {
 
 /// `X ← X − V C` for tall `X` and `V`; all threads.
 pub(crate) fn subtract_product(x: MatMut<'_, f64>, v: MatRef<'_, f64>, c: MatRef<'_, f64>) {
-    let some = |(at, rows): (usize, MatMut<'_, f64>)| {
+    parallel::for_each_of(row_groups(x, TALL), &|at, rows| {
         let v = v.subrows(at * TALL, rows.nrows());
         matmul(rows, Accum::Add, v, c, -1.0, Par::Seq);
-    };
-    let groups = row_groups(x, TALL);
-    if groups.len() > 1 {
-        groups.into_par_iter().enumerate().for_each(some);
-    } else {
-        groups.into_iter().enumerate().for_each(some);
-    }
+    });
 }
 
 /// A tall matrix that grows by columns. Pages are touched as columns come to them, and columns move only
@@ -189,11 +181,10 @@ pub(crate) fn by_rows<T: Send + Sync>(
 ) {
     let work = c.nrows() as f64 * c.ncols() as f64 * inner as f64;
     let height = HEIGHT.max(c.nrows().div_ceil(PARTS));
-    let some = |(at, rows): (usize, MatMut<'_, T>)| task(at * height, rows);
     let groups = row_groups(c, height);
-    if work > SHARED && groups.len() > 1 {
-        groups.into_par_iter().enumerate().for_each(some);
+    if work > SHARED {
+        parallel::for_each_of(groups, &|at, rows| task(at * height, rows));
     } else {
-        groups.into_iter().enumerate().for_each(some);
+        groups.into_iter().enumerate().for_each(|(at, rows)| task(at * height, rows));
     }
 }

@@ -15,11 +15,11 @@
 
 use faer::linalg::solvers::DenseSolveCore as _;
 use faer::{Mat, MatRef};
-use rayon::prelude::*;
 
 use super::axis_map::{AxisMap, weights};
 use super::error::ParametricError;
 use crate::fem::{Pencil, Solve, Symbolic, SymmetricMatrix};
+use crate::parallel;
 use crate::progress::Listener;
 use crate::separated::{DenseSpace, Energy, SeparatedError, Space, compress};
 
@@ -175,7 +175,7 @@ pub(super) fn compressed_basis(
     let mut blocks = vec![full.basis.clone()];
     // A few points at a time: their blocks are as long as the mesh is large.
     for (i, chunk) in points.chunks(2 * rayon::current_num_threads()).enumerate() {
-        let responses = chunk.par_iter().map(|p| full.at(p)).collect::<Result<Vec<_>, _>>()?;
+        let responses = parallel::try_map(chunk.len(), &|at| full.at(&chunk[at]))?;
         for response in responses {
             blocks.push(response.load);
             blocks.extend(response.auxiliary);

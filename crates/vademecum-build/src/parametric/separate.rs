@@ -3,7 +3,6 @@
 use std::cell::RefCell;
 
 use faer::{Mat, MatRef};
-use rayon::prelude::*;
 use vademecum_format::scheme::{SchemeTable, theta};
 use vademecum_format::{Axis as FileAxis, AxisKind as FileAxisKind, AxisRole};
 
@@ -15,6 +14,7 @@ use super::responses::{
 };
 use crate::basis::Basis;
 use crate::fem::{Pencil, Symbolic};
+use crate::parallel;
 use crate::prepared::{ParameterSpace, Setting};
 use crate::progress::Listener;
 use crate::response::StageResponse;
@@ -108,15 +108,15 @@ pub fn separate_responses(
     listener.stage("parameters: separate");
     let mut small = compressed(&full, &vectors)?;
     let fresh = fresh_points(space, scheme, map, FRESH, 7)?;
-    let exact = fresh.par_iter().map(|p| small.at(p)).collect::<Result<Vec<_>, _>>()?;
+    let exact = parallel::try_map(fresh.len(), &|at| small.at(&fresh[at]))?;
     let rows = vectors.ncols();
     let fresh = Fresh { points: fresh, exact, rows };
     let (expansion, map) = expand(&mut small, &maps, &fresh, tolerance, listener)?;
     let seen = RefCell::new(vec![]);
     let measure = |u: &Separated| -> Result<f64, ParametricError> {
         listener.checkpoint(u.n_terms(), max_terms)?;
-        let error =
-            fresh.error(&fresh.points.par_iter().map(|p| u.evaluate(p)).collect::<Result<Vec<_>, _>>()?);
+        let found = parallel::try_map(fresh.points.len(), &|at| u.evaluate(&fresh.points[at]))?;
+        let error = fresh.error(&found);
         let mut seen = seen.borrow_mut();
         seen.push((u.n_terms(), error));
         if let Some(end) = foreseen(&seen, max_terms).filter(|end| *end > 10.0 * tolerance) {
@@ -345,7 +345,8 @@ fn full_space_error(
         let weighted = energy(x.as_ref());
         (0..x.ncols()).map(|j| x.col(j).transpose() * weighted.col(j)).sum::<f64>().max(0.0).sqrt()
     };
-    let error = |point: &Vec<f64>| -> Result<f64, ParametricError> {
+    let error = |at: usize| -> Result<f64, ParametricError> {
+        let point = &points[at];
         listener.checkpoint(0, points.len())?;
         let exact = full.at(point)?;
         let (load, state) = parametric.combine(&parametric.solution.weights(point)?);
@@ -353,7 +354,7 @@ fn full_space_error(
         let load = norm(&(&exact.load - load)) / norm(&exact.load);
         Ok(load.max((&exact.state - state).norm_l2() / exact.state.norm_l2()))
     };
-    let errors = points.par_iter().map(error).collect::<Result<Vec<f64>, _>>()?;
+    let errors = parallel::try_map(points.len(), &error)?;
     Ok(spread(&errors))
 }
 

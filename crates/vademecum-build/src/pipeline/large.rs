@@ -2,7 +2,6 @@
 //! others.
 
 use faer::Mat;
-use rayon::prelude::*;
 
 use super::exact::damping_section;
 use super::file::{CertifiedFile, FileStep, encode_file};
@@ -22,6 +21,7 @@ use crate::large::{
     StrainLearner, asked_displacement,
 };
 use crate::linalg::symmetric_eigen;
+use crate::parallel;
 use crate::prepared::Body;
 use crate::progress::Stopwatch;
 use crate::report::{BuildPlan, CertificateReport};
@@ -99,7 +99,8 @@ pub(super) fn build(
 
     let march = || {
         let rough = full.references(&drawn, (certifying, SEEDS[1]), steps, kept)?;
-        rough.into_par_iter().map(|reference| reference.refined(&full, kept)).collect()
+        let refined = parallel::map_of(rough, &|_, reference| reference.refined(&full, kept));
+        refined.into_iter().collect()
     };
     let references: Result<Vec<_>, LargeError> =
         watch.stage("pushes of the certificate at full order", march);
@@ -144,7 +145,7 @@ impl Pushed<'_> {
         let Self { context, problem, references } = *self;
         let (basis, sections) = (basis_of(map), sections(context, map, problem));
         let bytes = encode_file(context, problem, &basis, FileStep::unmeasured(None), &sections)?;
-        references.par_iter().map(|reference| Ok(measure(&bytes, reference)?)).collect()
+        parallel::try_map(references.len(), &|at| Ok(measure(&bytes, &references[at])?))
     }
 
     /// The motions of a strain map under pushes, in its own sub-steps or in others.
@@ -158,8 +159,8 @@ impl Pushed<'_> {
     fn measured(&self, maps: Vec<LargeModel>, fit: bool) -> Result<Vec<(f64, LargeModel)>, BuildError> {
         let body = &self.context.prepared.body;
         let measure = |mut map: LargeModel| {
-            let seen: Vec<ProjectedRun> =
-                self.references.par_iter().map(|reference| map.see(body, reference)).collect();
+            let see = |at: usize| map.see(body, &self.references[at]);
+            let seen: Vec<ProjectedRun> = parallel::map(self.references.len(), &see);
             let motions = match fit {
                 true => self.fit_inertia(&mut map, &seen)?,
                 false => self.motions(&map, None)?,

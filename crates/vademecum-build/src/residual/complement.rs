@@ -9,10 +9,10 @@ use std::sync::Arc;
 use faer::linalg::matmul::matmul;
 use faer::prelude::ReborrowMut;
 use faer::{Accum, Mat, MatMut, MatRef, Par};
-use rayon::prelude::*;
 
 use crate::fem::{Factor, FactorError, Pencil, Solve, Symbolic};
 use crate::linalg::column_groups;
+use crate::parallel;
 use crate::prepared::{Body, Probe};
 
 /// Columns that one thread works on at a time: three groups of the solver, and eight nodes.
@@ -124,12 +124,12 @@ impl<'a> ResidualOperator<'a> {
         let mut shares = vec![Mat::zeros(r, GROUP); groups];
         let mut columns = memory.columns.as_mut().subcols_mut(0, used);
         let own = column_groups(columns.rb_mut(), GROUP);
-        own.into_par_iter().zip(&mut shares).for_each(|(forces, shares)| {
+        parallel::for_each_of(own.into_iter().zip(&mut shares), &|_, (forces, shares)| {
             self.shares_into(self.vectors, forces.as_ref(), shares);
         });
         memory.solve.solve_in_place(self.factor(), columns.rb_mut());
         let own = column_groups(columns, GROUP);
-        own.into_par_iter().zip(&mut shares).for_each(|(mut answers, shares)| {
+        parallel::for_each_of(own.into_iter().zip(&mut shares), &|_, (mut answers, shares)| {
             self.take_away(answers.rb_mut(), shares);
             self.shares_into(self.images.as_ref(), answers.as_ref(), shares);
             self.take_away(answers, shares);

@@ -5,7 +5,6 @@
 //! answers and the modes without another solve.
 
 use faer::Mat;
-use rayon::prelude::*;
 
 use super::bound::relative_bound;
 use super::complement::ResidualOperator;
@@ -17,12 +16,16 @@ use super::way::BlockMethod;
 use crate::dynamics::{FirstMode, Modes, lowest_modes_kept, search_vectors};
 use crate::fem::Symbolic;
 use crate::limits::Memory;
+use crate::parallel;
 use crate::prepared::Body;
 use crate::progress::Listener;
 use crate::store::CachedSolves;
 
 /// Natural modes tried first.
 const FIRST: usize = 16;
+
+/// Nodes that one parallel task handles.
+const CHUNK: usize = 64;
 /// Natural modes at most: beyond them every mode more takes next to nothing off the bound.
 const MAX_MODES: usize = 512;
 
@@ -72,19 +75,23 @@ pub(crate) fn modes_within(
         let mut reached = f64::INFINITY;
         for k in 0..count {
             let column = modes.vectors.col_as_slice(k);
-            let take = |(gram, &node): (&mut Symmetric, &u32)| {
+            let take = |gram: &mut Symmetric, node: u32| {
                 let at = |c| complement.free(node, c).map_or(0.0, |free| column[free]);
                 let [x, y, z] = [0, 1, 2].map(|c| at(c) / modes.eigenvalues[k]);
                 let own = [x * x, x * y, x * z, y * y, y * z, z * z];
                 gram.iter_mut().zip(own).for_each(|(g, own)| *g -= own);
             };
-            grams.par_iter_mut().zip(nodes).for_each(take);
+            let chunks = grams.chunks_mut(CHUNK).zip(nodes.chunks(CHUNK)).zip(answers.chunks(CHUNK));
+            let bounds = parallel::map_of(chunks, &|_, ((grams, nodes), answers)| {
+                grams.iter_mut().zip(nodes).for_each(|(gram, &node)| take(gram, node));
+                let bound =
+                    |(gram, answer): (&Symmetric, &Symmetric)| relative_bound(&semidefinite(*gram), answer);
+                if k < missed { 0.0 } else { grams.iter().zip(answers).map(bound).fold(0.0, f64::max) }
+            });
             if k < missed {
                 continue;
             }
-            let bounds = grams.par_iter().zip(&answers);
-            let bounds = bounds.map(|(gram, answer)| relative_bound(&semidefinite(*gram), answer));
-            reached = bounds.reduce(|| 0.0, f64::max);
+            reached = bounds.into_iter().fold(0.0, f64::max);
             if reached <= error {
                 return Ok(ModeSearch::Modes(first(modes, k + 1), reached));
             }

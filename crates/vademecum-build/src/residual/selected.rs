@@ -24,7 +24,6 @@
 use std::time::Instant;
 
 use faer::{Mat, MatRef};
-use rayon::prelude::*;
 
 use super::complement::{ResidualOperator, columns_of};
 use super::error::ResidualError;
@@ -33,6 +32,7 @@ use super::sweep::{AtNode, note_long, sweep};
 use super::way::selection_to_solves;
 use crate::fem::{Factor, SelectedInverse, Solve, Symbolic};
 use crate::linalg::sequential_product;
+use crate::parallel;
 use crate::prepared::Body;
 use crate::progress::{Listener, Quiet};
 
@@ -67,8 +67,8 @@ pub(super) fn static_answers(
     listener: &dyn Listener,
 ) -> Result<Vec<Symmetric>, ResidualError> {
     let selected = factor.select(body.model.pencil().mass(), free_rows(body, nodes), listener)?;
-    let at = |&node: &u32| symmetric(&nine(body, [node; 2], |i, j| selected.weighted(i, j)));
-    Ok(nodes.par_iter().map(at).collect())
+    let at = |place: usize| symmetric(&nine(body, [nodes[place]; 2], |i, j| selected.weighted(i, j)));
+    Ok(parallel::map(nodes.len(), &at))
 }
 
 /// The free dofs of nodes.
@@ -182,7 +182,7 @@ pub(super) fn selected(
     let factor = complement.take_factor()?;
     let selected = factor.select(body.model.pencil().mass(), free_rows(body, nodes), listener)?;
     let at = |place: usize| at_node(body, &selected, &taken, (nodes, firsts), place);
-    let mut found: Vec<NodeEntry> = (0..nodes.len()).into_par_iter().map(at).collect();
+    let mut found: Vec<NodeEntry> = parallel::map(nodes.len(), &at);
     drop((selected, taken));
 
     let noise = RoundingError::new(&found, &witnesses, &witnessed);

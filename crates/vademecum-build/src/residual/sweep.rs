@@ -4,12 +4,12 @@ use std::time::Instant;
 
 use faer::linalg::matmul::matmul;
 use faer::{Accum, Mat, MatRef, Par};
-use rayon::prelude::*;
 
 use super::complement::ResidualOperator;
 use super::error::ResidualError;
 use super::small::{Symmetric, symmetric};
 use crate::dynamics::time_in_words;
+use crate::parallel;
 use crate::progress::Listener;
 
 /// Data kept of the responses to forces at one node.
@@ -51,7 +51,8 @@ pub(super) fn sweep<T: Send>(
         complement.apply(&mut memory, used);
         complement.weigh(&mut memory, used);
         let (columns, weighed) = (memory.columns.as_ref(), memory.images.as_ref());
-        let at = |(place, &node): (usize, &u32)| {
+        let at = |place: usize| {
+            let node = some[place];
             let [own, weighed] = [columns, weighed].map(|m| m.subcols(3 * place, 3));
             let gram = product(own, weighed);
             // K⁻¹e = R e + B c, and BᵀMB = I.
@@ -61,7 +62,7 @@ pub(super) fn sweep<T: Send>(
             let answer = std::array::from_fn(|k| gram[k] + 2.0 * twice[k] + modes[k]);
             AtNode { taken: take(batch * at_once + place, own), gram, answer }
         };
-        found.par_extend(some.par_iter().enumerate().map(at));
+        found.extend(parallel::map(some.len(), &at));
     }
     listener.checkpoint(nodes.len(), nodes.len())?;
     Ok(found)
@@ -96,7 +97,7 @@ pub(super) fn answers<T: Send>(
         }
         complement.apply(&mut memory, some);
         let columns = memory.columns.as_ref();
-        found.par_extend((0..some).into_par_iter().map(|column| take(columns.subcols(column, 1))));
+        found.extend(parallel::map(some, &|column| take(columns.subcols(column, 1))));
     }
     Ok(found)
 }

@@ -2,12 +2,12 @@
 //! coefficients dense in space and sparse in the degrees. It is what the terms are fitted to.
 
 use faer::{Mat, MatRef};
-use rayon::prelude::*;
 
 use super::axis::{Axis, AxisKind};
 use super::error::SeparatedError;
 use super::linalg::{norm, product, solve_semidefinite, transposed_product};
 use super::lower_set::{LowerSet, leja_order, orthonormal_chebyshev};
+use crate::parallel;
 
 /// Blocks at the points of a lower set.
 #[derive(Clone, Debug)]
@@ -38,7 +38,8 @@ impl SampledBlocks {
         let lengths: Vec<usize> = axes.iter().map(Axis::len).collect();
         let orders: Vec<Vec<usize>> = lengths.iter().map(|n| leja_order(*n)).collect();
         let set = LowerSet::new(&lengths, most);
-        let at = |nu: &Vec<usize>| -> Result<Mat<f64>, SeparatedError> {
+        let at = |place: usize| -> Result<Mat<f64>, SeparatedError> {
+            let nu = &set.index()[place];
             if let Some(known) = known
                 && let Ok(p) = known.set.index().binary_search(nu)
             {
@@ -47,7 +48,7 @@ impl SampledBlocks {
             let on_axis = |(a, k): (usize, &usize)| axes[a].nodes()[orders[a][*k]];
             solve(&nu.iter().enumerate().map(on_axis).collect::<Vec<f64>>())
         };
-        let blocks = set.index().par_iter().map(at).collect::<Result<Vec<_>, _>>()?;
+        let blocks = parallel::try_map(set.index().len(), &at)?;
         let (rows, columns) = blocks.first().map_or((1, 0), |b| (b.nrows(), b.ncols()));
         let values = Mat::from_fn(rows * columns, blocks.len(), |j, p| blocks[p][(j % rows, j / rows)]);
         Ok(SampledBlocks { axes: axes.to_vec(), set, values, n_rows: rows })

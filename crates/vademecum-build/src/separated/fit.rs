@@ -15,8 +15,8 @@ use super::greedy::{EnrichmentOptions, EnrichmentReport, Progress, StopReason};
 use super::linalg::{add_product, norm, product, solve_semidefinite, thin_svd, transposed_product};
 use super::solution::Separated;
 use crate::linalg::Random;
+use crate::parallel;
 use faer::{Mat, MatRef};
-use rayon::prelude::*;
 
 /// An error of a candidate, or the reason to give up.
 pub(crate) type Measure<'a, E> = &'a dyn Fn(&Separated) -> Result<f64, E>;
@@ -110,7 +110,7 @@ impl<'a> Fitter<'a> {
             }
             out
         };
-        let columns: Vec<Vec<f64>> = (0..terms).into_par_iter().map(column).collect();
+        let columns = parallel::map(terms, &column);
         let mut out = Mat::zeros(self.index.len(), terms);
         columns.iter().enumerate().for_each(|(i, c)| out.col_as_slice_mut(i).copy_from_slice(c));
         out
@@ -197,7 +197,7 @@ impl<'a> Fitter<'a> {
             both.zip(self.index).for_each(|((k, s), nu)| sums[nu[a]] += k * s);
             sums
         };
-        let rows: Vec<Vec<f64>> = (0..k.ncols()).into_par_iter().map(row).collect();
+        let rows = parallel::map(k.ncols(), &row);
         Mat::from_fn(rows.len(), self.lengths[a], |i, j| rows[i][j])
     }
 }
@@ -212,12 +212,11 @@ fn hadamard(w: &mut Mat<f64>, g: &Mat<f64>) {
 /// `A B` in column panels of one width, so that threads do not change a bit.
 fn parallel_product(a: MatRef<'_, f64>, b: MatRef<'_, f64>) -> Mat<f64> {
     const PANEL: usize = 32;
-    let panels: Vec<usize> = (0..b.ncols()).step_by(PANEL).collect();
-    let panel = |&first: &usize| product(a, b.subcols(first, PANEL.min(b.ncols() - first)));
-    let parts: Vec<Mat<f64>> = panels.par_iter().map(panel).collect();
+    let panel = |at: usize| product(a, b.subcols(at * PANEL, PANEL.min(b.ncols() - at * PANEL)));
+    let parts = parallel::map(b.ncols().div_ceil(PANEL), &panel);
     let mut out = Mat::zeros(a.nrows(), b.ncols());
-    for (first, part) in panels.iter().zip(&parts) {
-        out.as_mut().subcols_mut(*first, part.ncols()).copy_from(part);
+    for (at, part) in parts.iter().enumerate() {
+        out.as_mut().subcols_mut(at * PANEL, part.ncols()).copy_from(part);
     }
     out
 }

@@ -23,6 +23,7 @@ use crate::linalg::column_groups;
 use crate::linalg::vec3::{norm, sub};
 use crate::mesh::Order;
 use crate::mesh::{EDGES, FACES};
+use crate::parallel;
 
 /// Elements whose products are computed before they are added up.
 const WAVE: usize = 1024;
@@ -182,7 +183,7 @@ impl<'a> RaisedSpace<'a> {
         let arch = Arch::new();
         for first in (0..mesh.element_count()).step_by(WAVE) {
             let last = (first + WAVE).min(mesh.element_count());
-            results.par_chunks_mut(count).zip(first..last).for_each(|(results, element)| {
+            parallel::for_each_of(results.chunks_mut(count).zip(first..last), &|_, (results, element)| {
                 let nodes = element_nodes(mesh, element as u32);
                 let material = &self.model.materials()[mesh.element_region[element] as usize];
                 let mut rows = [[HELD; 3]; MAX_FUNCTIONS];
@@ -201,9 +202,8 @@ impl<'a> RaisedSpace<'a> {
                 }
             });
             for (at, (_, out)) in wanted.iter_mut().enumerate() {
-                let out = column_groups(out.as_mut(), 1);
-                out.into_par_iter().enumerate().for_each(|(column, mut out)| {
-                    let out = contiguous_mut(out.as_mut(), 0);
+                parallel::for_each_of(column_groups(out.as_mut(), 1), &|column, out| {
+                    let out = contiguous_mut(out, 0);
                     let place = (column / LANES) * kinds.len() + at;
                     for (element, results) in (first..last).zip(results.chunks_exact(count)) {
                         let mut rows = [[HELD; 3]; MAX_FUNCTIONS];
