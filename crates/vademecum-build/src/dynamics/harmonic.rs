@@ -8,9 +8,9 @@
 //! [−B  −A] [Im u] = [0]
 //! ```
 //!
-//! with the two rows of a dof side by side: one factorisation LBLᵀ under the elimination order of the stiffness,
-//! pivots within the supernodes, and steps of iterative refinement until the correction is small. It assumes
-//! nothing of the modes.
+//! with the two rows of a dof side by side: one factorisation LBLᵀ under the elimination order of the
+//! stiffness, pivots within the supernodes, and steps of iterative refinement until the correction is small.
+//! It assumes nothing of the modes.
 
 use faer::dyn_stack::{MemBuffer, MemStack};
 use faer::perm::PermRef;
