@@ -10,7 +10,8 @@
 //! motion over all dofs has no elastic force, so that loads and inertia are all that is left of the reaction.
 //!
 //! When all supports move alike the body moves as a rigid one. So the last support needs no solve: its shape
-//! is the rigid motion less those of the others, and reactions are in equilibrium to rounding.
+//! is the rigid motion less those of the others, and reactions are in equilibrium to rounding. A body with
+//! attachments may be held by them too, and every support has its solve.
 
 use faer::{Mat, MatRef};
 
@@ -47,11 +48,15 @@ pub fn reactions(
     let count = supports.len().max(1) as f64;
     let centre = std::array::from_fn(|c| supports.iter().map(|s| s.point[c] / count).sum());
     let place = |dof: u32| model.mesh().nodes[dof as usize / 3];
-    let mut left = Mat::from_fn(dofs.n_free(), 6, |free, motion| {
-        let dof = dofs.dof_of_free()[free];
-        rigid(place(dof), centre, motion)[dof as usize % 3]
-    });
-    let last = supports.iter().rposition(|support| !support.dofs.is_empty());
+    let mut left = Mat::zeros(dofs.n_free(), 6);
+    for motion in 0..6 {
+        let of_dof = |dof: u32| rigid(place(dof), centre, motion)[dof as usize % 3];
+        let whole: Vec<f64> = (0..dofs.n_dof() as u32).map(of_dof).collect();
+        dofs.restrict_into(&whole, left.col_as_slice_mut(motion));
+    }
+    // Springs to the ground and held reference points do not move with the supports.
+    let alone = !model.has_attachments();
+    let last = supports.iter().rposition(|support| alone && !support.dofs.is_empty());
     let mut found = Reactions { basis: vec![], nodes: vec![], patterns: vec![vec![]; body.patterns.len()] };
     for (index, support) in supports.iter().enumerate() {
         let mut held = Mat::zeros(dofs.n_dof(), 6);
@@ -92,9 +97,9 @@ impl Reactions {
         inertia += heavy;
         self.basis.push(inertia.transpose() * vectors);
         // Row of a dof, as a load on it is carried.
-        let carried = |dof: usize, motion: usize| match dofs.free(dof) {
-            Some(free) => -shape[(free as usize, motion)],
-            None => -held[(dof, motion)],
+        let carried = |dof: usize, motion: usize| match dofs.is_held(dof) {
+            false => -dofs.value(dof, |free| shape[(free, motion)]),
+            true => -held[(dof, motion)],
         };
         let at = |&node: &u32| std::array::from_fn(|k| carried(3 * node as usize + k % 3, k / 3));
         self.nodes.push(nodes.iter().map(at).collect());

@@ -182,8 +182,27 @@ pub enum StepKind {
     Static,
     /// Natural frequencies, so many if the deck says.
     Frequency(Option<usize>),
+    /// Motion over time.
+    Dynamic(Dynamic),
     /// Another kind, as the deck names it.
     Other(String),
+}
+
+/// A motion over time under loads that follow one course.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Dynamic {
+    /// True of a sum of modes.
+    pub modal: bool,
+    /// Time step.
+    pub increment: f64,
+    /// Duration.
+    pub duration: f64,
+    /// Name of the amplitude that the loads follow; set by the first load.
+    pub amplitude: Option<String>,
+    /// Factor on the loads over time, linear between rows; constant 1 where it is empty.
+    pub course: Vec<[f64; 2]>,
+    /// Nodes whose displacements the deck asks for.
+    pub printed: Vec<NodeNumber>,
 }
 
 /// Part of the model that a load acts on.

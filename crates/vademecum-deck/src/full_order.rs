@@ -87,6 +87,7 @@ impl<'a> FullOrder<'a> {
             let kinds = self.deck.steps.iter().map(|step| match &step.kind {
                 StepKind::Other(kind) => kind.clone(),
                 StepKind::Frequency(_) => "natural frequencies".into(),
+                StepKind::Dynamic(_) => "motion over time".into(),
                 StepKind::Static => "static".into(),
             });
             let found: Vec<String> = kinds.collect();

@@ -20,9 +20,12 @@ mod links;
 mod nastran;
 mod problem;
 mod read;
+mod tables;
 mod units;
 
-pub use deck::{Attachment, Deck, Extent, Link, Load, NodeNumber, Point, Spring, Step, StepKind, Support};
+pub use deck::{
+    Attachment, Deck, Dynamic, Extent, Link, Load, NodeNumber, Point, Spring, Step, StepKind, Support,
+};
 pub use error::{CardFault, DeckError};
 pub use full_order::{FullOrder, Modes, StaticAnswer};
 pub use left_out::LeftOut;

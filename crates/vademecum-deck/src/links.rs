@@ -2,8 +2,7 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use vademecum_build::fem::{Constraints, LoadError, anchors, surface_facets};
-use vademecum_build::linalg::symmetric_eigen;
+use vademecum_build::fem::{Constraints, LoadError, anchors, mean_rows, rigid_row, surface_facets};
 use vademecum_build::linalg::vec3::{norm, sub};
 
 use crate::deck::{Attachment, Deck, Link, Load, NodeNumber, Spring};
@@ -189,24 +188,23 @@ fn rigid(
     components: &[bool; 6],
     (origin, constraints): (&str, &mut Constraints),
 ) {
-    let (from, to) = (deck.place(reference), deck.place(node));
-    let d: [f64; 3] = std::array::from_fn(|c| to[c] - from[c]);
+    let d = sub(deck.place(node), deck.place(reference));
     for c in (0..6_u8).filter(|c| components[usize::from(*c)]) {
-        let mut terms = vec![(dofs.global(node, c), 1.0), (dofs.global(reference, c), -1.0)];
-        if c < 3 {
-            let (next, last) = ((c + 1) % 3, (c + 2) % 3);
-            terms.push((dofs.global(reference, 3 + next), -d[usize::from(last)]));
-            terms.push((dofs.global(reference, 3 + last), d[usize::from(next)]));
-        } else if terms[0].0.is_none() {
-            continue;
-        }
-        let terms = terms.into_iter().filter_map(|(dof, a)| Some((dof?, a))).filter(|term| term.1 != 0.0);
-        constraints.equate(terms.collect(), origin);
+        let Some(own) = dofs.global(node, c) else { continue };
+        let row = if c < 3 { rigid_row(d, usize::from(c)) } else { unit(c) };
+        let of_reference = (0..6_u8).zip(row).map(|(k, a)| (dofs.global(reference, k), -a));
+        let terms = of_reference.filter_map(|(dof, a)| Some((dof?, a))).filter(|term| term.1 != 0.0);
+        constraints.equate(std::iter::once((own, 1.0)).chain(terms).collect(), origin);
     }
 }
 
-/// `θ = J⁻¹ Σ w r × u` about the centre of the cloud, `u_r = Σ w u + θ × (x_r − c)` with weights that sum to
-/// one. A cloud on a line has no rotation about it: that of the reference is then left alone.
+/// Row that is one at a component.
+fn unit(component: u8) -> [f64; 6] {
+    std::array::from_fn(|k| if k == usize::from(component) { 1.0 } else { 0.0 })
+}
+
+/// A reference that follows the mean of a cloud. A cloud on a line has no rotation about it: that of the
+/// reference is then zero.
 fn mean(
     deck: &Deck,
     dofs: &Dofs,
@@ -215,60 +213,14 @@ fn mean(
     components: &[bool; 6],
     (origin, constraints): (&str, &mut Constraints),
 ) {
-    let whole: f64 = cloud.iter().map(|(_, w)| w).sum();
-    let weights: Vec<(NodeNumber, f64)> = cloud.iter().map(|&(node, w)| (node, w / whole)).collect();
-    let centre: [f64; 3] =
-        std::array::from_fn(|c| weights.iter().map(|&(node, w)| w * deck.place(node)[c]).sum());
-    let arm = |at: [f64; 3]| -> [f64; 3] { std::array::from_fn(|c| at[c] - centre[c]) };
-    let mut inertia = [[0.0; 3]; 3];
-    for &(node, w) in &weights {
-        let r = arm(deck.place(node));
-        let square: f64 = r.iter().map(|x| x * x).sum();
-        for i in 0..3 {
-            for j in 0..3 {
-                inertia[i][j] += w * (if i == j { square } else { 0.0 } - r[i] * r[j]);
-            }
-        }
-    }
-    let inverse = inverted(inertia);
-    // Row `i` of the rotation: coefficients of the components of each node.
-    let rotation = |i: usize, node: NodeNumber, w: f64| -> [f64; 3] {
-        let r = arm(deck.place(node));
-        // (r × u)_a = Σ_c cross[a][c] u_c.
-        let cross = [[0.0, -r[2], r[1]], [r[2], 0.0, -r[0]], [-r[1], r[0], 0.0]];
-        std::array::from_fn(|c| w * (0..3).map(|a| inverse[i][a] * cross[a][c]).sum::<f64>())
-    };
-    let d = arm(deck.place(reference));
+    let places: Vec<([f64; 3], f64)> = cloud.iter().map(|&(node, w)| (deck.place(node), w)).collect();
+    let rows = mean_rows(deck.place(reference), &places);
     for c in (0..6_u8).filter(|c| components[usize::from(*c)]) {
         let Some(dof) = dofs.global(reference, c) else { continue };
-        let mut terms = vec![(dof, 1.0)];
-        for &(node, w) in &weights {
-            let mut row = [0.0; 3];
-            if c < 3 {
-                row[usize::from(c)] = w;
-                // (θ × d)_c = θ_next d_last − θ_last d_next.
-                let (next, last) = ((usize::from(c) + 1) % 3, (usize::from(c) + 2) % 3);
-                let (of_next, of_last) = (rotation(next, node, w), rotation(last, node, w));
-                for (k, sum) in row.iter_mut().enumerate() {
-                    *sum += of_next[k] * d[last] - of_last[k] * d[next];
-                }
-            } else {
-                row = rotation(usize::from(c - 3), node, w);
-            }
-            let of_node = (0..3).map(|k| (3 * node + k as u32, -row[k]));
-            terms.extend(of_node.filter(|term| term.1 != 0.0));
-        }
-        constraints.equate(terms, origin);
+        let of_nodes = cloud.iter().zip(&rows).flat_map(|(&(node, _), row)| {
+            (0..3).map(move |k| (3 * node + k, -row[usize::from(c)][k as usize]))
+        });
+        let terms = std::iter::once((dof, 1.0)).chain(of_nodes.filter(|term| term.1 != 0.0));
+        constraints.equate(terms.collect(), origin);
     }
-}
-
-/// The inverse of a symmetric matrix in the directions in which it is not singular.
-fn inverted(a: [[f64; 3]; 3]) -> [[f64; 3]; 3] {
-    let matrix = faer::Mat::from_fn(3, 3, |i, j| a[i][j]);
-    let Ok((values, vectors)) = symmetric_eigen(matrix.as_ref()) else { return [[0.0; 3]; 3] };
-    let largest = (0..3).map(|k| values[k]).fold(0.0, f64::max);
-    let share = |k: usize| if values[k] > 1e-10 * largest { 1.0 / values[k] } else { 0.0 };
-    std::array::from_fn(|i| {
-        std::array::from_fn(|j| (0..3).map(|k| vectors[(i, k)] * share(k) * vectors[(j, k)]).sum())
-    })
 }

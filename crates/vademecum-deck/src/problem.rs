@@ -6,8 +6,12 @@ use std::fmt::Write;
 use vademecum_build::fem::Material;
 use vademecum_build::mesh::{ElementKind, Hexahedra};
 
-use crate::deck::{Deck, NodeNumber, Step};
+use crate::deck::{Deck, Dynamic, NodeNumber, Step, StepKind};
 use crate::error::DeckError;
+use crate::tables::Tables;
+
+/// Nodes that get probes.
+const PROBED: usize = 20;
 
 /// Parts of a problem file that a deck gives.
 #[derive(Clone, Debug)]
@@ -16,6 +20,18 @@ pub struct ProblemParts {
     pub scale: f64,
     /// Tables of materials.
     pub materials: String,
+    /// Tables of reference points, couplings, ties, masses and springs.
+    pub attachments: String,
+    /// Tables of load patterns.
+    pub patterns: String,
+    /// Scenario of the first motion over time.
+    pub scenario: Option<String>,
+    /// Time step of that motion \[s\].
+    pub time_step: Option<f64>,
+    /// Number of modes that the deck asks for before a sum of modes.
+    pub modes: Option<usize>,
+    /// Tables of probes at nodes whose displacements the deck prints.
+    pub probes: String,
     /// Names of the materials' origin, for a person.
     pub material_words: String,
     /// Selections and components of each support, as lines of a problem file.
@@ -62,6 +78,7 @@ impl Deck {
                     Hexahedra::MeanDilatation => "mean-dilatation",
                     Hexahedra::Full => "full",
                     Hexahedra::Reduced => "reduced",
+                    Hexahedra::ReducedMass => "reduced-mass",
                 };
                 let _ = writeln!(materials, "hexahedra = \"{name}\"");
             }
@@ -74,10 +91,9 @@ impl Deck {
                 missing.push(format!("{number} {words}"));
             }
         };
-        count(self.links.len(), "couplings, ties or equations");
-        count(self.attachments.len(), "masses, springs, dashpots or bars");
         count(self.axes.len(), "nodes with own axes");
-        count(self.steps.iter().map(|step| step.loads.len()).sum(), "loads of its steps");
+        let tables = Tables::of(self, system);
+        missing.extend(tables.missing());
         if self.lumped.contains(&true) {
             missing.push("the lumped mass of linear elements: bodies have a consistent one".into());
         }
@@ -87,6 +103,12 @@ impl Deck {
         let names: Vec<&str> = self.mesh.regions.iter().map(|region| region.name.as_str()).collect();
         Ok(ProblemParts {
             scale: metre,
+            attachments: tables.text().into(),
+            patterns: tables.patterns().into(),
+            scenario: tables.scenario().map(str::to_string),
+            time_step: self.dynamic().map(|dynamic| dynamic.increment),
+            modes: self.modes_of_sum(),
+            probes: self.probe_tables(metre),
             materials,
             material_words: format!("the materials of {}", names.join(", ")),
             supports,
@@ -98,6 +120,54 @@ impl Deck {
     /// True if some region has hexahedra of a formulation.
     fn has_kind(&self, formulation: Hexahedra) -> bool {
         self.mesh.regions.iter().any(|region| region.hexahedra == Some(formulation))
+    }
+
+    /// The first motion over time.
+    fn dynamic(&self) -> Option<&Dynamic> {
+        self.steps.iter().find_map(|step| match &step.kind {
+            StepKind::Dynamic(dynamic) => Some(dynamic),
+            _ => None,
+        })
+    }
+
+    /// Number of modes of the frequency step before a sum of modes.
+    fn modes_of_sum(&self) -> Option<usize> {
+        let count = self.steps.iter().find_map(|step| match step.kind {
+            StepKind::Frequency(count) => count,
+            _ => None,
+        });
+        self.dynamic().filter(|dynamic| dynamic.modal).and(count)
+    }
+
+    /// Probes along the three axes at nodes whose displacements are printed.
+    fn probe_tables(&self, metre: f64) -> String {
+        let mut text = String::new();
+        let printed = self.dynamic().map_or(&[][..], |dynamic| &dynamic.printed);
+        for &node in printed.iter().filter(|node| (**node as usize) < self.mesh.nodes.len()).take(PROBED) {
+            let (id, at) = (self.id(node), self.place(node).map(|x| metre * x));
+            for (axis, direction) in [("x", [1.0, 0.0, 0.0]), ("y", [0.0, 1.0, 0.0]), ("z", [0.0, 0.0, 1.0])]
+            {
+                let _ = write!(
+                    text,
+                    "\n[[output.probe]]\nname = \"N{id}.{axis}\"\npoint = {at:?}\ndirection = {direction:?}\n"
+                );
+            }
+        }
+        text
+    }
+
+    /// The group that has these nodes of the mesh, ascending, and no others.
+    fn group_of(&self, nodes: &[NodeNumber]) -> Option<&str> {
+        self.mesh.node_groups.iter().find(|(_, members)| **members == nodes).map(|(name, _)| name.as_str())
+    }
+
+    /// A selection of these nodes of the mesh, ascending: their group, else their numbers.
+    pub(crate) fn selection(&self, nodes: &[NodeNumber]) -> String {
+        if let Some(name) = self.group_of(nodes) {
+            return format!("{{ group = {name:?} }}");
+        }
+        let ids: Vec<String> = nodes.iter().map(|&node| self.id(node).to_string()).collect();
+        format!("{{ nodes = [{}] }}", ids.join(", "))
     }
 
     /// Lines of supports, their description, and what they leave out.
@@ -120,14 +190,7 @@ impl Deck {
         }
         let (mut lines, mut words) = (Vec::new(), Vec::new());
         for (components, nodes) in by_components.into_iter().rev() {
-            let group = self.mesh.node_groups.iter().find(|(_, members)| **members == nodes);
-            let on = match group {
-                Some((name, _)) => format!("{{ group = {name:?} }}"),
-                None => {
-                    let ids: Vec<String> = nodes.iter().map(|&node| self.id(node).to_string()).collect();
-                    format!("{{ nodes = [{}] }}", ids.join(", "))
-                }
-            };
+            let (group, on) = (self.group_of(&nodes), self.selection(&nodes));
             let axes: Vec<&str> = ["x", "y", "z"]
                 .into_iter()
                 .enumerate()
@@ -140,8 +203,7 @@ impl Deck {
                 3 => on,
                 _ => format!("{on}\ncomponents = [{}]", quoted.join(", ")),
             });
-            let place =
-                group.map_or_else(|| format!("{} nodes", nodes.len()), |(name, _)| format!("`{name}`"));
+            let place = group.map_or_else(|| format!("{} nodes", nodes.len()), |name| format!("`{name}`"));
             words.push(format!("{place} along {along}"));
         }
         let words = if words.is_empty() { "nothing: a free body".into() } else { words.join("; ") };

@@ -109,6 +109,12 @@ pub enum StudyError {
          with Rayleigh damping (`alpha`, `beta`)"
     )]
     ModalDamping,
+    /// Matrices whose rows are not dofs of nodes alone.
+    #[error(
+        "the matrices of a body with couplings, ties, masses or springs are not exported: their rows are not the \
+         dofs of its nodes"
+    )]
+    AttachedMatrices,
     /// The stress of an element cannot be taken.
     #[error("the stress of an element")]
     Stress(#[from] ElementError),

@@ -130,6 +130,9 @@ impl ExportedModel {
         steps: Option<usize>,
         listener: &dyn Listener,
     ) -> Result<Self, StudyError> {
+        if problem.has_attachments() {
+            return Err(StudyError::AttachedMatrices);
+        }
         let study = Study::new(problem, modes, listener)?;
         let scenario = scenario.cloned().map_or_else(|| study.push(), Ok)?;
         listener.stage("basis");

@@ -481,8 +481,8 @@ pub fn compare_response(
             (ResponsePoint::Point(at, direction), _) => {
                 for (node, weight) in at.place.entries() {
                     for (c, along) in direction.iter().enumerate() {
-                        let free = dofs.free(3 * nodes[node as usize] as usize + c);
-                        row.extend(free.map(|free| (free, weight * along)));
+                        let terms = dofs.terms(3 * nodes[node as usize] as usize + c);
+                        row.extend(terms.map(|(free, share)| (free, share * weight * along)));
                     }
                 }
             }

@@ -161,8 +161,12 @@ pub fn natural_modes(
 /// Mass that is free along each axis, and the participation factors of modes.
 fn participation(body: &Body, vectors: &Mat<f64>) -> ([f64; 3], Vec<[f64; 3]>) {
     let n = body.n_dof();
-    let dofs = body.model.dofs().dof_of_free();
-    let translations = Mat::from_fn(n, 3, |free, c| if dofs[free] as usize % 3 == c { 1.0 } else { 0.0 });
+    let dofs = body.model.dofs();
+    let mut translations = Mat::zeros(n, 3);
+    for c in 0..3 {
+        let along: Vec<f64> = (0..dofs.n_dof()).map(|dof| if dof % 3 == c { 1.0 } else { 0.0 }).collect();
+        dofs.restrict_into(&along, translations.col_as_slice_mut(c));
+    }
     let mut moved = Mat::zeros(n, 3);
     body.model.pencil().mass().mul_into(translations.as_ref(), moved.as_mut());
     let (mass, factors) = (translations.transpose() * &moved, vectors.transpose() * &moved);

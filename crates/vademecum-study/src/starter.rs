@@ -156,7 +156,10 @@ pub fn starter(
     listener.stage("first natural mode");
     let first = lowest_modes(pencil, &prepared.symbolic, 1).map_err(StudyError::from)?;
     let frequency = first.frequencies_hz()[0];
-    let time_step = proposed_time_step(1.0 / frequency).min(LONGEST_STEP);
+    let known = options.known.as_ref();
+    let proposed_step = proposed_time_step(1.0 / frequency).min(LONGEST_STEP);
+    let time_step = known.and_then(|known| known.time_step).unwrap_or(proposed_step);
+    let modes = known.and_then(|known| known.modes).unwrap_or(modes).min(pencil.n_elastic());
 
     // Where the first mode moves most, a probe looks.
     let moved = prepared.body.model.dofs();
@@ -248,14 +251,17 @@ fn read(path: &Path, options: &StarterOptions) -> Result<ReadMesh, StarterError>
     let raw = mesh::parse(path)?;
     let parts = mesh::part_sizes(&raw);
     let elements: usize = parts.iter().sum();
-    let stays = |size: &&usize| **size as f64 >= options.smallest_part * elements as f64;
+    // Couplings and ties join the parts of a deck.
+    let joined = options.known.as_ref().is_some_and(|known| !known.attachments.is_empty());
+    let share = if joined { 0.0 } else { options.smallest_part };
+    let stays = |size: &&usize| **size as f64 >= share * elements as f64;
     let kept: Vec<usize> = parts.iter().take(1).chain(parts.iter().skip(1).filter(stays)).copied().collect();
-    if kept.len() > 1 {
+    if kept.len() > 1 && !joined {
         return Err(StarterError::Parts { file: path.to_path_buf(), kept, elements });
     }
-    let smallest_part = (parts.len() > 1).then_some(options.smallest_part);
+    let smallest_part = (parts.len() > 1 && !joined).then_some(share);
     let formulated = raw.format.starts_with(FORMULATED);
-    let mesh = mesh::repaired(raw, options.smallest_part)?;
+    let mesh = if joined { mesh::repaired_apart(&raw)? } else { mesh::repaired(raw, share)? };
     if mesh.tetrahedra() != Some(Order::Linear) {
         return Ok(ReadMesh { mesh, linear: Linear::None, raised: false, smallest_part });
     }

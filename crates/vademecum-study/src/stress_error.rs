@@ -50,7 +50,10 @@ impl StressCheck {
                 let weight = move |c: usize| (3 * node as usize + c, scale * block[component][c]);
                 (0..3).map(weight)
             });
-            weights.filter_map(|(dof, weight)| Some((body.model.dofs().free(dof)?, weight))).collect()
+            let free = |(dof, weight): (usize, f64)| {
+                body.model.dofs().terms(dof).map(move |(free, share)| (free, share * weight))
+            };
+            weights.flat_map(free).collect()
         });
         Ok(Some(Self { rows: rows.collect(), points }))
     }

@@ -96,3 +96,42 @@ fn static_steps_of_decks_are_those_of_their_programs() {
         assert!((sum[2] / 423.853 - 1.0).abs() < 1e-5, "{step}");
     }
 }
+
+/// Displacements of node 100 of `beamdy1`, along y, at multiples of 1e-5 s \[mm\].
+const BEAMDY1: [f64; 10] = [
+    -3.917054e-2,
+    -1.046704e-1,
+    -1.126540e-1,
+    -5.263218e-2,
+    -3.658394e-3,
+    -3.037663e-2,
+    -9.801968e-2,
+    -1.200060e-1,
+    -6.679581e-2,
+    -8.781502e-3,
+];
+
+#[test]
+fn a_modal_dynamic_step_is_built_and_run_as_by_its_program() {
+    let Some(deck) = deck("calculix/beamdy1.inp") else { return };
+    let folder = tempfile::tempdir().unwrap();
+    let at = |name: &str| folder.path().join(name).display().to_string();
+    let (problem, file, scenario) = (at("beam.toml"), at("beam.vdm"), at("beam.scenario.toml"));
+    let run = |arguments: &[&str]| {
+        let ran = vademecum(arguments);
+        assert_eq!(ran.code, Some(0), "{arguments:?}: {}", ran.stderr);
+    };
+    run(&["init", deck.to_str().unwrap(), "-o", &problem]);
+    run(&["build", &problem, "-o", &file]);
+    run(&["run", &file, "--scenario", &scenario, "-o", &at("out")]);
+    let table = std::fs::read_to_string(at("out/probes.csv")).unwrap();
+    let mut rows = table.lines().map(|line| line.split(',').collect::<Vec<_>>());
+    let names = rows.next().unwrap();
+    let column = names.iter().position(|name| name.starts_with("N100.y")).expect("a probe at the node");
+    let found: Vec<f64> = rows.map(|row| 1000.0 * row[column].parse::<f64>().unwrap()).collect();
+    assert_eq!(found.len(), 11);
+    for (found, expected) in found[1..].iter().zip(BEAMDY1) {
+        // Seven digits are printed.
+        assert!((found / expected - 1.0).abs() < 5e-7, "{found:e}, not {expected:e}");
+    }
+}

@@ -277,6 +277,28 @@ fn bad_problems() -> Vec<(usize, String)> {
         (50, canonical("max_terms = 1000000")),
         (52, canonical("margin = 1e9")),
         (53, canonical("positions = 1000000")),
+        (89, POINT.replace("hub", "")),
+        (90, POINT.replace("0.05, 0.05", "nan, 0.05")),
+        (91, POINT.replace("[[reference_point]]", "[[coupling]]\nreference = \"hib\"\non = { group = \"x_max\" }\nkind = \"rigid\"\n[[reference_point]]")),
+        (92, coupled("kind = \"rigid\"\ncomponents = []")),
+        (92, coupled("kind = \"average\"\ncomponents = [\"x\"]")),
+        (93, attached("[[tie]]\non = { group = \"x_max\" }\nto = { group = \"x_min\" }\ndistance = -1.0")),
+        (94, attached("[[point_mass]]\nreference = \"hib\"\nmass = 1.0")),
+        (95, attached("[[point_mass]]\nreference = \"hub\"\nmass = -1.0")),
+        (96, attached("[[point_mass]]\nreference = \"hub\"\nmass = 1.0\ninertia = [1, 1, 1, 2, 0, 0]")),
+        (97, attached("[[spring]]\nfrom = \"hib\"\nstiffness = [1, 1, 1, 0, 0, 0]")),
+        (98, attached("[[spring]]\nfrom = \"hub\"\nto = \"hub\"\nstiffness = [1, 1, 1, 0, 0, 0]")),
+        (99, attached("[[spring]]\nfrom = \"hub\"\nstiffness = [0, 0, 0, 0, 0, 0]")),
+        (99, attached("[[spring]]\nfrom = \"hub\"\nstiffness = [-1, 0, 0, 0, 0, 0]")),
+        (100, attached("[[spring]]\nfrom = \"hub\"\nstiffness = [1, 0, 0, 0, 0, 0]\naxes = [[1, 0, 0], [1, 1, 0]]")),
+        (101, attached("[[load.pattern]]\nname = \"a\"\nreference = \"hub\"")),
+        (101, attached("[[load.pattern]]\nname = \"a\"\nacceleration = [0, 0, 1]\nforce = [0, 0, 1]")),
+        (102, attached("[[load.pattern]]\nname = \"a\"\nreference = \"hib\"\nforce = [0, 0, 1]")),
+        (104, attached("[[equation]]\nterms = [[1, 1, 1.0]]")),
+        (104, attached("[[equation]]\nterms = [[1, 4, 1.0], [2, 1, 1.0]]")),
+        (104, attached("[[equation]]\nterms = [[1, 1, 0.0], [\"hub\", 1, 1.0]]")),
+        (103, coupled("kind = \"rigid\"\n[base]\nmoves = true")),
+        (103, coupled("kind = \"rigid\"").replace(HELD, "")),
         (54, canonical("load = [0.0, 1e40]")),
         (61, format!("title = \"{}\"", "a".repeat(1001))),
         (62, format!("units = \"{}\"", "a".repeat(1001))),
@@ -284,6 +306,22 @@ fn bad_problems() -> Vec<(usize, String)> {
         (64, text("[basis]\nkind = \"ritz\"\nerror = 0.1")),
         (65, text("[basis]\nkind = \"modes\"\nmodes = 4\nerror = 0.1")),
     ]
+}
+
+/// A support.
+const HELD: &str = "[[support]]\non = { group = \"x_min\" }\n";
+
+/// A reference point.
+const POINT: &str = "[[reference_point]]\nname = \"hub\"\nat = [1.0, 0.05, 0.05]\n";
+
+/// A held body with a reference point and these tables.
+fn attached(tables: &str) -> String {
+    format!("{HELD}{POINT}{tables}")
+}
+
+/// The same with a coupling that has these keys.
+fn coupled(keys: &str) -> String {
+    attached(&format!("[[coupling]]\nreference = \"hub\"\non = {{ group = \"x_max\" }}\n{keys}"))
 }
 
 /// One more live parameter than a file holds.

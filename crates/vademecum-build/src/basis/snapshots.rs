@@ -122,7 +122,7 @@ const ALIKE: f64 = 1e-9;
 /// then the first: the choice follows the body when it is turned.
 pub fn spread_nodes(body: &Body, count: usize) -> Vec<u32> {
     let mut candidates = body.load_nodes.clone();
-    let free = |node: &u32| (0..3).any(|c| body.model.dofs().free(3 * *node as usize + c).is_some());
+    let free = |node: &u32| (0..3).any(|c| !body.model.dofs().is_held(3 * *node as usize + c));
     candidates.retain(free);
     let position = |&node: &u32| body.model.mesh().nodes[node as usize];
     let positions: Vec<[f64; 3]> = candidates.iter().map(position).collect();

@@ -301,8 +301,8 @@ fn node_rows<'a>(
 ) -> impl Iterator<Item = f64> + 'a {
     nodes.iter().flat_map(move |&node| {
         (0..3).flat_map(move |component| {
-            let free = dofs.free(3 * node as usize + component);
-            (0..matrix.ncols()).map(move |k| free.map_or(0.0, |row| matrix[(row as usize, k)]))
+            let dof = 3 * node as usize + component;
+            (0..matrix.ncols()).map(move |k| dofs.value(dof, |row| matrix[(row, k)]))
         })
     })
 }

@@ -28,10 +28,13 @@ pub(crate) fn stress_sections(
     let mut basis = vec![0.0; n * COMPONENTS * r];
     for (row, out) in rows.rows.iter().zip(basis.chunks_exact_mut((COMPONENTS * r).max(1))) {
         for (node, block) in row {
-            for (c, free) in (0..3).filter_map(|c| Some((c, dofs.free(3 * *node as usize + c)?))) {
+            let components =
+                (0..3).flat_map(|c| dofs.terms(3 * *node as usize + c).map(move |term| (c, term)));
+            for (c, (free, weight)) in components {
                 for (k, component) in block.iter().enumerate() {
-                    let out = out[k * r..(k + 1) * r].iter_mut().enumerate();
-                    out.for_each(|(mode, sum)| *sum += component[c] * vectors[(free as usize, mode)]);
+                    let (share, out) =
+                        (weight * component[c], out[k * r..(k + 1) * r].iter_mut().enumerate());
+                    out.for_each(|(mode, sum)| *sum += share * vectors[(free as usize, mode)]);
                 }
             }
         }

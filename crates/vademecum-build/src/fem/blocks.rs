@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
-use faer::Mat;
+use faer::{Mat, MatRef};
 
 use super::assembly::element_nodes;
 use super::element::{ElementError, Material};
@@ -240,6 +240,48 @@ pub fn internal_forces(
         block.dofs.iter().zip(field(block)).for_each(|(&dof, force)| forces[dof as usize] += force);
     }
     Ok(forces)
+}
+
+/// `K t` and `M t` over the free dofs, for displacements `t` of the held dofs of the mesh, shape (dofs of the
+/// mesh, columns); shape (n_free, columns). Dofs that depend on held ones follow them.
+pub(crate) fn held_columns(
+    elements: &ElementMatrices<'_>,
+    others: &[Block],
+    elimination: &Elimination,
+    t: MatRef<'_, f64>,
+) -> Result<[Mat<f64>; 2], ModelError> {
+    let (n, columns) = (elimination.n_free(), t.ncols());
+    let held =
+        |index: u32| index.checked_sub(n as u32).map(|place| elimination.held()[place as usize].0 as usize);
+    let moved = |dof: usize, column: usize| -> f64 {
+        let terms = elimination.terms(dof).iter().filter_map(|&(index, a)| Some((held(index)?, a)));
+        terms.filter(|(dof, _)| *dof < t.nrows()).map(|(dof, a)| a * t[(dof, column)]).sum()
+    };
+    let whole = Mat::from_fn(elimination.n_dof(), columns, moved);
+    let mut sums = [Mat::zeros(n, columns), Mat::zeros(n, columns)];
+    let mut take = |block: &Block| {
+        let x = Mat::from_fn(block.dofs.len(), columns, |row, c| whole[(block.dofs[row] as usize, c)]);
+        if x.norm_max() == 0.0 {
+            return;
+        }
+        for (matrix, sums) in [&block.stiffness, &block.mass].into_iter().zip(&mut sums) {
+            let forces = matrix * &x;
+            for (row, &dof) in block.dofs.iter().enumerate() {
+                for &(index, a) in elimination.terms(dof as usize).iter().filter(|term| (term.0 as usize) < n)
+                {
+                    (0..columns).for_each(|c| sums[(index as usize, c)] += a * forces[(row, c)]);
+                }
+            }
+        }
+    };
+    for element in 0..elements.mesh.element_count() {
+        if elements.dofs(element).any(|dof| (0..columns).any(|c| whole[(dof as usize, c)] != 0.0)) {
+            let folded = |source| ModelError::FoldedElement { element: element as u32, source };
+            take(&elements.block(element).map_err(folded)?);
+        }
+    }
+    others.iter().for_each(take);
+    Ok(sums)
 }
 
 /// `M a` of the elements that have an acceleration, linear in the place, over `n` dofs.

@@ -71,16 +71,20 @@ impl ElementKernel {
     /// larger ones full integration.
     pub(crate) fn new(kind: ElementKind, hexahedra: Option<Hexahedra>) -> ElementKernel {
         let hexahedra = match (kind, hexahedra) {
+            (ElementKind::Hex8, Some(Hexahedra::ReducedMass)) => Hexahedra::Reduced,
             (ElementKind::Hex8, given) => given.unwrap_or(Hexahedra::Incompatible),
             (ElementKind::Hex20 | ElementKind::Tet10, Some(Hexahedra::Reduced)) => Hexahedra::Reduced,
+            (ElementKind::Hex20, Some(Hexahedra::ReducedMass)) => Hexahedra::ReducedMass,
             _ => Hexahedra::Full,
         };
         let table = |rule: Vec<([f64; 3], f64)>| -> Vec<Point> {
             rule.into_iter().map(|(at, weight)| tabulate(kind, at, weight)).collect()
         };
         if !kind.is_tetrahedron() {
-            let stiffness = table(stiffness_rule(kind, hexahedra == Hexahedra::Reduced));
-            let mass = table(mass_rule(kind));
+            let few = matches!(hexahedra, Hexahedra::Reduced | Hexahedra::ReducedMass);
+            let stiffness = table(stiffness_rule(kind, few));
+            let same = hexahedra == Hexahedra::ReducedMass;
+            let mass = table(if same { stiffness_rule(kind, few) } else { mass_rule(kind) });
             return Self { kind, hexahedra, straight: vec![], stiffness, mass, reference_mass: vec![] };
         }
         let order = kind.order();

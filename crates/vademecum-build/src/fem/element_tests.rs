@@ -19,7 +19,9 @@ fn bent([x, y, z]: [f64; 3]) -> [f64; 3] {
 fn formulations(kind: ElementKind) -> Vec<Option<Hexahedra>> {
     match kind {
         ElementKind::Hex8 => Hexahedra::ALL.map(Some).to_vec(),
-        ElementKind::Hex20 => vec![Some(Hexahedra::Full), Some(Hexahedra::Reduced)],
+        ElementKind::Hex20 => {
+            vec![Some(Hexahedra::Full), Some(Hexahedra::Reduced), Some(Hexahedra::ReducedMass)]
+        }
         _ => vec![None],
     }
 }

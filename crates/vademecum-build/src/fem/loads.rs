@@ -191,16 +191,21 @@ impl Model {
     /// Adds a force at one node.
     fn add_nodal_force(&self, node: u32, force: [f64; 3], load: &mut [f64]) {
         for (c, &f) in force.iter().enumerate() {
-            if let Some(free) = self.dofs().free(3 * node as usize + c) {
-                load[free as usize] += f;
-            }
+            self.add_force(3 * node as usize + c, f, load);
         }
     }
 
-    /// The part of a load over all dofs that does not fall on held ones, length `n_free`.
+    /// Adds a force at one dof to a load over the free ones.
+    pub(crate) fn add_force(&self, dof: usize, force: f64, load: &mut [f64]) {
+        for (free, weight) in self.dofs().terms(dof) {
+            load[free as usize] += weight * force;
+        }
+    }
+
+    /// A load over all dofs on the free ones, length `n_free`.
     pub fn free_part(&self, load: &[f64]) -> Vec<f64> {
         let mut free = vec![0.0; self.dofs().n_free()];
-        self.dofs().restrict_into(load, &mut free);
+        self.dofs().gather_into(load, &mut free);
         free
     }
 }

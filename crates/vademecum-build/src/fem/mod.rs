@@ -7,6 +7,7 @@
 mod assembly;
 mod blocks;
 mod coarse;
+mod coupling;
 mod dofs;
 mod element;
 mod elimination;
@@ -42,6 +43,7 @@ mod whole;
 
 pub(crate) use assembly::{pair_bytes, pairs};
 pub use blocks::{Block, ElementMatrices, assemble_blocks, inertia_forces, internal_forces};
+pub use coupling::{mean_rows, rigid_row};
 pub use dofs::DofMap;
 pub use element::{ElementError, Material};
 pub use elimination::{Constraints, Contradiction, Elimination};
@@ -54,7 +56,7 @@ pub use green::{GreenError, GreenStrain};
 pub(crate) use loads::facet_shapes;
 pub use loads::{Facet, LoadError, facet_load, surface_facets};
 pub(crate) use local_rows::pencil_rows;
-pub use model::Model;
+pub use model::{Attachments, Model};
 pub use model_error::ModelError;
 pub(crate) use ordering::elimination_order;
 pub use pencil::{Pencil, PencilError};

@@ -5,8 +5,10 @@ use std::sync::Arc;
 use faer::{Mat, MatRef};
 
 use super::assembly::{NodeGraph, assemble, couple};
+use super::blocks::{Block, ElementMatrices, assemble_blocks, held_columns};
 use super::dofs::DofMap;
 use super::element::Material;
+use super::elimination::{Constraints, Elimination};
 use super::engine::Engine;
 use super::model_error::ModelError;
 use super::pencil::Pencil;
@@ -22,6 +24,32 @@ pub struct Model {
     materials: Vec<Material>,
     dofs: Arc<DofMap>,
     pencil: Pencil,
+    attached: Option<Arc<Attached>>,
+}
+
+/// Attachments of a body, and the constraints between its dofs.
+#[derive(Clone, Debug)]
+struct Attached {
+    blocks: Vec<Block>,
+    elimination: Elimination,
+}
+
+/// Attachments of a body over its dofs: three for each node of the mesh, then those of reference points.
+#[derive(Clone, Debug, Default)]
+pub struct Attachments {
+    /// Couplings, ties and equations.
+    pub constraints: Constraints,
+    /// Masses and springs.
+    pub blocks: Vec<Block>,
+    /// Number of dofs of reference points.
+    pub reference_dofs: usize,
+}
+
+impl Attachments {
+    /// True if nothing is attached.
+    pub fn is_empty(&self) -> bool {
+        self.blocks.is_empty() && self.reference_dofs == 0 && self.constraints.dofs().next().is_none()
+    }
 }
 
 impl Model {
@@ -73,7 +101,53 @@ impl Model {
             let rigid = RigidBody::new(&mesh.nodes, pencil.mass());
             pencil = pencil.with_rigid(rigid);
         }
-        Ok(Model { mesh, materials: materials.to_vec(), dofs, pencil })
+        Ok(Model { mesh, materials: materials.to_vec(), dofs, pencil, attached: None })
+    }
+
+    /// The same with attachments, by elimination of the dependent dofs: `TᵀMT` and `TᵀKT`. All regions
+    /// together: the pencil has one. Parts of the mesh that attachments alone hold are seen when the
+    /// stiffness is factorised.
+    ///
+    /// # Errors
+    /// As [`Model::assemble`]; [`ModelError::Contradiction`], [`ModelError::Coupled`].
+    pub fn assemble_attached(
+        mesh: Mesh,
+        materials: &[Material],
+        constrained: &[bool],
+        attachments: Attachments,
+    ) -> Result<Model, ModelError> {
+        check_counts(&mesh, materials, constrained)?;
+        let Attachments { mut constraints, blocks, reference_dofs } = attachments;
+        let held = (0..).zip(constrained).filter(|(_, held)| **held);
+        held.for_each(|(dof, _)| constraints.hold(dof, 0.0));
+        let elimination = constraints.eliminate(constrained.len() + reference_dofs)?;
+        let lumped = vec![false; mesh.regions.len()];
+        let elements = ElementMatrices::new(&mesh, materials, &lumped);
+        let pencil = assemble_blocks(&elements, &blocks, &elimination)?;
+        let dofs = Arc::new(DofMap::of_elimination(mesh.nodes.len(), &elimination));
+        let attached = Some(Arc::new(Attached { blocks, elimination }));
+        Ok(Model { mesh: Arc::new(mesh), materials: materials.to_vec(), dofs, pencil, attached })
+    }
+
+    /// Adds the forces of a uniform acceleration on attached masses to a load over the free dofs.
+    pub(crate) fn add_attached_weight(&self, acceleration: [f64; 3], load: &mut [f64]) {
+        for block in self.attached.iter().flat_map(|attached| &attached.blocks) {
+            // Reference points have three displacements, then three rotations.
+            let of_dof = |dof: u32| match dof.checked_sub(self.dofs.n_dof() as u32) {
+                Some(place) if place % 6 >= 3 => 0.0,
+                _ => acceleration[dof as usize % 3],
+            };
+            for (row, &dof) in block.dofs.iter().enumerate() {
+                let columns = block.dofs.iter().enumerate();
+                let force = columns.map(|(column, &other)| block.mass[(row, column)] * of_dof(other)).sum();
+                self.add_force(dof as usize, force, load);
+            }
+        }
+    }
+
+    /// True if something is attached to the body.
+    pub fn has_attachments(&self) -> bool {
+        self.attached.is_some()
     }
 
     /// Takes matrices that another program assembled. `mesh` has nodes and no elements, `constrained` one
@@ -94,13 +168,19 @@ impl Model {
         }
         let nodes = dofs.dof_of_free().iter().map(|dof| dof / 3).collect();
         let mesh = Arc::new(mesh);
-        Ok(Model { mesh, materials: vec![], dofs, pencil: pencil.with_dof_nodes(nodes) })
+        Ok(Model { mesh, materials: vec![], dofs, pencil: pencil.with_dof_nodes(nodes), attached: None })
     }
 
     /// `K_fs t` and `M_fs t` over the free dofs, for displacements `t` of held dofs: shape (n_dof, columns),
     /// zero at free dofs. Zeros where the matrices came from another program.
     pub(crate) fn couple(&self, t: MatRef<'_, f64>) -> [Mat<f64>; 2] {
-        let found = couple(&self.mesh, &self.materials, &self.dofs, t);
+        let Some(attached) = &self.attached else {
+            let found = couple(&self.mesh, &self.materials, &self.dofs, t);
+            return found.expect("the assembled mesh has no folded element");
+        };
+        let lumped = vec![false; self.mesh.regions.len()];
+        let elements = ElementMatrices::new(&self.mesh, &self.materials, &lumped);
+        let found = held_columns(&elements, &attached.blocks, &attached.elimination, t);
         found.expect("the assembled mesh has no folded element")
     }
 
@@ -286,6 +366,8 @@ impl StageInput for Model {
             let hexahedra: Vec<_> = mesh.regions.iter().map(|region| region.hexahedra).collect();
             return shape.indices(&kinds).value(&(hexahedra, self.materials()));
         }
+        // Of a body without attachments the numbers of its free dofs say it all.
+        let shape = if self.has_attachments() { self.dofs().add_dependent(shape) } else { shape };
         let (pencil, pattern) = (self.pencil(), self.pencil().mass().pattern());
         let shape = (0..pattern.n()).fold(shape, |inputs, j| inputs.indices(pattern.rows_of(j)));
         (0..pencil.n_regions()).fold(shape, |inputs, q| {

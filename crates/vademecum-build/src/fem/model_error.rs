@@ -1,6 +1,7 @@
 //! Why there is no model.
 
 use super::element::{ElementError, Material};
+use super::elimination::Contradiction;
 use super::spread::EngineError;
 
 /// Why a mesh, its materials and supports make no model.
@@ -101,6 +102,9 @@ pub enum ModelError {
         /// Most that are assembled.
         most: usize,
     },
+    /// Couplings, ties, equations and supports that cannot hold at once.
+    #[error(transparent)]
+    Contradiction(#[from] Contradiction),
     /// More matrix entries than a 32-bit index counts.
     #[error("the matrices have more entries than a 32-bit index can count")]
     TooLarge,

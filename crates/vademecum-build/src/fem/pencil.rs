@@ -279,8 +279,14 @@ impl Pencil {
     /// long as all regions have one weight.
     ///
     /// # Panics
-    /// If the two slices do not hold one weight per region.
+    /// If the two slices do not hold one weight per region, or weights that are alike where the matrices of
+    /// all regions are one.
     pub fn scaled(&self, m: &[f64], k: &[f64]) -> Pencil {
+        let all_alike = |weights: &[f64]| weights.iter().all(|&weight| weight == weights[0]);
+        let (m, k) = match self.n_regions() {
+            1 if all_alike(m) && all_alike(k) => (&m[..1], &k[..1]),
+            _ => (m, k),
+        };
         assert!(m.len() == self.n_regions() && k.len() == self.n_regions());
         if m.iter().chain(k).all(|&weight| weight == 1.0) {
             return self.clone();

@@ -5,10 +5,12 @@ pub mod toml_file;
 
 pub(crate) use problem::CENTRIFUGAL;
 pub use problem::{
-    BaseEntry, BasisEntry, BasisKind, BlockSource, ChapterEntry, Component, DampingEntry, FILE_KEYS, Fields,
-    LargeEntry, LoadEntry, MaterialEntry, MatricesSource, MeshSource, ModelKind, OWN_COLUMNS, OrderEntry,
-    OutputEntry, ParameterEntry, ParameterKind, ParameterScale, PatternEntry, ProbeEntry, Problem,
-    ProblemError, Projection, RaisedOrder, RegionEntry, Repair, SnapshotPlan, StressPlaces, SupportEntry,
-    TablesSource, TimeEntry, Tolerances, problem_schema, range_table,
+    BaseEntry, BasisEntry, BasisKind, BlockSource, ChapterEntry, Component, CouplingEntry, CouplingKind,
+    DampingEntry, EquationEntry, EquationNode, EquationTerm, FILE_KEYS, Fields, LargeEntry, LoadEntry,
+    MaterialEntry, MatricesSource, MeshSource, ModelKind, Motion, NodalForce, OWN_COLUMNS, OrderEntry,
+    OutputEntry, ParameterEntry, ParameterKind, ParameterScale, PatternEntry, PointMassEntry, ProbeEntry,
+    Problem, ProblemError, Projection, RaisedOrder, ReferencePointEntry, RegionEntry, Repair, SnapshotPlan,
+    SpringEntry, StressPlaces, SupportEntry, TablesSource, TieEntry, TimeEntry, Tolerances, problem_schema,
+    range_table,
 };
 pub(crate) use problem::{GaugeEntry, InnerProduct, Precision, STRESS_UNASKED};

@@ -4,18 +4,24 @@
 //! the file, the line or key, what was found and what was expected. Nothing here touches the mesh; names in
 //! the mesh are resolved when the model is built.
 
+mod attachments;
 mod body;
 mod bounds;
 mod chapter;
 mod check;
+mod check_attachments;
 mod check_large;
 mod large;
 mod plan;
 mod ranges;
 
+pub use attachments::{
+    CouplingEntry, CouplingKind, EquationEntry, EquationNode, EquationTerm, Motion, PointMassEntry,
+    ReferencePointEntry, SpringEntry, TieEntry,
+};
 pub use body::{
     BaseEntry, BlockSource, Component, DampingEntry, LoadEntry, MaterialEntry, MatricesSource, MeshSource,
-    OrderEntry, PatternEntry, RaisedOrder, RegionEntry, SupportEntry, TablesSource,
+    NodalForce, OrderEntry, PatternEntry, RaisedOrder, RegionEntry, SupportEntry, TablesSource,
 };
 pub(crate) use chapter::Representation;
 pub use chapter::{ChapterEntry, Projection, Repair};
@@ -95,6 +101,24 @@ pub struct Problem {
     /// Supports; none beside matrices, whose rows are the free dofs.
     #[serde(rename = "support", default)]
     pub supports: Vec<SupportEntry>,
+    /// Reference points, which couplings join to the body.
+    #[serde(rename = "reference_point", default)]
+    pub reference_points: Vec<ReferencePointEntry>,
+    /// Couplings of surfaces to reference points.
+    #[serde(rename = "coupling", default)]
+    pub couplings: Vec<CouplingEntry>,
+    /// Ties of surfaces.
+    #[serde(rename = "tie", default)]
+    pub ties: Vec<TieEntry>,
+    /// Linear equations between displacements.
+    #[serde(rename = "equation", default)]
+    pub equations: Vec<EquationEntry>,
+    /// Masses at reference points.
+    #[serde(rename = "point_mass", default)]
+    pub point_masses: Vec<PointMassEntry>,
+    /// Springs at reference points.
+    #[serde(rename = "spring", default)]
+    pub springs: Vec<SpringEntry>,
     /// Base of the supports.
     #[serde(default)]
     pub base: BaseEntry,
@@ -224,9 +248,9 @@ impl Problem {
         self.basis.kind.unwrap_or(if modes { BasisKind::Modes } else { BasisKind::Ritz })
     }
 
-    /// True for a free body: a problem with a mesh and without supports.
+    /// True for a free body: a problem with a mesh that nothing holds.
     pub(crate) fn is_free(&self) -> bool {
-        self.supports.is_empty() && self.mesh.matrices.is_none()
+        self.supports.is_empty() && self.mesh.matrices.is_none() && !self.is_held_by_attachments()
     }
 
     /// Options of the chapter's representation, if it is asked for.

@@ -15,9 +15,12 @@ pub enum Hexahedra {
     Full,
     /// One point and hourglass stiffness in 8-node hexahedra, eight points in 20-node ones (C3D8R, C3D20R).
     Reduced,
+    /// The same, with eight points for the mass of 20-node hexahedra too (CalculiX: C3D20R).
+    ReducedMass,
 }
 
 impl Hexahedra {
     /// All formulations, in order.
-    pub const ALL: [Self; 4] = [Self::Incompatible, Self::MeanDilatation, Self::Full, Self::Reduced];
+    pub const ALL: [Self; 5] =
+        [Self::Incompatible, Self::MeanDilatation, Self::Full, Self::Reduced, Self::ReducedMass];
 }

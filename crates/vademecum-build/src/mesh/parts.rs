@@ -53,7 +53,7 @@ fn raw_labels(raw: &RawMesh) -> Vec<u32> {
 impl RawMesh {
     /// Leaves out the parts that have less than `smallest` of the elements and share no facet with a larger
     /// one, with a note. 0 leaves out nothing.
-    pub(super) fn drop_small_parts(&mut self, smallest: f64) {
+    pub(crate) fn drop_small_parts(&mut self, smallest: f64) {
         if smallest <= 0.0 {
             return;
         }

@@ -201,7 +201,11 @@ fn filtered(mesh: &Mesh, keep: impl Fn([f64; 3]) -> bool) -> Vec<u32> {
     mesh.nodes.iter().zip(0..).filter(|(p, _)| keep(**p)).map(|(_, i)| i).collect()
 }
 
-fn by_id(ids: &[u64], mesh: &Mesh) -> Result<Vec<u32>, SelectError> {
+/// Nodes by their numbers in the mesh file, in the order given.
+///
+/// # Errors
+/// [`SelectError::UnknownNode`].
+pub(crate) fn numbered(ids: &[u64], mesh: &Mesh) -> Result<Vec<u32>, SelectError> {
     let mut order: Vec<(u64, u32)> = mesh.node_ids.iter().copied().zip(0..).collect();
     order.sort_unstable();
     let find = |&id: &u64| match order.binary_search_by_key(&id, |entry| entry.0) {
@@ -212,7 +216,11 @@ fn by_id(ids: &[u64], mesh: &Mesh) -> Result<Vec<u32>, SelectError> {
             Err(SelectError::UnknownNode { id, least, largest })
         }
     };
-    let mut nodes = ids.iter().map(find).collect::<Result<Vec<u32>, SelectError>>()?;
+    ids.iter().map(find).collect()
+}
+
+fn by_id(ids: &[u64], mesh: &Mesh) -> Result<Vec<u32>, SelectError> {
+    let mut nodes = numbered(ids, mesh)?;
     nodes.sort_unstable();
     nodes.dedup();
     Ok(nodes)

@@ -122,6 +122,9 @@ enum NoEstimate {
     /// There are other elements than tetrahedra of one order.
     #[error("the estimate is for tetrahedra: meshes with hexahedra, wedges or pyramids have none")]
     NoTetrahedra,
+    /// Something is attached to the body.
+    #[error("the estimate is for a body alone: one with couplings, ties, masses or springs has none")]
+    Attachments,
     /// The matrices are not in this process.
     #[error("matrices on several ranks are not refined: ask `vademecum modes --mesh-error` in one process")]
     Ranks,
@@ -184,6 +187,9 @@ pub fn estimate(
     }
     if model.mesh().tetrahedra().is_none() {
         return Ok(NoEstimate::NoTetrahedra.into());
+    }
+    if model.has_attachments() {
+        return Ok(NoEstimate::Attachments.into());
     }
     if symbolic.is_spread() {
         return Ok(NoEstimate::Ranks.into());

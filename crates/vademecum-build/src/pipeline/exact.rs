@@ -75,7 +75,9 @@ fn wants_factor(
     measured: &StructureMeasured,
 ) -> bool {
     let whole = problem.output.fields == Fields::Body && model.has_residual;
-    let open = problem.output.static_fields.is_none() && whole && !problem.is_free();
+    // Fields from the factor are those of free dofs, which every node has where nothing is attached.
+    let direct = !problem.is_free() && !problem.has_attachments();
+    let open = problem.output.static_fields.is_none() && whole && direct;
     let large = measured.certificate.trajectory_error > problem.tolerance.error;
     open && large && factor_bytes(context, problem) <= MAX_FACTOR_UNASKED
 }

@@ -7,151 +7,20 @@ use vademecum_format::{BASE_PATTERNS, base_field};
 
 use std::sync::Arc;
 
-use super::gauge::{self, GaugeError};
-use super::matrices::{MatricesError, MatrixModel};
-use crate::fem::{
-    Engine, LoadError, Material, Model, ModelError, StressPoint, stress_points, surface_facets,
-};
+use super::attachments::{attachments, first_dof};
+use super::body_error::BodyError;
+use super::gauge;
+use super::matrices::MatrixModel;
+use super::places::{facets_within, located, select};
+use crate::fem::{Engine, Material, Model, StressPoint, stress_points, surface_facets};
 use crate::input::{
     CENTRIFUGAL, Fields, GaugeEntry, MaterialEntry, PatternEntry, Problem, RaisedOrder, StressPlaces,
 };
 use crate::limits::MAGNITUDE;
-use crate::mesh::select::{SelectError, Selection};
+use crate::mesh::select::numbered;
 use crate::mesh::surface::Surface;
-use crate::mesh::{self, Mesh, MeshError};
+use crate::mesh::{self, Mesh};
 use crate::suggest::did_you_mean;
-
-/// Why a problem and its mesh make no body.
-#[derive(Debug, thiserror::Error)]
-pub enum BodyError {
-    /// The mesh cannot be used.
-    #[error("the mesh cannot be used")]
-    Mesh(#[from] MeshError),
-    /// A selection fits nothing.
-    #[error("{path}: `{key}`")]
-    Selection {
-        /// The problem file.
-        path: String,
-        /// Path of the key.
-        key: String,
-        /// Names that the mesh has.
-        source: Box<SelectError>,
-    },
-    /// A region of the mesh has no material, or a material no region.
-    #[error("{path}: `material`: {found}; the mesh has the regions {regions}")]
-    Region {
-        /// The problem file.
-        path: String,
-        /// The mismatch.
-        found: String,
-        /// Names of the mesh's regions.
-        regions: String,
-    },
-    /// A region of the problem file holds no element.
-    #[error("{path}: `mesh.region`: no element has all its corners in region `{name}`")]
-    EmptyRegion {
-        /// The problem file and line.
-        path: String,
-        /// The region.
-        name: String,
-    },
-    /// A parameter's range leaves out the problem's own value.
-    #[error(
-        "{path}: `parameter`: the range {range:?} of `{name}` leaves out the problem's own value, {nominal}"
-    )]
-    Nominal {
-        /// The problem file and line.
-        path: String,
-        /// The parameter.
-        name: String,
-        /// The problem's own value.
-        nominal: f64,
-        /// The range.
-        range: [f64; 2],
-    },
-    /// Two parameters that change the same thing.
-    #[error("{path}: `parameter`: `{name}` changes what `{other}` changes already; leave one of them out")]
-    TwiceLive {
-        /// The problem file and line.
-        path: String,
-        /// The parameter.
-        name: String,
-        /// The earlier one.
-        other: String,
-    },
-    /// More live regions than a file has axes for.
-    #[error(
-        "{path}: `parameter`: {regional} parameters of single regions on a mesh of {regions} regions; a vademecum file has \
-         room for 11 such parameters on 8 regions: join regions, or use `region = \"*\"`"
-    )]
-    TooManyRegions {
-        /// The problem file and line.
-        path: String,
-        /// Regions of the mesh.
-        regions: usize,
-        /// Parameters of single regions.
-        regional: usize,
-    },
-    /// Coordinates that double precision does not carry.
-    #[error(
-        "{path}: `mesh`: the body reaches from {low:?} to {high:?} (after `mesh.scale`); expected coordinates below 1e30 and \
-         a size above 1e-30"
-    )]
-    Size {
-        /// The problem file and line.
-        path: String,
-        /// Lower corner of the box around the body.
-        low: [f64; 3],
-        /// Upper corner.
-        high: [f64; 3],
-    },
-    /// A selection holds no whole facet of the surface.
-    #[error(
-        "{path}: `{key}` selects nodes but no whole facet of the surface; select all corners of the facets meant"
-    )]
-    NoFacet {
-        /// The problem file.
-        path: String,
-        /// Path of the key.
-        key: String,
-    },
-    /// The problem has matrices and no mesh.
-    #[error("{path}: `mesh` names matrices, and no mesh that could be read")]
-    NoMesh {
-        /// The problem file and line.
-        path: String,
-    },
-    /// No node where forces may act can move.
-    #[error("{path}: `load.surface` chooses no node with a free component")]
-    NoFreeNode {
-        /// The problem file.
-        path: String,
-    },
-    /// The matrices of another program cannot be used.
-    #[error("the matrices cannot be used")]
-    Matrices(#[from] MatricesError),
-    /// The matrices cannot be assembled.
-    #[error("{path}: `support`: the model cannot be assembled")]
-    Model {
-        /// The problem file, and the line of its first support.
-        path: String,
-        /// Why not.
-        source: ModelError,
-    },
-    /// A strain gauge off the surface.
-    #[error("{path}: gauge `{name}`")]
-    Gauge {
-        /// The problem file and line.
-        path: String,
-        /// Its name.
-        name: String,
-        /// Why not.
-        source: GaugeError,
-    },
-    /// A load pattern cannot be integrated.
-    #[error("a load pattern cannot be integrated")]
-    Load(#[from] LoadError),
-}
 
 /// A named value that is linear in the displacements of some nodes.
 #[derive(Clone, Debug)]
@@ -212,7 +81,7 @@ impl Body {
     /// Largest displacement of the loadable surface at a displacement over the free dofs \[m\].
     pub fn largest_displacement(&self, displacement: &[f64]) -> f64 {
         let dofs = self.model.dofs();
-        let moved = |dof: u32| dofs.free(dof as usize).map_or(0.0, |free| displacement[free as usize]);
+        let moved = |dof: u32| dofs.value(dof as usize, |free| displacement[free]);
         let square = |&node: &u32| (0..3).map(|c| moved(3 * node + c).powi(2)).sum::<f64>();
         self.load_nodes.iter().map(square).fold(0.0, f64::max).sqrt()
     }
@@ -232,7 +101,9 @@ impl Body {
     pub fn probe_row(&self, probe: &Probe) -> Vec<(u32, f64)> {
         let of_node = |&(node, weights): &(u32, [f64; 3])| {
             let dofs = self.model.dofs();
-            (0..3).filter_map(move |c| Some((dofs.free(3 * node as usize + c)?, weights[c])))
+            (0..3).flat_map(move |c| {
+                dofs.terms(3 * node as usize + c).map(move |(free, share)| (free, share * weights[c]))
+            })
         };
         probe.nodes.iter().flat_map(of_node).collect()
     }
@@ -262,11 +133,28 @@ impl Body {
         probes.extend(gauges(problem, &mesh, &surface)?);
         let stress = stress_places(problem, &mesh, &surface)?;
         let unusable = |source| BodyError::Model { path: problem.place("support"), source };
-        let model = Model::assemble_on(engine, mesh, &materials, &constrained).map_err(unusable)?;
+        let model = if problem.has_attachments() {
+            if engine.is_some() {
+                return Err(BodyError::SpreadAttachments { path: problem.place("mesh") });
+            }
+            let attached = attachments(problem, &mesh, &surface)?;
+            Model::assemble_attached(mesh, &materials, &constrained, attached).map_err(unusable)?
+        } else {
+            Model::assemble_on(engine, mesh, &materials, &constrained).map_err(unusable)?
+        };
         let (mut patterns, mut held_loads) = (vec![], vec![]);
         for (i, entry) in problem.load.patterns.iter().enumerate() {
             let force = pattern_force(problem, i, entry, &model, &surface)?;
-            patterns.push((entry.name.clone(), model.free_part(&force)));
+            let mut free = model.free_part(&force);
+            if let Some(acceleration) = entry.acceleration {
+                model.add_attached_weight(acceleration, &mut free);
+            }
+            if let Some(point) = entry.reference.as_deref().and_then(|name| problem.reference_point(name)) {
+                let loads = [entry.force, entry.moment].map(Option::unwrap_or_default);
+                let loads = (first_dof(model.mesh(), point)..).zip(loads.into_iter().flatten());
+                loads.for_each(|(dof, load)| model.add_force(dof as usize, load, &mut free));
+            }
+            patterns.push((entry.name.clone(), free));
             held_loads.push(held_part(&model, &force));
         }
         let spin = BASE_PATTERNS.len() - CENTRIFUGAL.len();
@@ -356,7 +244,10 @@ impl Body {
 pub fn read_mesh(problem: &Problem) -> Result<Mesh, BodyError> {
     let source = &problem.mesh;
     let mut mesh = if let Some(file) = &source.file {
-        mesh::read_without(&problem.resolve(file), source.smallest_part)?
+        let mut raw = mesh::parse(&problem.resolve(file))?;
+        raw.drop_small_parts(source.smallest_part);
+        // Attachments join parts.
+        if problem.has_attachments() { mesh::repaired_apart(&raw)? } else { mesh::repaired(raw, 0.0)? }
     } else if let Some(tables) = &source.tables {
         let [coordinates, connectivity] =
             [&tables.coordinates, &tables.connectivity].map(|path| problem.resolve(path));
@@ -444,7 +335,7 @@ fn supports(problem: &Problem, mesh: &Mesh) -> Result<(Vec<bool>, Vec<Support>),
 
 /// Part of a load over all dofs that acts on held ones.
 fn held_part(model: &Model, load: &[f64]) -> Vec<(u32, f64)> {
-    let held = |&(dof, force): &(u32, f64)| force != 0.0 && model.dofs().free(dof as usize).is_none();
+    let held = |&(dof, force): &(u32, f64)| force != 0.0 && model.dofs().is_held(dof as usize);
     (0..).zip(load.iter().copied()).filter(held).collect()
 }
 
@@ -544,15 +435,6 @@ fn nodes_of(triangles: &[[u32; 3]]) -> Vec<u32> {
     nodes
 }
 
-/// Facets all of whose corners are among `nodes`.
-fn facets_within(surface: &Surface, n_nodes: usize, nodes: &[u32]) -> Vec<usize> {
-    let mut chosen = vec![false; n_nodes];
-    nodes.iter().for_each(|&node| chosen[node as usize] = true);
-    let whole = |corners: &[u32]| corners.iter().all(|&c| chosen[c as usize]);
-    let corners = |f: usize| &surface.facet(f)[..surface.facet_kind(f).corners()];
-    (0..surface.facet_count()).filter(|&f| whole(corners(f))).collect()
-}
-
 fn pattern_force(
     problem: &Problem,
     index: usize,
@@ -562,6 +444,20 @@ fn pattern_force(
 ) -> Result<Vec<f64>, BodyError> {
     if let Some(acceleration) = entry.acceleration {
         return Ok(model.body_load(acceleration));
+    }
+    if entry.reference.is_some() {
+        return Ok(vec![0.0; model.dofs().n_dof()]);
+    }
+    if let Some(forces) = &entry.forces {
+        let key = || format!("load.pattern[{index}].forces");
+        let ids: Vec<u64> = forces.iter().map(|force| force.0).collect();
+        let nodes = numbered(&ids, model.mesh()).map_err(|source| located(problem, &key, source))?;
+        let mut load = vec![0.0; model.dofs().n_dof()];
+        for (node, force) in nodes.into_iter().zip(forces) {
+            let sums = &mut load[3 * node as usize..][..3];
+            sums.iter_mut().zip(force.force()).for_each(|(sum, f)| *sum += f);
+        }
+        return Ok(load);
     }
     let key = || format!("load.pattern[{index}].on");
     let selection = entry.on.as_ref().expect("a checked pattern without acceleration has a place");
@@ -586,7 +482,7 @@ fn probes(problem: &Problem, mesh: &Mesh) -> Vec<Probe> {
         Probe {
             name: entry.name.clone(),
             unit: "m",
-            nodes: vec![(nearest_node(mesh, entry.point), entry.direction.map(|c| c / length))],
+            nodes: vec![(nearest_place(problem, mesh, entry.point), entry.direction.map(|c| c / length))],
         }
     };
     problem.output.probes.iter().map(probe).collect()
@@ -617,20 +513,12 @@ fn stress_places(problem: &Problem, mesh: &Mesh, surface: &Surface) -> Result<Ve
     Ok(stress_points(mesh, &nodes))
 }
 
-/// The mesh node nearest to a point; the first of equals.
-fn nearest_node(mesh: &Mesh, point: [f64; 3]) -> u32 {
+/// The mesh node or reference point nearest to a point, the first of equals; a reference point stands for
+/// its displacements, behind those of the nodes.
+fn nearest_place(problem: &Problem, mesh: &Mesh, point: [f64; 3]) -> u32 {
     let distance = |node: &[f64; 3]| (0..3).map(|c| (node[c] - point[c]).powi(2)).sum::<f64>();
-    let nearest = mesh.nodes.iter().enumerate().min_by(|a, b| distance(a.1).total_cmp(&distance(b.1)));
-    nearest.map_or(0, |(i, _)| i as u32)
-}
-
-fn select(
-    problem: &Problem,
-    selection: &Selection,
-    mesh: &Mesh,
-    key: impl Fn() -> String,
-) -> Result<Vec<u32>, BodyError> {
-    let located =
-        |source| BodyError::Selection { path: problem.place(&key()), key: key(), source: Box::new(source) };
-    selection.nodes(mesh).map_err(located)
+    let nodes = (0..).zip(&mesh.nodes);
+    let points = problem.reference_points.iter().enumerate();
+    let points = points.map(|(i, point)| (first_dof(mesh, i) / 3, &point.at));
+    nodes.chain(points).min_by(|a, b| distance(a.1).total_cmp(&distance(b.1))).map_or(0, |place| place.0)
 }

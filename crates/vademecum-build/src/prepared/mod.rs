@@ -1,16 +1,20 @@
 //! A problem on its mesh, ready to be computed with: the value that every stage after it reads.
 
+mod attachments;
 mod body;
+mod body_error;
 mod gauge;
 mod inertia;
 mod matrices;
 mod means;
 mod parameters;
+mod places;
 mod proposed;
 mod size;
 mod time_step;
 
-pub use body::{Body, BodyError, Probe, Support, read_mesh};
+pub use body::{Body, Probe, Support, read_mesh};
+pub use body_error::BodyError;
 pub use matrices::MatricesError;
 pub(crate) use matrices::MatrixModel;
 pub use means::FactorPrecision;
@@ -250,7 +254,9 @@ const FAR: f64 = 1e-6;
 /// A probe looks at the node nearest to its point, however far off the body that is: says where it looks.
 fn note_probes(problem: &Problem, body: &Body, listener: &dyn Listener) {
     for (entry, probe) in problem.output.probes.iter().zip(&body.probes) {
-        let at = body.model.mesh().nodes[probe.nodes[0].0 as usize];
+        let (nodes, place) = (&body.model.mesh().nodes, probe.nodes[0].0 as usize);
+        let of_points = |place: usize| problem.reference_points[(place - nodes.len()) / 2].at;
+        let at = nodes.get(place).copied().unwrap_or_else(|| of_points(place));
         let distance = at.iter().zip(entry.point).map(|(a, b)| (a - b).powi(2)).sum::<f64>().sqrt();
         let size = at.iter().fold(0.0, |size: f64, x| size.max(x.abs()));
         if distance > FAR * size {

@@ -7,7 +7,8 @@
 use vademecum_format::scheme::{SchemeTable, StepParameters, TableError, theta};
 use vademecum_format::{MAX_AXES, MAX_REGIONS, ParameterRole};
 
-use super::body::{BodyError, not_a_region};
+use super::body::not_a_region;
+use super::body_error::BodyError;
 use crate::dynamics::Rayleigh;
 use crate::fem::Pencil;
 use crate::input::{ParameterEntry, ParameterKind, ParameterScale, Problem};

@@ -112,9 +112,15 @@ impl<'a> ResidualOperator<'a> {
         }
     }
 
-    /// Place of a component of a node among the free dofs; `None` where it is held.
-    pub(crate) fn free(&self, node: u32, component: usize) -> Option<usize> {
-        self.body.model.dofs().free(3 * node as usize + component).map(|free| free as usize)
+    /// Free dofs that a component of a node follows, and weights; none where it is held.
+    pub(crate) fn terms(&self, node: u32, component: usize) -> impl Iterator<Item = (usize, f64)> {
+        let terms = self.body.model.dofs().terms(3 * node as usize + component);
+        terms.map(|(free, weight)| (free as usize, weight))
+    }
+
+    /// A component of a node, from the values of the free dofs.
+    pub(crate) fn value(&self, node: u32, component: usize, free: impl Fn(usize) -> f64) -> f64 {
+        self.body.model.dofs().value(3 * node as usize + component, free)
     }
 
     /// Overwrites the first `used` columns, forces `F`, by `R F`.
@@ -165,9 +171,8 @@ impl<'a> ResidualOperator<'a> {
 
     /// `Λ⁻¹Bᵀ` of unit forces at a node, shape (r, 3): what the modes answer.
     pub(crate) fn modal(&self, node: u32) -> Mat<f64> {
-        let row = |k: usize, c: usize| {
-            self.free(node, c).map_or(0.0, |free| self.compliances[k] * self.vectors[(free, k)])
-        };
+        let row =
+            |k: usize, c: usize| self.value(node, c, |free| self.compliances[k] * self.vectors[(free, k)]);
         Mat::from_fn(self.compliances.len(), 3, row)
     }
 
@@ -183,12 +188,12 @@ impl<'a> ResidualOperator<'a> {
 
     /// The displacement of a node in one column.
     pub(crate) fn row(&self, column: MatRef<'_, f64>, node: u32) -> [f64; 3] {
-        std::array::from_fn(|c| self.free(node, c).map_or(0.0, |free| column[(free, 0)]))
+        std::array::from_fn(|c| self.value(node, c, |free| column[(free, 0)]))
     }
 
     /// The displacements of a node in three columns, row by row.
     pub(crate) fn rows(&self, columns: MatRef<'_, f64>, node: u32) -> [f64; 9] {
-        std::array::from_fn(|at| self.free(node, at / 3).map_or(0.0, |free| columns[(free, at % 3)]))
+        std::array::from_fn(|at| self.value(node, at / 3, |free| columns[(free, at % 3)]))
     }
 
     /// Adds the unit force along what a probe looks at.

@@ -76,7 +76,7 @@ pub(crate) fn modes_within(
         for k in 0..count {
             let column = modes.vectors.col_as_slice(k);
             let take = |gram: &mut Symmetric, node: u32| {
-                let at = |c| complement.free(node, c).map_or(0.0, |free| column[free]);
+                let at = |c| complement.value(node, c, |free| column[free]);
                 let [x, y, z] = [0, 1, 2].map(|c| at(c) / modes.eigenvalues[k]);
                 let own = [x * x, x * y, x * z, y * y, y * z, z * z];
                 gram.iter_mut().zip(own).for_each(|(g, own)| *g -= own);

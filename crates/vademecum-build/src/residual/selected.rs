@@ -74,7 +74,7 @@ pub(super) fn static_answers(
 /// The free dofs of nodes.
 pub(super) fn free_rows(body: &Body, nodes: &[u32]) -> impl Iterator<Item = usize> {
     let components = nodes.iter().flat_map(|&node| (0..3).map(move |c| 3 * node as usize + c));
-    components.filter_map(|dof| body.model.dofs().free(dof)).map(|free| free as usize)
+    components.flat_map(|dof| body.model.dofs().terms(dof)).map(|(free, _)| free as usize)
 }
 
 /// Low-rank correction of the blocks on the pattern: rows of the loadable nodes.
@@ -142,12 +142,14 @@ impl LoadableRows {
     }
 }
 
-/// Nine numbers between two nodes, row by row; nothing where a component is held.
+/// Nine numbers between two nodes, row by row, from those between free dofs; nothing where a component is
+/// held. Free dofs that nodes of one triangle follow are coupled by its element.
 fn nine(body: &Body, [first, second]: [u32; 2], of: impl Fn(usize, usize) -> Option<f64>) -> [f64; 9] {
-    let free = |node: u32, c: usize| body.model.dofs().free(3 * node as usize + c).map(|free| free as usize);
-    std::array::from_fn(|at| match (free(first, at / 3), free(second, at % 3)) {
-        (Some(i), Some(j)) => of(i, j).expect("nodes of one triangle are neighbours"),
-        _ => 0.0,
+    let dofs = body.model.dofs();
+    let between = |i: usize, j: usize| of(i, j).expect("nodes of one triangle are neighbours");
+    std::array::from_fn(|at| {
+        let row = |i: usize| dofs.value(3 * second as usize + at % 3, |j| between(i, j));
+        dofs.value(3 * first as usize + at / 3, row)
     })
 }
 

@@ -43,8 +43,8 @@ pub(crate) fn stress_residual(
     let row = |place: usize, load: &mut [f64]| {
         for (node, block) in &rows.rows[place / COMPONENTS] {
             for (c, weight) in block[place % COMPONENTS].iter().enumerate() {
-                if let Some(free) = complement.free(*node, c) {
-                    load[free] += weight;
+                for (free, share) in complement.terms(*node, c) {
+                    load[free] += share * weight;
                 }
             }
         }

@@ -43,8 +43,8 @@ pub(super) fn sweep<T: Send>(
         memory.columns.fill(0.0);
         for (place, &node) in some.iter().enumerate() {
             for c in 0..3 {
-                if let Some(free) = complement.free(node, c) {
-                    memory.columns[(free, 3 * place + c)] = 1.0;
+                for (free, weight) in complement.terms(node, c) {
+                    memory.columns[(free, 3 * place + c)] = weight;
                 }
             }
         }

@@ -59,6 +59,15 @@ pub(crate) struct Init {
     outputs: OutputArguments,
 }
 
+/// What a deck gives.
+struct DeckParts {
+    /// Metres in a unit of the deck.
+    scale: f64,
+    /// Scenario of its motion over time.
+    scenario: Option<String>,
+    known: KnownParts,
+}
+
 /// A coordinate axis.
 #[derive(Clone, Copy, clap::ValueEnum)]
 enum Axis {
@@ -84,11 +93,12 @@ impl Init {
         }
         check_output(&outputs, &problem, Kind::Own)?;
         let parts = if is_deck(&self.mesh) { self.parts_of_deck()? } else { None };
-        let scale = parts.as_ref().map(|parts| parts.0);
+        let scale = parts.as_ref().map(|parts| parts.scale);
+        let scenario = parts.as_ref().and_then(|parts| parts.scenario.clone());
         let options = StarterOptions {
             material: self.material,
             scale: self.scale.or(scale),
-            known: parts.map(|parts| parts.1),
+            known: parts.map(|parts| parts.known),
             hold: self.hold.clone(),
             up: self.up.map(|axis| axis as usize),
             smallest_part: self.smallest_part,
@@ -97,6 +107,10 @@ impl Init {
         let proposed = starter(&self.mesh, &options, console)?;
         console.clear();
         write_bytes(&outputs, &problem, Kind::Own, proposed.text.as_bytes())?;
+        let scenario = scenario.map(|text| (problem.with_extension("scenario.toml"), text));
+        if let Some((path, text)) = &scenario {
+            write_bytes(&outputs, path, Kind::Own, text.as_bytes())?;
+        }
         let lines = self.following(&problem);
         if self.json {
             print_json(&proposed);
@@ -118,6 +132,13 @@ impl Init {
                 println!("{}", on_linear_elements(estimate, proposed.raised));
             }
             println!("wrote {}", problem.display());
+            if let Some((path, _)) = &scenario {
+                println!(
+                    "wrote {}, the deck's motion over time: vademecum run {} --scenario {0}",
+                    path.display(),
+                    lines.1.display()
+                );
+            }
             if !self.view {
                 println!("next: vademecum build {} -o {}", problem.display(), lines.1.display());
             }
@@ -128,8 +149,8 @@ impl Init {
         Ok(if self.view { lines.0 } else { vec![] })
     }
 
-    /// Materials and supports of a deck, and metres in its unit; none of a deck that is a mesh alone.
-    fn parts_of_deck(&self) -> Result<Option<(f64, KnownParts)>, Failure> {
+    /// What a deck gives; none of a deck that is a mesh alone.
+    fn parts_of_deck(&self) -> Result<Option<DeckParts>, Failure> {
         let deck = match read(&self.mesh, &self.deck.options()) {
             Err(DeckError::NoMaterial { .. }) => return Ok(None),
             // The mesh may do without what the deck has beside the solids.
@@ -152,12 +173,17 @@ impl Init {
         comments.iter().for_each(|line| eprintln!("note: {line}"));
         let known = KnownParts {
             materials: parts.materials,
+            attachments: parts.attachments,
+            patterns: parts.patterns,
+            probes: parts.probes,
+            time_step: parts.time_step,
+            modes: parts.modes,
             material_words: parts.material_words,
             supports: parts.supports,
             support_words: parts.support_words,
             comments,
         };
-        Ok(Some((parts.scale, known)))
+        Ok(Some(DeckParts { scale: parts.scale, scenario: parts.scenario, known }))
     }
 
     /// A problem file that exists may have been edited: it is never replaced unasked, and `--view` builds it.

@@ -26,7 +26,6 @@ const SILENT: &[&str] = &[
     "NODE FILE",
     "EL FILE",
     "ELEMENT FILE",
-    "NODE PRINT",
     "EL PRINT",
     "NODE OUTPUT",
     "ELEMENT OUTPUT",
@@ -135,6 +134,7 @@ pub(crate) fn take(reader: &mut Reader<'_>, card: &InpCard) -> Result<(), DeckEr
         | "UNCOUPLED TEMPERATURE-DISPLACEMENT"
         | "RANDOM RESPONSE"
         | "RESPONSE SPECTRUM" => loads::procedure(reader, card),
+        "NODE PRINT" => loads::node_print(reader, card),
         "BOUNDARY" => loads::boundary(reader, card),
         "CLOAD" => loads::cload(reader, card),
         "DLOAD" => loads::dload(reader, card),

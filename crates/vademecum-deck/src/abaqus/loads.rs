@@ -3,7 +3,7 @@
 use vademecum_build::mesh::inp::{DataLine, InpCard};
 
 use crate::abaqus::reader::Reader;
-use crate::deck::{Load, Step, StepKind, Support};
+use crate::deck::{Dynamic, Load, Step, StepKind, Support};
 use crate::error::DeckError;
 
 /// Begins a step. Loads and supports of the one before go on.
@@ -40,6 +40,17 @@ pub(crate) fn procedure(reader: &mut Reader<'_>, card: &InpCard) -> Result<(), D
         }
         "FREQUENCY" => {
             StepKind::Frequency(numbers.first().map(|count| *count as usize).filter(|count| *count > 0))
+        }
+        "MODAL DYNAMIC" | "DYNAMIC" if numbers.iter().take(2).filter(|x| **x > 0.0).count() == 2 => {
+            reader.period = numbers[1];
+            StepKind::Dynamic(Dynamic {
+                modal: card.keyword == "MODAL DYNAMIC",
+                increment: numbers[0],
+                duration: numbers[1],
+                amplitude: None,
+                course: vec![],
+                printed: vec![],
+            })
         }
         other => StepKind::Other(other.to_ascii_lowercase()),
     };
@@ -227,8 +238,34 @@ pub(crate) fn read_amplitude(reader: &mut Reader<'_>, card: &InpCard) -> Result<
     Ok(())
 }
 
-/// The factor of an amplitude at the end of the step; 1 without one.
+/// Nodes whose displacements are printed.
+pub(crate) fn node_print(reader: &mut Reader<'_>, card: &InpCard) -> Result<(), DeckError> {
+    let Some(name) = card.parameter("NSET") else { return Ok(()) };
+    let wanted = card.data.iter().flat_map(|line| line.fields()).any(|field| field.trim() == "U");
+    if !wanted {
+        return Ok(());
+    }
+    let Some(nodes) = reader.node_set(name) else { return Ok(()) };
+    if let Some(StepKind::Dynamic(dynamic)) = reader.step().map(|step| &mut step.kind) {
+        dynamic.printed.extend(nodes);
+    }
+    Ok(())
+}
+
+/// The factor of an amplitude at the end of the step; 1 without one. In a motion over time the amplitude is
+/// the course of all loads.
 fn amplitude(reader: &mut Reader<'_>, card: &InpCard) -> Result<f64, DeckError> {
+    let name = card.parameter("AMPLITUDE").map(str::to_ascii_uppercase);
+    let course = name.as_ref().and_then(|name| reader.amplitudes.get(name)).cloned();
+    if let Some(StepKind::Dynamic(dynamic)) = reader.step().map(|step| &mut step.kind) {
+        let own = name.unwrap_or_default();
+        if *dynamic.amplitude.get_or_insert_with(|| own.clone()) == own {
+            dynamic.course = course.unwrap_or_default();
+            return Ok(1.0);
+        }
+        reader.leave(card, "loads of one step that follow another amplitude than the first ones do not act");
+        return Ok(0.0);
+    }
     let Some(name) = card.parameter("AMPLITUDE") else { return Ok(1.0) };
     let Some(points) = reader.amplitudes.get(&name.to_ascii_uppercase()) else {
         return Ok(1.0);

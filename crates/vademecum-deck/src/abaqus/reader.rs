@@ -263,6 +263,12 @@ impl<'a> Reader<'a> {
         self.deck.steps.last_mut().filter(|_| self.in_step)
     }
 
+    /// Nodes of a set.
+    pub(crate) fn node_set(&self, name: &str) -> Option<Vec<NodeNumber>> {
+        let ids = self.contents.node_sets.get(&self.contents.plain_name(name))?;
+        Some(ids.iter().filter_map(|&id| self.numbers.get(id)).collect())
+    }
+
     /// Adds a force to the step. Forces on one component add up; those of the step before are replaced.
     pub(crate) fn force(&mut self, node: NodeNumber, component: u8, value: f64) {
         self.replaced.insert((node, component));

@@ -5,6 +5,16 @@
 pub struct KnownParts {
     /// Tables of materials.
     pub materials: String,
+    /// Tables of attachments.
+    pub attachments: String,
+    /// Tables of load patterns.
+    pub patterns: String,
+    /// Tables of probes.
+    pub probes: String,
+    /// Time step \[s\].
+    pub time_step: Option<f64>,
+    /// Number of modes of a sum of modes, which has no residual flexibility.
+    pub modes: Option<usize>,
     /// Description of the materials.
     pub material_words: String,
     /// Selections, and components if not all are held.

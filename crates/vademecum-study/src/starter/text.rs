@@ -36,14 +36,32 @@ impl Draft<'_> {
         let mut text = self.mesh_and_material();
         self.write_supports(&mut text);
         let NamedMaterial { name, damping, .. } = self.material;
+        let sum_of_modes = self.known.is_some_and(|known| known.modes.is_some());
+        let damping = match sum_of_modes {
+            true => "# None, as the motion of the deck. `ratio = 0.01` gives each mode one.\n[damping]"
+                .to_string(),
+            false => format!("[damping]\nratio = {damping:?} # of each mode; usual for parts of {name}"),
+        };
+        let precision = if sum_of_modes { "f64" } else { "f32" };
         let _ = write!(
             text,
             "# The whole surface can be loaded; `surface = {{ group = \"…\" }}` narrows it.\n[load]\n\n\
-             [damping]\nratio = {damping:?} # of each mode; usual for parts of {name}\n\n\
+             {damping}\n\n\
              [time]\nstep = {time_step:?} # s; how often a load may change: steps are exact at any length\n\n\
-             [basis]\nkind = \"modes\"\nmodes = {modes}\n\n[output]\nprecision = \"f32\"\n",
+             [basis]\nkind = \"modes\"\nmodes = {modes}\n\n[output]\nprecision = \"{precision}\"\n",
         );
-        if self.shape.long_axis().is_none() {
+        if sum_of_modes {
+            text += "# The deck sums so many modes; true adds what the others answer to a static load.\n\
+                     residual = false\n";
+        }
+        if let Some(known) = self.known.filter(|known| !known.patterns.is_empty()) {
+            text = text + "\n" + known.patterns.trim_end() + "\n";
+        }
+        text += self.known.map_or("", |known| &known.probes);
+        if sum_of_modes {
+            text += "\n# The sum of so many modes is taken as it is, whatever its error under other loads.\n\
+                     [tolerance]\nerror = 1.0\n";
+        } else if self.shape.long_axis().is_none() {
             let _ = write!(
                 text,
                 "\n# A sudden push at one node of a compact body excites more modes than these. `vademecum info` says\n\
@@ -93,7 +111,7 @@ impl Draft<'_> {
             for line in &known.comments {
                 let _ = writeln!(text, "# {}", one_line(line));
             }
-            return text + &known.materials;
+            return text + &known.materials + &known.attachments;
         }
         let m = &self.material;
         let _ = write!(

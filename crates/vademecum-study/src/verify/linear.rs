@@ -15,6 +15,7 @@ use vademecum_format::scheme::StepParameters;
 use vademecum_format::{File, SectionKind};
 
 use super::bound_scenario::{BoundScenario, VerificationRecord, show};
+use super::model::mesh_field;
 use crate::compare::{Comparison, ReducedMotion, compare, coordinate_matrix};
 use crate::contents::{Bound, bound, numbers};
 use crate::error::{FileError, StudyError};
@@ -254,13 +255,8 @@ fn static_columns(
             track.apply_some(&[(load, [1.0; INSTANTS])], played)?;
             played.start()?;
             Playable::body_into(played, Field::Displacement, &mut shown)?;
-            for (place, &node) in file_nodes.iter().enumerate() {
-                for component in 0..3 {
-                    if let Some(free) = body.model.dofs().free(3 * node as usize + component) {
-                        columns[(free as usize, load)] = shown[3 * place + component];
-                    }
-                }
-            }
+            let field = mesh_field(body, file_nodes, |place, component| shown[3 * place + component]);
+            body.model.dofs().restrict_into(&field, columns.col_as_slice_mut(load));
         }
         Ok(Some(columns))
     })

@@ -38,14 +38,20 @@ pub fn free_basis(file: &File<'_>, body: &Body, file_nodes: &[u32]) -> Result<Ma
         }
     }
     let mut basis = Matrix::zeros(body.n_dof(), r);
-    for (place, &node) in file_nodes.iter().enumerate() {
-        for component in 0..3 {
-            if let Some(free) = body.model.dofs().free(3 * node as usize + component) {
-                (0..r).for_each(|k| basis[(free as usize, k)] = rows[(3 * place + component) * r + k]);
-            }
-        }
+    for k in 0..r {
+        let field = mesh_field(body, file_nodes, |place, component| rows[(3 * place + component) * r + k]);
+        body.model.dofs().restrict_into(&field, basis.col_as_slice_mut(k));
     }
     Ok(basis)
+}
+
+/// A field over all dofs of the mesh, from that of the nodes of a file.
+pub(super) fn mesh_field(body: &Body, file_nodes: &[u32], of: impl Fn(usize, usize) -> f64) -> Vec<f64> {
+    let mut field = vec![0.0; body.model.dofs().n_dof()];
+    for (place, &node) in file_nodes.iter().enumerate() {
+        (0..3).for_each(|component| field[3 * node as usize + component] = of(place, component));
+    }
+    field
 }
 
 /// The loads of a track as forces over the free dofs.

@@ -226,7 +226,7 @@ pub struct LoadEntry {
     pub patterns: Vec<PatternEntry>,
 }
 
-/// One distributed load: exactly one of `acceleration`, `traction` and `pressure`.
+/// One load: exactly one of `acceleration`, `traction`, `pressure`, `forces` and `reference`.
 #[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct PatternEntry {
@@ -240,6 +240,25 @@ pub struct PatternEntry {
     pub traction: Option<[f64; 3]>,
     /// Force per area against the outward normal.
     pub pressure: Option<f64>,
+    /// Forces at nodes.
+    pub forces: Option<Vec<NodalForce>>,
+    /// Reference point that `force` and `moment` act on.
+    pub reference: Option<String>,
+    /// Force at the reference point.
+    pub force: Option<[f64; 3]>,
+    /// Moment at the reference point.
+    pub moment: Option<[f64; 3]>,
+}
+
+/// Number of a node in the mesh file, and the components of a force.
+#[derive(Clone, Copy, Debug, Deserialize, JsonSchema)]
+pub struct NodalForce(pub u64, pub f64, pub f64, pub f64);
+
+impl NodalForce {
+    /// The force.
+    pub fn force(self) -> [f64; 3] {
+        [self.1, self.2, self.3]
+    }
 }
 
 fn one() -> f64 {

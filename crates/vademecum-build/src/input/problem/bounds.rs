@@ -56,6 +56,9 @@ impl Problem {
         for (i, gauge) in self.output.gauges.iter().enumerate() {
             short(&format!("output.gauge[{i}].name"), &gauge.name)?;
         }
+        for (i, point) in self.reference_points.iter().enumerate() {
+            short(&format!("reference_point[{i}].name"), &point.name)?;
+        }
         for (i, region) in self.mesh.regions.iter().enumerate() {
             short(&format!("mesh.region[{i}].name"), &region.name)?;
         }
@@ -118,12 +121,17 @@ impl Problem {
         }
         for (i, p) in self.load.patterns.iter().enumerate() {
             let key = format!("load.pattern[{i}]");
-            let values = p.acceleration.iter().chain(&p.traction).flatten().chain(&p.pressure);
-            all(&key, &values.copied().collect::<Vec<f64>>())?;
+            let vectors = [&p.acceleration, &p.traction, &p.force, &p.moment].into_iter().flatten();
+            let nodal = p.forces.iter().flatten().flat_map(|force| force.force());
+            let values = vectors.flatten().chain(&p.pressure).copied().chain(nodal);
+            all(&key, &values.collect::<Vec<f64>>())?;
         }
         let plan = &self.snapshots;
         plan.directions.iter().try_for_each(|d| all("snapshots.directions", d))?;
         all("base.point", &self.base.point)?;
+        for (i, point) in self.reference_points.iter().enumerate() {
+            all(&format!("reference_point[{i}].at"), &point.at)?;
+        }
         for (i, probe) in self.output.probes.iter().enumerate() {
             all(&format!("output.probe[{i}].point"), &probe.point)?;
             all(&format!("output.probe[{i}].direction"), &probe.direction)?;

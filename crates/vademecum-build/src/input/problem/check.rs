@@ -48,6 +48,7 @@ impl Problem {
                 "a name of one line without comma and quotation mark that no other support has",
             )?;
         }
+        self.check_attachments()?;
         self.check_reactions()?;
         self.check_base()?;
         self.check_damping()?;
@@ -90,8 +91,8 @@ impl Problem {
             "none: a dof without a row in `mesh.matrices.dofs` is held",
         )?;
         for (i, pattern) in self.load.patterns.iter().enumerate() {
-            let body_force = pattern.traction.is_none() && pattern.pressure.is_none();
-            let expected = "`acceleration`: traction and pressure need the facets of elements";
+            let body_force = pattern.acceleration.is_some();
+            let expected = "`acceleration`: other loads need the nodes and facets of elements";
             self.require(body_force, &format!("load.pattern[{i}]"), BESIDE, expected)?;
         }
         let stress = self.output.stress.is_none();
@@ -167,17 +168,26 @@ impl Problem {
                 ("acceleration", p.acceleration.is_some()),
                 ("traction", p.traction.is_some()),
                 ("pressure", p.pressure.is_some()),
+                ("forces", p.forces.is_some()),
+                ("reference", p.reference.is_some()),
             ];
-            self.require_one(&key, &kinds, "exactly one of `acceleration`, `traction` and `pressure`")?;
-            let placed = p.acceleration.is_some() != p.on.is_some();
-            let found =
-                if p.on.is_some() { "an acceleration with `on`" } else { "a load of facets without `on`" };
-            self.require(
-                placed,
-                &key,
-                Words(found),
-                "`on` for traction and pressure, none for acceleration",
-            )?;
+            let expected = "exactly one of `acceleration`, `traction`, `pressure`, `forces` and `reference`";
+            self.require_one(&key, &kinds, expected)?;
+            let of_facets = p.traction.is_some() || p.pressure.is_some();
+            let found = match p.on.is_some() {
+                true if p.acceleration.is_some() => "an acceleration with `on`",
+                true => "forces at nodes or at a reference point with `on`",
+                false => "a load of facets without `on`",
+            };
+            let expected = "`on` for traction and pressure, and for no other load";
+            self.require(of_facets == p.on.is_some(), &key, Words(found), expected)?;
+            let forces = p.force.is_some() || p.moment.is_some();
+            let found = if forces { "`force` or `moment` without `reference`" } else { "`reference` alone" };
+            let expected = "`force`, `moment` or both beside `reference`, and nowhere else";
+            self.require(forces == p.reference.is_some(), &key, Words(found), expected)?;
+            if let Some(name) = &p.reference {
+                self.named_point(&format!("{key}.reference"), name)?;
+            }
             let twice = self.load.patterns[..i].iter().any(|other| other.name == p.name);
             let name = !p.name.is_empty() && !p.name.contains('\n') && !twice;
             self.require(
@@ -186,8 +196,9 @@ impl Problem {
                 &p.name,
                 "a name of one line that no other pattern has",
             )?;
-            let vectors = p.acceleration.iter().chain(&p.traction).flatten();
-            let finite = vectors.chain(&p.pressure).all(|value| value.is_finite());
+            let vectors = [&p.acceleration, &p.traction, &p.force, &p.moment].into_iter().flatten().flatten();
+            let nodal = p.forces.iter().flatten().flat_map(|force| force.force());
+            let finite = vectors.chain(&p.pressure).copied().chain(nodal).all(f64::is_finite);
             self.require(finite, &key, Words("not a number or infinite"), "finite numbers")?;
         }
         self.check_probes()

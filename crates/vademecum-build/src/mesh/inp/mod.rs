@@ -419,6 +419,7 @@ const PLAIN: [&str; 12] =
 fn formulation(name: &str, dialect: Dialect) -> Option<Hexahedra> {
     Some(match name {
         "C3D8I" => Hexahedra::Incompatible,
+        "C3D20R" if dialect == Dialect::CalculiX => Hexahedra::ReducedMass,
         "C3D8R" | "C3D20R" => Hexahedra::Reduced,
         "C3D8" if dialect == Dialect::Abaqus => Hexahedra::MeanDilatation,
         "C3D8" | "C3D20" => Hexahedra::Full,

@@ -1,0 +1,237 @@
+//! Attachments of a problem as constraints and blocks over the dofs of its body.
+
+use faer::Mat;
+
+use super::body_error::BodyError;
+use super::places::{facets_within, located, select};
+use crate::fem::{Attachments, Block, anchors, mean_rows, rigid_row, surface_facets};
+use crate::input::{CouplingEntry, CouplingKind, EquationNode, EquationTerm, Problem, SpringEntry};
+use crate::linalg::unit;
+use crate::linalg::vec3::{cross, sub};
+use crate::mesh::Mesh;
+use crate::mesh::select::numbered;
+use crate::mesh::surface::Surface;
+
+/// Motions of a reference point: three displacements and three rotations.
+const MOTIONS: usize = 6;
+
+/// First dof of a reference point.
+pub(super) fn first_dof(mesh: &Mesh, point: usize) -> u32 {
+    (3 * mesh.nodes.len() + MOTIONS * point) as u32
+}
+
+/// The attachments of a problem.
+///
+/// # Errors
+/// [`BodyError`]: a selection that fits nothing, a tie of nothing.
+pub(super) fn attachments(
+    problem: &Problem,
+    mesh: &Mesh,
+    surface: &Surface,
+) -> Result<Attachments, BodyError> {
+    let mut found =
+        Attachments { reference_dofs: MOTIONS * problem.reference_points.len(), ..Attachments::default() };
+    let point = |name: &str| problem.reference_point(name).expect("a checked name of a reference point");
+    for (i, coupling) in problem.couplings.iter().enumerate() {
+        let key = || format!("coupling[{i}].on");
+        let nodes = select(problem, &coupling.on, mesh, key)?;
+        couple(problem, mesh, coupling, &nodes, (point(&coupling.reference), &mut found));
+    }
+    for i in 0..problem.ties.len() {
+        tie(problem, mesh, surface, i, &mut found)?;
+    }
+    for (i, equation) in problem.equations.iter().enumerate() {
+        let key = || format!("equation[{i}].terms");
+        let dof = |term: &EquationTerm| -> Result<(u32, f64), BodyError> {
+            let EquationTerm(node, component, coefficient) = term;
+            let first = match node {
+                EquationNode::Point(name) => first_dof(mesh, point(name)),
+                EquationNode::Node(id) => {
+                    let found = numbered(&[*id], mesh).map_err(|source| located(problem, &key, source))?;
+                    3 * found[0]
+                }
+            };
+            Ok((first + u32::from(component - 1), *coefficient))
+        };
+        let terms = equation.terms.iter().map(dof).collect::<Result<Vec<_>, _>>()?;
+        found.constraints.equate(terms, format!("the equation {} of the problem", i + 1));
+    }
+    for mass in &problem.point_masses {
+        let [xx, yy, zz, xy, xz, yz] = mass.inertia;
+        let inertia = [[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]];
+        // Off the diagonal a tensor has the products with a minus.
+        let of = |i: usize, j: usize| match (i.checked_sub(3), j.checked_sub(3)) {
+            (None, None) if i == j => mass.mass,
+            (Some(i), Some(j)) => {
+                if i == j {
+                    inertia[i][j]
+                } else {
+                    -inertia[i][j]
+                }
+            }
+            _ => 0.0,
+        };
+        let first = first_dof(mesh, point(&mass.reference));
+        let n = if mass.inertia == [0.0; 6] { 3 } else { MOTIONS };
+        found.blocks.push(Block {
+            dofs: (first..first + n as u32).collect(),
+            stiffness: Mat::zeros(n, n),
+            mass: Mat::from_fn(n, n, of),
+        });
+    }
+    for spring in &problem.springs {
+        let ends = [Some(spring.from.as_str()), spring.to.as_deref()];
+        let ends: Vec<usize> = ends.into_iter().flatten().map(point).collect();
+        found.blocks.push(spring_block(problem, mesh, spring, &ends));
+    }
+    for (i, point) in problem.reference_points.iter().enumerate() {
+        let first = first_dof(mesh, i);
+        point.held.iter().for_each(|&motion| found.constraints.hold(first + motion as u32, 0.0));
+    }
+    hold_unmoved(problem, mesh, &mut found);
+    Ok(found)
+}
+
+/// Equations of a coupling.
+fn couple(
+    problem: &Problem,
+    mesh: &Mesh,
+    coupling: &CouplingEntry,
+    nodes: &[u32],
+    (point, found): (usize, &mut Attachments),
+) {
+    let (at, first) = (problem.reference_points[point].at, first_dof(mesh, point));
+    let origin = format!("a coupling of the reference point `{}`", coupling.reference);
+    match coupling.kind {
+        CouplingKind::Rigid => {
+            let components: Vec<usize> = match &coupling.components {
+                None => vec![0, 1, 2],
+                Some(components) => components.iter().map(|component| *component as usize).collect(),
+            };
+            for &node in nodes {
+                let d = sub(mesh.nodes[node as usize], at);
+                for &c in &components {
+                    let of_point = (first..).zip(rigid_row(d, c)).filter(|term| term.1 != 0.0);
+                    let own = std::iter::once((3 * node + c as u32, 1.0));
+                    let terms = own.chain(of_point.map(|(dof, a)| (dof, -a))).collect();
+                    found.constraints.equate(terms, origin.as_str());
+                }
+            }
+        }
+        CouplingKind::Average => {
+            let cloud: Vec<([f64; 3], f64)> =
+                nodes.iter().map(|&node| (mesh.nodes[node as usize], 1.0)).collect();
+            let rows = mean_rows(at, &cloud);
+            for c in 0..MOTIONS {
+                let of_nodes = nodes.iter().zip(&rows).flat_map(|(&node, row)| {
+                    (0..3).map(move |k| (3 * node + k, -row[c][k as usize])).filter(|term| term.1 != 0.0)
+                });
+                let terms = std::iter::once((first + c as u32, 1.0)).chain(of_nodes).collect();
+                found.constraints.equate(terms, origin.as_str());
+            }
+        }
+    }
+}
+
+/// Equations of a tie.
+fn tie(
+    problem: &Problem,
+    mesh: &Mesh,
+    surface: &Surface,
+    index: usize,
+    found: &mut Attachments,
+) -> Result<(), BodyError> {
+    let entry = &problem.ties[index];
+    let followers = select(problem, &entry.on, mesh, || format!("tie[{index}].on"))?;
+    let key = || format!("tie[{index}].to");
+    let nodes = select(problem, &entry.to, mesh, key)?;
+    let corners: Vec<[u32; 3]> = facets_within(surface, mesh.nodes.len(), &nodes)
+        .into_iter()
+        .map(|facet| std::array::from_fn(|k| surface.facet(facet)[k]))
+        .collect();
+    if corners.is_empty() {
+        return Err(BodyError::NoFacet { path: problem.place(&key()), key: key() });
+    }
+    let facets = surface_facets(mesh, &corners)?;
+    let points: Vec<[f64; 3]> = followers.iter().map(|&node| mesh.nodes[node as usize]).collect();
+    let mut tied = 0;
+    for (&node, anchor) in followers.iter().zip(anchors(mesh, &facets, &points)) {
+        let Some(anchor) = anchor.filter(|anchor| anchor.distance <= entry.distance) else { continue };
+        if anchor.weights.iter().any(|(other, _)| *other == node) {
+            continue;
+        }
+        tied += 1;
+        for c in 0..3 {
+            let facet = anchor.weights.iter().map(|&(other, w)| (3 * other + c, -w));
+            let terms = std::iter::once((3 * node + c, 1.0)).chain(facet);
+            let origin = format!("the tie {} of the problem", index + 1);
+            found.constraints.equate(terms.filter(|term| term.1 != 0.0).collect(), origin);
+        }
+    }
+    if tied == 0 {
+        let path = problem.place(&format!("tie[{index}]"));
+        return Err(BodyError::LooseTie { path, distance: entry.distance });
+    }
+    Ok(())
+}
+
+/// Stiffness of a spring: that of the motion of the second point against the first one, taken where the first
+/// one is.
+fn spring_block(problem: &Problem, mesh: &Mesh, spring: &SpringEntry, ends: &[usize]) -> Block {
+    let axes = match spring.axes {
+        None => [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]],
+        Some([first, second]) => {
+            let (first, second) = (unit(first), unit(second));
+            [first, second, cross(first, second)]
+        }
+    };
+    let k = |i: usize, j: usize| -> f64 {
+        if i / 3 != j / 3 {
+            return 0.0;
+        }
+        (0..3).map(|a| spring.stiffness[3 * (i / 3) + a] * axes[a][i % 3] * axes[a][j % 3]).sum()
+    };
+    let own = Mat::from_fn(MOTIONS, MOTIONS, k);
+    // Motion of the spring's place with each end.
+    let places: Vec<[f64; 3]> = ends.iter().map(|&end| problem.reference_points[end].at).collect();
+    let row = |end: usize, i: usize, j: usize| -> f64 {
+        let sign = if end == 0 { -1.0 } else { 1.0 };
+        let moved =
+            if i < 3 { rigid_row(sub(places[0], places[end]), i)[j] } else { f64::from(u8::from(i == j)) };
+        sign * moved
+    };
+    let n = MOTIONS * ends.len();
+    let motion = Mat::from_fn(MOTIONS, n, |i, j| row(j / MOTIONS, i, j % MOTIONS));
+    let product = motion.transpose() * &own * &motion;
+    Block {
+        dofs: ends
+            .iter()
+            .flat_map(|&end| (0..MOTIONS as u32).map(move |c| first_dof(mesh, end) + c))
+            .collect(),
+        stiffness: Mat::from_fn(n, n, |i, j| 0.5 * (product[(i, j)] + product[(j, i)])),
+        mass: Mat::zeros(n, n),
+    }
+}
+
+/// Holds motions of reference points that nothing has a part in.
+fn hold_unmoved(problem: &Problem, mesh: &Mesh, found: &mut Attachments) {
+    let first = first_dof(mesh, 0);
+    let mut moved = vec![false; MOTIONS * problem.reference_points.len()];
+    let mut mark = |dof: u32| {
+        if let Some(place) = dof.checked_sub(first) {
+            moved[place as usize] = true;
+        }
+    };
+    found.constraints.dofs().for_each(&mut mark);
+    for block in &found.blocks {
+        for (row, &dof) in block.dofs.iter().enumerate() {
+            let matrices = [&block.stiffness, &block.mass];
+            if matrices.iter().any(|matrix| matrix[(row, row)] != 0.0) {
+                mark(dof);
+            }
+        }
+    }
+    let unmoved = (first..).zip(moved).filter(|(_, moved)| !moved);
+    let unmoved: Vec<u32> = unmoved.map(|(dof, _)| dof).collect();
+    unmoved.into_iter().for_each(|dof| found.constraints.hold(dof, 0.0));
+}

@@ -1,0 +1,402 @@
+//! Couplings, ties, masses, springs and loads of a deck as tables of a problem file, in SI units.
+
+use std::collections::{BTreeMap, BTreeSet};
+use std::fmt::Write;
+
+use vademecum_build::linalg::vec3::{norm, sub};
+use vademecum_build::mesh::surface::Surface;
+
+use crate::deck::{Attachment, Deck, Dynamic, Extent, Link, Load, NodeNumber, Spring, StepKind};
+use crate::units::System;
+
+/// Names of the motions of a reference point.
+const MOTIONS: [&str; 6] = ["x", "y", "z", "rx", "ry", "rz"];
+
+/// Springs whose ends are closer than this share of the model are taken to be in one place.
+const ONE_PLACE: f64 = 1e-6;
+
+/// Tables of a deck, and what they leave out.
+pub(crate) struct Tables<'a> {
+    deck: &'a Deck,
+    /// Factors to metres, newtons and kilograms.
+    metre: f64,
+    newton: f64,
+    kilogram: f64,
+    text: String,
+    points: BTreeSet<NodeNumber>,
+    left_out: BTreeMap<&'static str, usize>,
+    patterns: String,
+    /// Names of the patterns.
+    names: Vec<String>,
+    /// Scenario of the first motion over time.
+    scenario: Option<String>,
+    surface: Option<Surface>,
+}
+
+impl<'a> Tables<'a> {
+    /// All tables of a deck.
+    pub(crate) fn of(deck: &'a Deck, system: System) -> Tables<'a> {
+        let [metre, pascal, density] = system.factors();
+        let (newton, kilogram) = (pascal * metre * metre, density * metre.powi(3));
+        let mut tables = Tables {
+            deck,
+            metre,
+            newton,
+            kilogram,
+            text: String::new(),
+            points: BTreeSet::new(),
+            left_out: BTreeMap::new(),
+            patterns: String::new(),
+            names: vec![],
+            scenario: None,
+            surface: None,
+        };
+        deck.links.iter().for_each(|one| tables.link(one));
+        deck.attachments.iter().for_each(|one| tables.attachment(one));
+        tables.loads();
+        tables.reference_points();
+        tables
+    }
+
+    /// The tables as text.
+    pub(crate) fn text(&self) -> &str {
+        &self.text
+    }
+
+    /// Numbers of what was left out, in words.
+    pub(crate) fn missing(&self) -> impl Iterator<Item = String> {
+        self.left_out.iter().map(|(words, count)| format!("{count} {words}"))
+    }
+
+    /// Scenario of the first motion over time.
+    pub(crate) fn scenario(&self) -> Option<&str> {
+        self.scenario.as_deref()
+    }
+
+    /// Tables of load patterns.
+    pub(crate) fn patterns(&self) -> &str {
+        &self.patterns
+    }
+
+    fn leave_out(&mut self, words: &'static str) {
+        *self.left_out.entry(words).or_default() += 1;
+    }
+
+    fn is_solid(&self, node: NodeNumber) -> bool {
+        (node as usize) < self.deck.mesh.nodes.len()
+    }
+
+    fn name(&self, node: NodeNumber) -> String {
+        format!("N{}", self.deck.id(node))
+    }
+
+    /// A selection of nodes of the mesh: the group that has them, else their numbers.
+    fn selection(&self, nodes: impl Iterator<Item = NodeNumber>) -> String {
+        let nodes: BTreeSet<NodeNumber> = nodes.collect();
+        let nodes: Vec<NodeNumber> = nodes.into_iter().collect();
+        self.deck.selection(&nodes)
+    }
+
+    /// The reference point of a node; of a node of the mesh, one that it follows.
+    fn point(&mut self, node: NodeNumber) -> String {
+        let name = self.name(node);
+        if self.points.insert(node) && self.is_solid(node) {
+            let on = self.selection(std::iter::once(node));
+            let _ = write!(self.text, "[[coupling]]\nreference = {name:?}\non = {on}\nkind = \"rigid\"\n\n");
+        }
+        name
+    }
+
+    fn link(&mut self, link: &Link) {
+        match link {
+            Link::Equation { terms, .. } => {
+                let own = terms.iter().any(|term| self.deck.axes.contains_key(&term.0));
+                if own || terms.iter().any(|&(node, c, _)| self.is_solid(node) && c >= 3) {
+                    return self.leave_out("linear equations along own axes or of rotations");
+                }
+                let rows = terms.iter().map(|&(node, c, a)| {
+                    // Lengths stand beside rotations.
+                    let a = if c < 3 { a } else { self.metre * a };
+                    match self.is_solid(node) {
+                        true => format!("[{}, {}, {a:?}]", self.deck.id(node), c + 1),
+                        false => format!("[{:?}, {}, {a:?}]", self.name(node), c + 1),
+                    }
+                });
+                let rows: Vec<String> = rows.collect();
+                let outside = terms.iter().map(|term| term.0).filter(|&node| !self.is_solid(node));
+                self.points.extend(outside.collect::<Vec<_>>());
+                let _ = write!(self.text, "[[equation]]\nterms = [{}]\n\n", rows.join(", "));
+            }
+            Link::Rigid { reference, nodes, components, .. } => {
+                let followers: Vec<NodeNumber> =
+                    nodes.iter().copied().filter(|node| node != reference).collect();
+                let turned = components[3..].iter().any(|follows| *follows);
+                let solid = followers.iter().all(|&node| self.is_solid(node));
+                if !solid && turned || followers.is_empty() {
+                    return self.leave_out("rigid links between reference points");
+                }
+                let name = self.point(*reference);
+                let on = self.selection(followers.into_iter());
+                let _ =
+                    writeln!(self.text, "[[coupling]]\nreference = {name:?}\non = {on}\nkind = \"rigid\"");
+                if !components[..3].iter().all(|follows| *follows) {
+                    let named = MOTIONS.iter().zip(components).take(3).filter(|(_, follows)| **follows);
+                    let named: Vec<String> = named.map(|(name, _)| format!("\"{name}\"")).collect();
+                    let _ = writeln!(self.text, "components = [{}]", named.join(", "));
+                }
+                self.text.push('\n');
+            }
+            Link::Mean { reference, cloud, components, .. } => {
+                let first = cloud.first().map_or(0.0, |term| term.1);
+                let alike = cloud.iter().all(|(_, w)| (w - first).abs() <= 1e-9 * first.abs());
+                let solid = cloud.iter().all(|&(node, _)| self.is_solid(node)) && !self.is_solid(*reference);
+                if !alike || !solid || !components[..3].iter().all(|follows| *follows) {
+                    return self.leave_out("averaging couplings with unequal weights or of some components");
+                }
+                let name = self.point(*reference);
+                let on = self.selection(cloud.iter().map(|term| term.0));
+                let _ = write!(
+                    self.text,
+                    "[[coupling]]\nreference = {name:?}\non = {on}\nkind = \"average\"\n\n"
+                );
+            }
+            Link::Tie { slaves, faces, tolerance, .. } => {
+                // Without a distance, that of the shared scale of the facets.
+                let edge = |face: &[u32; 3]| norm(sub(self.deck.place(face[0]), self.deck.place(face[1])));
+                let usual = || 0.05 * faces.iter().map(edge).fold(0.0, f64::max);
+                let distance = self.metre * tolerance.unwrap_or_else(usual);
+                let [on, to] = [
+                    self.selection(slaves.iter().copied()),
+                    self.selection(self.corners_and_middles(faces).into_iter()),
+                ];
+                let _ = write!(self.text, "[[tie]]\non = {on}\nto = {to}\ndistance = {distance:?} # m\n\n");
+            }
+        }
+    }
+
+    /// Corners of faces.
+    fn corners_and_middles(&self, faces: &[[u32; 3]]) -> BTreeSet<NodeNumber> {
+        // A quadrangle is given by three of its corners: its elements have the fourth one.
+        let facets = vademecum_build::fem::surface_facets(&self.deck.mesh, faces);
+        match facets {
+            Ok(facets) => facets.iter().flat_map(|facet| facet.nodes().to_vec()).collect(),
+            Err(_) => faces.iter().flatten().copied().collect(),
+        }
+    }
+
+    fn attachment(&mut self, attachment: &Attachment) {
+        match attachment {
+            Attachment::Mass { node, mass, inertia } => {
+                let name = self.point(*node);
+                let (mass, square) = (self.kilogram * mass, self.metre * self.metre * self.kilogram);
+                let _ = writeln!(self.text, "[[point_mass]]\nreference = {name:?}\nmass = {mass:?} # kg");
+                if *inertia != [0.0; 6] {
+                    let _ = writeln!(self.text, "inertia = {:?} # kg m²", inertia.map(|x| square * x));
+                }
+                self.text.push('\n');
+            }
+            Attachment::Spring(Spring::Line { ends, stiffness }) => {
+                let [from, to] = ends.map(|end| self.deck.place(end));
+                let along = sub(to, from);
+                if norm(along) == 0.0 {
+                    return self.leave_out("springs along a line of no length");
+                }
+                // The axis that is farthest from the line is not along it.
+                let least = (0..3).min_by(|&a, &b| along[a].abs().total_cmp(&along[b].abs())).unwrap_or(0);
+                let unit = along.map(|x| x / norm(along));
+                let side: [f64; 3] =
+                    std::array::from_fn(|c| f64::from(u8::from(c == least)) - unit[least] * unit[c]);
+                let stiffness = [self.newton / self.metre * stiffness, 0.0, 0.0, 0.0, 0.0, 0.0];
+                let names = ends.map(|end| self.point(end));
+                self.spring(&names, stiffness, Some([unit, side]));
+            }
+            Attachment::Spring(Spring::Components { ends, stiffness }) => {
+                let one_place = match ends[..] {
+                    [(a, c), (b, d)] => {
+                        let size = self.deck.mesh.bounding_box();
+                        let size = norm(sub(size.1, size.0));
+                        c == d && norm(sub(self.deck.place(a), self.deck.place(b))) <= ONE_PLACE * size
+                    }
+                    _ => true,
+                };
+                let turned = ends.iter().any(|(node, _)| self.deck.axes.contains_key(node));
+                let (Some(&(_, component)), true, false) = (ends.first(), one_place, turned) else {
+                    return self
+                        .leave_out("springs between components of places that are apart, or of own axes");
+                };
+                let mut numbers = [0.0; 6];
+                let arm = if component < 3 { 1.0 / self.metre } else { self.metre };
+                numbers[usize::from(component)] = self.newton * arm * stiffness;
+                let names: Vec<String> = ends.iter().map(|end| self.point(end.0)).collect();
+                self.spring(&names, numbers, None);
+            }
+            Attachment::Dashpot(_) => self.leave_out("dashpots"),
+            Attachment::Beam { .. } => self.leave_out("bars between reference points"),
+        }
+    }
+
+    fn spring(&mut self, names: &[String], stiffness: [f64; 6], axes: Option<[[f64; 3]; 2]>) {
+        let _ = writeln!(self.text, "[[spring]]\nfrom = {:?}", names[0]);
+        if let Some(to) = names.get(1) {
+            let _ = writeln!(self.text, "to = {to:?}");
+        }
+        let _ = writeln!(self.text, "stiffness = {stiffness:?} # N/m, N m");
+        if let Some(axes) = axes {
+            let _ = writeln!(self.text, "axes = {axes:?}");
+        }
+        self.text.push('\n');
+    }
+
+    /// Loads of the static steps and of motions over time: accelerations of the whole model, pressures and
+    /// tractions on faces, forces at nodes and at reference points.
+    fn loads(&mut self) {
+        let deck = self.deck;
+        for step in &deck.steps {
+            let dynamic = match &step.kind {
+                StepKind::Static => None,
+                StepKind::Dynamic(dynamic) => Some(dynamic),
+                _ => continue,
+            };
+            let before = self.names.len();
+            let mut at_points: BTreeMap<NodeNumber, [f64; 6]> = BTreeMap::new();
+            let mut at_nodes: BTreeMap<NodeNumber, [f64; 3]> = BTreeMap::new();
+            let mut faces: BTreeMap<[u64; 4], Vec<[u32; 3]>> = BTreeMap::new();
+            for load in &step.loads {
+                match load {
+                    Load::Acceleration { on: Extent::All, value } => {
+                        let value = value.map(|a| self.metre * a);
+                        self.pattern(&step.name, &format!("acceleration = {value:?} # m/s²"));
+                    }
+                    Load::Force { node, component, value } if self.points.contains(node) => {
+                        let arm = if *component < 3 { 1.0 } else { self.metre };
+                        at_points.entry(*node).or_default()[usize::from(*component)] +=
+                            self.newton * arm * value;
+                    }
+                    Load::Force { node, component: component @ 0..3, value } if self.is_plain(*node) => {
+                        at_nodes.entry(*node).or_default()[usize::from(*component)] += self.newton * value;
+                    }
+                    Load::Pressure { faces: own, value } => {
+                        faces.entry([value.to_bits(), u64::MAX, 0, 0]).or_default().extend(own);
+                    }
+                    Load::Traction { faces: own, value } => {
+                        let [x, y, z] = value.map(f64::to_bits);
+                        faces.entry([x, y, z, 1]).or_default().extend(own);
+                    }
+                    _ => self.leave_out("body forces of a part, rotations, forces along own axes"),
+                }
+            }
+            for (key, faces) in faces {
+                self.on_faces(&step.name, key, &faces);
+            }
+            if !at_nodes.is_empty() {
+                let rows = at_nodes
+                    .iter()
+                    .map(|(&node, [x, y, z])| format!("[{}, {x:?}, {y:?}, {z:?}]", deck.id(node)));
+                let rows: Vec<String> = rows.collect();
+                self.pattern(&step.name, &format!("forces = [{}] # N", rows.join(", ")));
+            }
+            for (node, [fx, fy, fz, mx, my, mz]) in at_points {
+                let (name, force, moment) = (self.name(node), [fx, fy, fz], [mx, my, mz]);
+                let mut keys = format!("reference = {name:?}");
+                if force != [0.0; 3] {
+                    let _ = write!(keys, "\nforce = {force:?} # N");
+                }
+                if moment != [0.0; 3] {
+                    let _ = write!(keys, "\nmoment = {moment:?} # N m");
+                }
+                if force != [0.0; 3] || moment != [0.0; 3] {
+                    self.pattern(&format!("{} {name}", step.name), &keys);
+                }
+            }
+            if let Some(dynamic) = dynamic.filter(|_| self.scenario.is_none()) {
+                self.scenario = Some(scenario(dynamic, &self.names[before..]));
+            }
+        }
+    }
+
+    /// True of a node of the mesh whose forces are along the axes of space.
+    fn is_plain(&self, node: NodeNumber) -> bool {
+        self.is_solid(node) && !self.deck.axes.contains_key(&node)
+    }
+
+    /// A pressure or a traction on faces, where the nodes of these faces have no others.
+    fn on_faces(&mut self, step: &str, key: [u64; 4], faces: &[[u32; 3]]) {
+        let nodes = self.corners_and_middles(faces);
+        let distinct: BTreeSet<[u32; 3]> = faces.iter().map(|face| sorted(*face)).collect();
+        let surface = self.surface.get_or_insert_with(|| Surface::of(&self.deck.mesh));
+        let chosen = |facet: &usize| {
+            let corners = surface.facet_kind(*facet).corners();
+            surface.facet(*facet)[..corners].iter().all(|node| nodes.contains(node))
+        };
+        if (0..surface.facet_count()).filter(chosen).count() != distinct.len() {
+            return self.leave_out("pressures on faces that share all nodes with others");
+        }
+        let on = self.selection(nodes.into_iter());
+        let pascal = self.newton / (self.metre * self.metre);
+        let value = |bits: u64| pascal * f64::from_bits(bits);
+        let keys = match key {
+            [p, u64::MAX, ..] => format!("pressure = {:?} # Pa\non = {on}", value(p)),
+            [x, y, z, _] => format!("traction = {:?} # Pa\non = {on}", [x, y, z].map(value)),
+        };
+        self.pattern(step, &keys);
+    }
+
+    fn pattern(&mut self, name: &str, keys: &str) {
+        let name = format!("{} {}", self.names.len() + 1, name.replace(['\n', '"', ','], " "));
+        self.names.push(name.clone());
+        let _ = write!(self.patterns, "[[load.pattern]]\nname = {name:?}\n{keys}\n\n");
+    }
+
+    /// Supports of the model and of its first step.
+    fn supports(&self) -> impl Iterator<Item = (NodeNumber, u8)> {
+        let of_step = self.deck.steps.first().map_or(&[][..], |step| &step.supports);
+        let all = self.deck.supports.iter().chain(of_step);
+        all.map(|support| (support.node, support.component))
+    }
+
+    /// The reference points, before all that names them.
+    fn reference_points(&mut self) {
+        let mut text = String::new();
+        for &node in &self.points {
+            let at = self.deck.place(node).map(|x| self.metre * x);
+            let _ = writeln!(text, "[[reference_point]]\nname = {:?}\nat = {at:?} # m", self.name(node));
+            let held: BTreeSet<u8> = self.supports().filter(|of| of.0 == node).map(|of| of.1).collect();
+            if !held.is_empty() && !self.is_solid(node) {
+                let held: Vec<String> =
+                    held.iter().map(|&c| format!("\"{}\"", MOTIONS[usize::from(c)])).collect();
+                let _ = writeln!(text, "held = [{}]", held.join(", "));
+            }
+            text.push('\n');
+        }
+        self.text = text + &self.text;
+    }
+}
+
+/// The scenario of a motion over time: its patterns, on their course.
+fn scenario(dynamic: &Dynamic, patterns: &[String]) -> String {
+    let Dynamic { increment, duration, course, .. } = dynamic;
+    let mut text = format!("# Written by `vademecum init` from the deck.\nduration = {duration:?} # s\n");
+    for name in patterns {
+        let _ = write!(text, "\n[[pattern]]\nname = {name:?}\n");
+        if course.is_empty() {
+            continue;
+        }
+        let mut rows = course.clone();
+        // Programs hold the first and the last value; a table ends at its last row.
+        let (first, last) = (rows[0], rows[rows.len() - 1]);
+        if first[0] > 0.0 {
+            rows.insert(0, [0.0, first[1]]);
+        }
+        if last[0] < duration + increment {
+            rows.push([duration + increment, last[1]]);
+        }
+        let rows: Vec<String> = rows.iter().map(|[time, factor]| format!("[{time:?}, {factor:?}]")).collect();
+        let _ = writeln!(text, "table = [{}]", rows.join(", "));
+    }
+    text
+}
+
+fn sorted(mut corners: [u32; 3]) -> [u32; 3] {
+    corners.sort_unstable();
+    corners
+}

@@ -1,0 +1,201 @@
+//! Couplings, ties, masses and springs through every command, against the full-order model of a deck, which
+//! `decks` compares with other programs.
+
+use std::fmt::Write;
+use std::path::{Path, PathBuf};
+
+use serde_json::Value;
+use vademecum_tests::program::vademecum;
+
+/// Bricks along the bar, and across.
+const CELLS: [usize; 3] = [6, 2, 2];
+
+/// Size of the bar \[m\].
+const SIZE: [f64; 3] = [1.0, 0.1, 0.1];
+
+/// A bar of bricks, held at one end, with a head: cards of nodes, elements and sets.
+struct Bar {
+    text: String,
+    ends: [Vec<usize>; 2],
+    nodes: usize,
+}
+
+/// Adds a bar that begins at `from` to a deck.
+fn bar(from: f64, first: usize, set: &str) -> Bar {
+    let [nx, ny, nz] = CELLS;
+    let id = |i: usize, j: usize, k: usize| first + i + (nx + 1) * (j + (ny + 1) * k);
+    let mut text = "*NODE\n".to_string();
+    let mut ends = [vec![], vec![]];
+    for k in 0..=nz {
+        for j in 0..=ny {
+            for i in 0..=nx {
+                let at = [i, j, k].map(|x| x as f64);
+                let x: [f64; 3] = std::array::from_fn(|c| at[c] * SIZE[c] / CELLS[c] as f64);
+                writeln!(text, "{},{:.9},{:.9},{:.9}", id(i, j, k), from + x[0], x[1], x[2]).unwrap();
+                if i == 0 || i == nx {
+                    ends[usize::from(i == nx)].push(id(i, j, k));
+                }
+            }
+        }
+    }
+    let mut last = vec![];
+    writeln!(text, "*ELEMENT,TYPE=C3D8,ELSET={set}").unwrap();
+    for k in 0..nz {
+        for j in 0..ny {
+            for i in 0..nx {
+                let square = |k: usize| [id(i, j, k), id(i + 1, j, k), id(i + 1, j + 1, k), id(i, j + 1, k)];
+                let corners = [square(k), square(k + 1)].concat();
+                let corners: Vec<String> = corners.iter().map(usize::to_string).collect();
+                writeln!(text, "{},{}", id(i, j, k), corners.join(",")).unwrap();
+                if i + 1 == nx {
+                    last.push(id(i, j, k).to_string());
+                }
+            }
+        }
+    }
+    writeln!(text, "*ELSET,ELSET={set}-last\n{}", last.join(",")).unwrap();
+    let nodes = (nx + 1) * (ny + 1) * (nz + 1);
+    Bar { text, ends, nodes }
+}
+
+fn set(name: &str, nodes: &[usize]) -> String {
+    let nodes: Vec<String> = nodes.iter().map(usize::to_string).collect();
+    let lines: Vec<String> = nodes.chunks(12).map(|line| line.join(",")).collect();
+    format!("*NSET,NSET={name}\n{}\n", lines.join(",\n"))
+}
+
+const MATERIAL: &str = "*MATERIAL,NAME=steel\n*ELASTIC\n2.1e11,0.3\n*DENSITY\n7850\n";
+
+/// A folder of its own.
+fn folder(name: &str) -> PathBuf {
+    let folder = std::env::temp_dir().join(format!("vademecum-attachments-{name}-{}", std::process::id()));
+    std::fs::create_dir_all(&folder).unwrap();
+    folder
+}
+
+fn write(folder: &Path, name: &str, text: &str) -> String {
+    let path = folder.join(name);
+    std::fs::write(&path, text).unwrap();
+    path.to_str().unwrap().into()
+}
+
+/// JSON that a command prints.
+fn json(arguments: &[&str]) -> Value {
+    let arguments = [arguments, &["--json"]].concat();
+    let ran = vademecum(&arguments);
+    assert_eq!(ran.code, Some(0), "{arguments:?}: {}", ran.stderr);
+    ran.json()
+}
+
+fn frequencies(of: &str) -> Vec<f64> {
+    let found = json(&["modes", of, "--count", "6"]);
+    found["frequencies_hz"].as_array().unwrap().iter().map(|f| f.as_f64().unwrap()).collect()
+}
+
+/// The problem file of a deck.
+fn problem(folder: &Path, deck: &str) -> String {
+    let problem = folder.join("body.toml");
+    let ran = vademecum(&["init", deck, "-o", problem.to_str().unwrap(), "--force"]);
+    assert_eq!(ran.code, Some(0), "{}", ran.stderr);
+    assert!(!ran.stderr.contains("not in this file"), "{}", ran.stderr);
+    problem.to_str().unwrap().into()
+}
+
+/// The frequencies of a deck and of the problem that `init` writes of it.
+fn check(name: &str, deck: &str) -> (PathBuf, String) {
+    let folder = folder(name);
+    let deck = write(&folder, "body.inp", deck);
+    let problem = problem(&folder, &deck);
+    let (expected, found) = (frequencies(&deck), frequencies(&problem));
+    for (found, expected) in found.iter().zip(&expected) {
+        assert!((found / expected - 1.0).abs() < 1e-9, "{name}: {found}, in the deck {expected} Hz");
+    }
+    (folder, problem)
+}
+
+/// A bar with a mass on a reference point that its end follows or that follows its end.
+fn headed(coupling: &str) -> String {
+    let Bar { text, ends, .. } = bar(0.0, 1, "bar");
+    let [left, right] = ends;
+    format!(
+        "{text}*NODE\n9000,1.2,0.07,0.04\n{}{}{MATERIAL}*SOLID SECTION,ELSET=bar,MATERIAL=steel\n\
+         *BOUNDARY\nleft,1,3\n{coupling}\
+         *ELEMENT,TYPE=MASS,ELSET=head\n9900,9000\n*MASS,ELSET=head\n40\n\
+         *ELEMENT,TYPE=SPRING1,ELSET=mount\n9901,9000\n*SPRING,ELSET=mount\n3\n2e6\n\
+         *STEP\n*STATIC\n*CLOAD\n9000,3,-1000\n*END STEP\n*STEP\n*FREQUENCY\n6\n*END STEP\n",
+        set("left", &left),
+        set("right", &right)
+    )
+}
+
+#[test]
+fn a_mass_on_a_rigid_head_is_that_of_the_deck_and_steps_as_the_full_order() {
+    let (folder, problem) = check("rigid", &headed("*RIGID BODY,NSET=right,REF NODE=9000\n"));
+    let text = std::fs::read_to_string(&problem).unwrap();
+    for key in
+        ["[[reference_point]]", "kind = \"rigid\"", "mass = 40", "[[spring]]", "force = [0.0, 0.0, -1000.0]"]
+    {
+        assert!(text.contains(key), "no {key} in\n{text}");
+    }
+    steps_as_the_full_order(&folder, &problem, &text);
+}
+
+#[test]
+fn a_mass_that_follows_a_face_in_the_mean_is_that_of_the_deck() {
+    let coupling = "*SURFACE,NAME=end,TYPE=NODE\nright\n\
+                    *COUPLING,CONSTRAINT NAME=c,REF NODE=9000,SURFACE=end\n*DISTRIBUTING\n1,6\n";
+    let deck = headed(coupling);
+    let (folder, problem) = check("average", &deck);
+    let text = std::fs::read_to_string(&problem).unwrap();
+    assert!(text.contains("kind = \"average\""), "{text}");
+    steps_as_the_full_order(&folder, &problem, &text);
+}
+
+#[test]
+fn bars_that_are_tied_are_those_of_the_deck() {
+    let first = bar(0.0, 1, "first");
+    let second = bar(1.0, first.nodes + 1, "second");
+    let deck = format!(
+        "{}{}{}{}{}{MATERIAL}*SOLID SECTION,ELSET=first,MATERIAL=steel\n\
+         *SOLID SECTION,ELSET=second,MATERIAL=steel\n*BOUNDARY\nleft,1,3\n\
+         *SURFACE,NAME=slave,TYPE=NODE\nbegin\n*SURFACE,NAME=master\nfirst-last,S4\n\
+         *TIE,NAME=t,POSITION TOLERANCE=0.001\nslave,master\n*STEP\n*FREQUENCY\n6\n*END STEP\n",
+        first.text,
+        second.text,
+        set("left", &first.ends[0]),
+        set("right", &first.ends[1]),
+        set("begin", &second.ends[0])
+    );
+    let (folder, problem) = check("tie", &deck);
+    let text = std::fs::read_to_string(&problem).unwrap();
+    assert!(text.contains("[[tie]]"), "{text}");
+    steps_as_the_full_order(&folder, &problem, &text);
+}
+
+/// Builds the body and compares runs of it with the full order: a push on the coupled end, patterns, stress
+/// and reactions.
+fn steps_as_the_full_order(folder: &Path, problem: &str, text: &str) {
+    // The full order has a matrix for the damping of the material alone.
+    let ratio = text.lines().find(|line| line.starts_with("ratio = ")).expect("a damping ratio");
+    let text = text
+        .replace(ratio, "beta = 1e-6")
+        .replace("modes = 32", "modes = 16")
+        .replace("[output]", "[output]\nreactions = true\nstress = \"surface\"");
+    std::fs::write(problem, text).unwrap();
+    let file = folder.join("body.vdm");
+    let file = file.to_str().unwrap();
+    let built = vademecum(&["build", problem, "-o", file, "--force"]);
+    assert_eq!(built.code, Some(0), "{}", built.stderr);
+    let scenario =
+        "duration = 0.05\n[[contact]]\npoint = [1.0, 0.05, 0.1]\nforce = [0.0, 0.0, -500.0]\nend = 0.02\n";
+    let scenario = write(folder, "push.toml", scenario);
+    let verified = json(&["verify", file, "--problem", problem, "--scenario", &scenario]);
+    let error = verified["total_error"].as_f64().expect("an error");
+    assert!(error < 1e-3, "{verified}");
+    let csv = folder.join("frf.csv").display().to_string();
+    let response = ["frf", file, "--in", "1.0,0.05,0.1,z", "--out", "1.0,0.05,0.1,z", "--range", "1,100"];
+    let compared = ["--problem", problem, "--compare", "20", "-o", &csv];
+    let found = json(&[&response[..], &compared[..]].concat());
+    let rms = found["compared"]["rms"].as_f64().expect("an error");
+    assert!(rms < 1e-3, "{}", found["compared"]);
+}
