@@ -24,6 +24,8 @@ pub(crate) struct Tables<'a> {
     kilogram: f64,
     text: String,
     points: BTreeSet<NodeNumber>,
+    /// Reference of each node whose displacement is a rotation.
+    turns: BTreeMap<NodeNumber, NodeNumber>,
     left_out: BTreeMap<&'static str, usize>,
     patterns: String,
     /// Names of the patterns.
@@ -45,6 +47,7 @@ impl<'a> Tables<'a> {
             kilogram,
             text: String::new(),
             points: BTreeSet::new(),
+            turns: deck.links.iter().filter_map(turn).collect(),
             left_out: BTreeMap::new(),
             patterns: String::new(),
             names: vec![],
@@ -267,6 +270,12 @@ impl<'a> Tables<'a> {
                         let value = value.map(|a| self.metre * a);
                         self.pattern(&step.name, &format!("acceleration = {value:?} # m/s²"));
                     }
+                    Load::Force { node, component: component @ 0..3, value }
+                        if self.turns.contains_key(node) =>
+                    {
+                        let moments = at_points.entry(self.turns[node]).or_default();
+                        moments[3 + usize::from(*component)] += self.newton * self.metre * value;
+                    }
                     Load::Force { node, component, value } if self.points.contains(node) => {
                         let arm = if *component < 3 { 1.0 } else { self.metre };
                         at_points.entry(*node).or_default()[usize::from(*component)] +=
@@ -360,7 +369,12 @@ impl<'a> Tables<'a> {
         for &node in &self.points {
             let at = self.deck.place(node).map(|x| self.metre * x);
             let _ = writeln!(text, "[[reference_point]]\nname = {:?}\nat = {at:?} # m", self.name(node));
-            let held: BTreeSet<u8> = self.supports().filter(|of| of.0 == node).map(|of| of.1).collect();
+            let motion = |(at, c): (NodeNumber, u8)| match self.turns.get(&at) {
+                Some(&reference) => (reference, c + 3),
+                None => (at, c),
+            };
+            let of_node = self.supports().map(motion).filter(|of| of.0 == node && of.1 < 6);
+            let held: BTreeSet<u8> = of_node.map(|of| of.1).collect();
             if !held.is_empty() && !self.is_solid(node) {
                 let held: Vec<String> =
                     held.iter().map(|&c| format!("\"{}\"", MOTIONS[usize::from(c)])).collect();
@@ -394,6 +408,14 @@ fn scenario(dynamic: &Dynamic, patterns: &[String]) -> String {
         let _ = writeln!(text, "table = [{}]", rows.join(", "));
     }
     text
+}
+
+/// The node whose displacement is the rotation of a reference, and the reference.
+fn turn(link: &Link) -> Option<(NodeNumber, NodeNumber)> {
+    match link {
+        Link::Rigid { reference, rotation: Some(rotation), .. } => Some((*rotation, *reference)),
+        _ => None,
+    }
 }
 
 fn sorted(mut corners: [u32; 3]) -> [u32; 3] {

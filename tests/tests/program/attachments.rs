@@ -172,6 +172,17 @@ fn bars_that_are_tied_are_those_of_the_deck() {
     steps_as_the_full_order(&folder, &problem, &text);
 }
 
+#[test]
+fn a_reference_with_a_node_of_rotations_holds_and_turns_as_in_the_deck() {
+    // A rotation about z is held, and a moment about y acts.
+    let coupling = "*NODE\n9001,1.2,0.07,0.04\n*RIGID BODY,NSET=right,REF NODE=9000,ROT NODE=9001\n\
+                    *BOUNDARY\n9001,3,3\n";
+    let deck = headed(coupling).replace("9000,3,-1000\n", "9000,3,-1000\n9001,2,50\n");
+    let (_, problem) = check("rotation", &deck);
+    let text = std::fs::read_to_string(&problem).unwrap();
+    assert!(text.contains("held = [\"rz\"]") && text.contains("moment = [0.0, 50.0, 0.0]"), "{text}");
+}
+
 /// Builds the body and compares runs of it with the full order: a push on the coupled end, patterns, stress
 /// and reactions.
 fn steps_as_the_full_order(folder: &Path, problem: &str, text: &str) {
