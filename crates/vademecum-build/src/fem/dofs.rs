@@ -167,24 +167,107 @@ impl DofMap {
         for (value, &dof) in free.iter_mut().zip(&self.dof_of_free) {
             *value = full.get(dof as usize).copied().unwrap_or(0.0);
         }
+        self.recover(full, free);
+    }
+
+    /// The motions of reference points from the dofs that follow them: least squares, for each set of motions
+    /// that have followers in common.
+    fn recover(&self, full: &[f64], free: &mut [f64]) {
         let direct = self.dof_of_free.partition_point(|&dof| (dof as usize) < self.n_dof());
-        let n = self.n_free() - direct;
-        let (mut normal, mut right) = (Mat::<f64>::zeros(n, n), vec![0.0; n]);
-        for (&dof, row) in self.dependent.range(..self.of_mesh as u32).filter(|_| n > 0) {
-            let (own, others): (Vec<_>, Vec<_>) = row.iter().partition(|term| term.0 as usize >= direct);
-            let known: f64 = others.iter().map(|&(index, weight)| weight * free[index as usize]).sum();
-            for &(i, weight) in &own {
-                right[i as usize - direct] += weight * (full[dof as usize] - known);
-                own.iter().for_each(|&(j, other)| {
-                    normal[(i as usize - direct, j as usize - direct)] += weight * other
-                });
+        let mut sets = Sets((0..self.n_free() - direct).collect());
+        let followers = || self.dependent.range(..self.of_mesh as u32);
+        let own = |row: &[(u32, f64)]| -> Vec<(usize, f64)> {
+            row.iter().filter_map(|&(index, a)| Some(((index as usize).checked_sub(direct)?, a))).collect()
+        };
+        for (_, row) in followers() {
+            own(row).windows(2).for_each(|pair| sets.join(pair[0].0, pair[1].0));
+        }
+        let mut members: BTreeMap<usize, Vec<usize>> = BTreeMap::new();
+        (0..sets.0.len()).for_each(|motion| members.entry(sets.of(motion)).or_default().push(motion));
+        let mut rows: BTreeMap<usize, Vec<(u32, &[(u32, f64)])>> = BTreeMap::new();
+        for (&dof, row) in followers() {
+            if let Some(first) = own(row).first() {
+                rows.entry(sets.of(first.0)).or_default().push((dof, row));
             }
         }
-        let Ok((values, vectors)) = symmetric_eigen(normal.as_ref()) else { return };
-        let largest = values.last().copied().unwrap_or(0.0);
-        for k in (0..n).filter(|&k| values[k] > ROUNDING * largest) {
-            let along: f64 = (0..n).map(|i| vectors[(i, k)] * right[i]).sum();
-            (0..n).for_each(|i| free[direct + i] += vectors[(i, k)] * along / values[k]);
+        for (set, rows) in rows {
+            let members = &members[&set];
+            let n = members.len();
+            let place = |motion: usize| members.binary_search(&motion).expect("a motion of the set");
+            let (mut normal, mut right) = (Mat::<f64>::zeros(n, n), vec![0.0; n]);
+            for (dof, row) in rows {
+                let others = row.iter().filter(|term| (term.0 as usize) < direct);
+                let known: f64 = others.map(|&(index, a)| a * free[index as usize]).sum();
+                let own: Vec<(usize, f64)> = own(row).iter().map(|&(motion, a)| (place(motion), a)).collect();
+                for &(i, a) in &own {
+                    right[i] += a * (full[dof as usize] - known);
+                    own.iter().for_each(|&(j, b)| normal[(i, j)] += a * b);
+                }
+            }
+            let Ok((values, vectors)) = symmetric_eigen(normal.as_ref()) else { return };
+            let largest = values.last().copied().unwrap_or(0.0);
+            for k in (0..n).filter(|&k| values[k] > ROUNDING * largest) {
+                let along: f64 = (0..n).map(|i| vectors[(i, k)] * right[i]).sum();
+                (0..n).for_each(|i| free[direct + members[i]] += vectors[(i, k)] * along / values[k]);
+            }
         }
+    }
+}
+
+/// Sets of numbers that are joined, each known by one of its members.
+struct Sets(Vec<usize>);
+
+impl Sets {
+    fn of(&mut self, mut member: usize) -> usize {
+        while self.0[member] != member {
+            self.0[member] = self.0[self.0[member]];
+            member = self.0[member];
+        }
+        member
+    }
+
+    fn join(&mut self, a: usize, b: usize) {
+        let (a, b) = (self.of(a), self.of(b));
+        self.0[a.max(b)] = a.min(b);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::coupling::rigid_row;
+    use super::super::elimination::Constraints;
+    use super::*;
+    use crate::linalg::vec3::sub;
+
+    #[test]
+    fn motions_of_reference_points_are_found_from_what_follows_them() {
+        // Four nodes follow one point, one follows another, and one is free.
+        let nodes = [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.2], [0.0, 0.3, 1.0], [2.0, 0.0, 0.0]];
+        let points = [[0.5, 0.5, 0.5], [2.0, 0.0, 0.0]];
+        let (n, mut constraints) = (nodes.len() + 1, Constraints::default());
+        for (node, &at) in nodes.iter().enumerate() {
+            let point = usize::from(node == 4);
+            for c in 0..3 {
+                let first = (3 * n + 6 * point) as u32;
+                let row = (first..).zip(rigid_row(sub(at, points[point]), c)).map(|(dof, a)| (dof, -a));
+                let terms = std::iter::once(((3 * node + c) as u32, 1.0)).chain(row);
+                constraints.equate(terms.filter(|term| term.1 != 0.0).collect(), "a test");
+            }
+        }
+        // Nothing turns the second point.
+        (3..6).for_each(|c| constraints.hold((3 * n + 6 + c) as u32, 0.0));
+        let dofs = DofMap::of_elimination(n, &constraints.eliminate(3 * n + 12).unwrap());
+        assert_eq!((dofs.n_free(), dofs.is_direct()), (12, false));
+        let free: Vec<f64> = (0..12).map(|k| (k as f64 * 0.7).sin()).collect();
+        let (mut full, mut found) = (vec![0.0; 3 * n], vec![0.0; 12]);
+        dofs.expand_into(&free, &mut full);
+        dofs.restrict_into(&full, &mut found);
+        assert!(free.iter().zip(&found).all(|(a, b)| (a - b).abs() < 1e-12), "{found:?}");
+        // Work is the same in both sets of dofs.
+        let force: Vec<f64> = (0..3 * n).map(|k| (k as f64).cos()).collect();
+        let mut gathered = vec![0.0; 12];
+        dofs.gather_into(&force, &mut gathered);
+        let work = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>();
+        assert!((work(&force, &full) - work(&gathered, &free)).abs() < 1e-12);
     }
 }
