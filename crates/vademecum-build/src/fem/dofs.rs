@@ -184,18 +184,19 @@ impl DofMap {
         }
         let mut members: BTreeMap<usize, Vec<usize>> = BTreeMap::new();
         (0..sets.0.len()).for_each(|motion| members.entry(sets.of(motion)).or_default().push(motion));
-        let mut rows: BTreeMap<usize, Vec<(u32, &[(u32, f64)])>> = BTreeMap::new();
+        let mut own_followers: BTreeMap<usize, Vec<u32>> = BTreeMap::new();
         for (&dof, row) in followers() {
             if let Some(first) = own(row).first() {
-                rows.entry(sets.of(first.0)).or_default().push((dof, row));
+                own_followers.entry(sets.of(first.0)).or_default().push(dof);
             }
         }
-        for (set, rows) in rows {
+        for (set, dofs) in own_followers {
             let members = &members[&set];
             let n = members.len();
             let place = |motion: usize| members.binary_search(&motion).expect("a motion of the set");
             let (mut normal, mut right) = (Mat::<f64>::zeros(n, n), vec![0.0; n]);
-            for (dof, row) in rows {
+            for dof in dofs {
+                let row = self.row(dof as usize);
                 let others = row.iter().filter(|term| (term.0 as usize) < direct);
                 let known: f64 = others.map(|&(index, a)| a * free[index as usize]).sum();
                 let own: Vec<(usize, f64)> = own(row).iter().map(|&(motion, a)| (place(motion), a)).collect();
