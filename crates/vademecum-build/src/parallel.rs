@@ -21,14 +21,14 @@ pub fn for_each_of<T: Send>(items: impl IntoIterator<Item = T>, task: &(dyn Fn(u
     for_each(items.0.len(), &|at| task(at, items.take(at)));
 }
 
-/// What `task` gives for each index below `count`. Generic in the results alone, around [`for_each`].
+/// Results of `task` for each index below `count`. Generic in the results alone, around [`for_each`].
 pub fn map<T: Send>(count: usize, task: &(dyn Fn(usize) -> T + Sync)) -> Vec<T> {
     let found = Slots((0..count).map(|_| Mutex::new(None)).collect());
     for_each(count, &|at| found.put(at, task(at)));
     found.all()
 }
 
-/// What `task` gives for each item and its index.
+/// Results of `task` for each item and its index.
 pub fn map_of<T: Send, U: Send>(
     items: impl IntoIterator<Item = T>,
     task: &(dyn Fn(usize, T) -> U + Sync),

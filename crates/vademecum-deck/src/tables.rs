@@ -3,6 +3,7 @@
 use std::collections::{BTreeMap, BTreeSet};
 use std::fmt::Write;
 
+use vademecum_build::fem::surface_facets;
 use vademecum_build::linalg::vec3::{norm, sub};
 use vademecum_build::mesh::surface::Surface;
 
@@ -164,24 +165,23 @@ impl<'a> Tables<'a> {
                 );
             }
             Link::Tie { slaves, faces, tolerance, .. } => {
-                // Without a distance, that of the shared scale of the facets.
+                // A deck without a distance ties within 5 % of an edge of the nearest facet. A table has one
+                // distance: that of the largest facet.
                 let edge = |face: &[u32; 3]| norm(sub(self.deck.place(face[0]), self.deck.place(face[1])));
                 let usual = || 0.05 * faces.iter().map(edge).fold(0.0, f64::max);
                 let distance = self.metre * tolerance.unwrap_or_else(usual);
                 let [on, to] = [
                     self.selection(slaves.iter().copied()),
-                    self.selection(self.corners_and_middles(faces).into_iter()),
+                    self.selection(self.face_nodes(faces).into_iter()),
                 ];
                 let _ = write!(self.text, "[[tie]]\non = {on}\nto = {to}\ndistance = {distance:?} # m\n\n");
             }
         }
     }
 
-    /// Corners of faces.
-    fn corners_and_middles(&self, faces: &[[u32; 3]]) -> BTreeSet<NodeNumber> {
-        // A quadrangle is given by three of its corners: its elements have the fourth one.
-        let facets = vademecum_build::fem::surface_facets(&self.deck.mesh, faces);
-        match facets {
+    /// All nodes of faces, which are given by three corners.
+    fn face_nodes(&self, faces: &[[u32; 3]]) -> BTreeSet<NodeNumber> {
+        match surface_facets(&self.deck.mesh, faces) {
             Ok(facets) => facets.iter().flat_map(|facet| facet.nodes().to_vec()).collect(),
             Err(_) => faces.iter().flatten().copied().collect(),
         }
@@ -266,6 +266,7 @@ impl<'a> Tables<'a> {
             let mut faces: BTreeMap<[u64; 4], Vec<[u32; 3]>> = BTreeMap::new();
             for load in &step.loads {
                 match load {
+                    Load::Force { value: 0.0, .. } => {}
                     Load::Acceleration { on: Extent::All, value } => {
                         let value = value.map(|a| self.metre * a);
                         self.pattern(&step.name, &format!("acceleration = {value:?} # m/s²"));
@@ -330,17 +331,13 @@ impl<'a> Tables<'a> {
 
     /// A pressure or a traction on faces, where the nodes of these faces have no others.
     fn on_faces(&mut self, step: &str, key: [u64; 4], faces: &[[u32; 3]]) {
-        let nodes = self.corners_and_middles(faces);
+        let nodes: Vec<NodeNumber> = self.face_nodes(faces).into_iter().collect();
         let distinct: BTreeSet<[u32; 3]> = faces.iter().map(|face| sorted(*face)).collect();
         let surface = self.surface.get_or_insert_with(|| Surface::of(&self.deck.mesh));
-        let chosen = |facet: &usize| {
-            let corners = surface.facet_kind(*facet).corners();
-            surface.facet(*facet)[..corners].iter().all(|node| nodes.contains(node))
-        };
-        if (0..surface.facet_count()).filter(chosen).count() != distinct.len() {
+        if surface.facets_within(&nodes).len() != distinct.len() {
             return self.leave_out("pressures on faces that share all nodes with others");
         }
-        let on = self.selection(nodes.into_iter());
+        let on = self.deck.selection(&nodes);
         let pascal = self.newton / (self.metre * self.metre);
         let value = |bits: u64| pascal * f64::from_bits(bits);
         let keys = match key {

@@ -1,6 +1,6 @@
 //! Decks of a few elements whose answers are known on paper.
 
-use vademecum_deck::{Deck, DeckError, Dialect, FullOrder, ReadOptions, StaticAnswer, read};
+use vademecum_deck::{Deck, DeckError, Dialect, FullOrder, Load, ReadOptions, StaticAnswer, StepKind, read};
 
 /// Reads a deck from a text.
 fn deck_of(name: &str, text: &str) -> Result<Deck, DeckError> {
@@ -402,4 +402,31 @@ fn broken_decks_are_named_and_never_panic() {
         let text = format!("{BAR}*STEP\n*STATIC\n{line}\n*END STEP\n");
         assert!(deck_of("broken.inp", &text).is_err(), "{line}");
     }
+}
+
+#[test]
+fn a_motion_over_time_has_its_course_and_loads_of_another_one_do_not_act() {
+    let text = format!(
+        "{BAR}*AMPLITUDE,NAME=a\n0,0,1,2\n*AMPLITUDE,NAME=b\n0,1,1,1\n*STEP\n*MODAL DYNAMIC\n0.1,2\n*BOUNDARY\nleft,1,1\n\
+         *CLOAD,AMPLITUDE=a\nright,1,3\n*CLOAD,AMPLITUDE=b\nright,2,5\n*END STEP\n"
+    );
+    let deck = deck_of("moved.inp", &text).unwrap();
+    let step = deck.steps.last().unwrap();
+    let StepKind::Dynamic(dynamic) = &step.kind else { panic!("{:?}", step.kind) };
+    assert_eq!((dynamic.increment, dynamic.duration), (0.1, 2.0));
+    assert_eq!(dynamic.course, [[0.0, 0.0], [1.0, 2.0]]);
+    let values = |wanted: u8| -> Vec<f64> {
+        let of = |load: &Load| match load {
+            Load::Force { component, value, .. } if *component == wanted => Some(*value),
+            _ => None,
+        };
+        step.loads.iter().filter_map(of).collect()
+    };
+    assert!(values(0).iter().all(|value| *value == 3.0) && !values(0).is_empty());
+    assert!(values(1).iter().all(|value| *value == 0.0));
+    assert!(
+        deck.left_out.iter().any(|left| left.meaning.contains("another amplitude")),
+        "{:?}",
+        deck.left_out
+    );
 }

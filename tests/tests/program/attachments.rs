@@ -2,9 +2,10 @@
 //! `decks` compares with other programs.
 
 use std::fmt::Write;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 use serde_json::Value;
+use tempfile::TempDir;
 use vademecum_tests::program::vademecum;
 
 /// Bricks along the bar, and across.
@@ -66,13 +67,6 @@ fn set(name: &str, nodes: &[usize]) -> String {
 
 const MATERIAL: &str = "*MATERIAL,NAME=steel\n*ELASTIC\n2.1e11,0.3\n*DENSITY\n7850\n";
 
-/// A folder of its own.
-fn folder(name: &str) -> PathBuf {
-    let folder = std::env::temp_dir().join(format!("vademecum-attachments-{name}-{}", std::process::id()));
-    std::fs::create_dir_all(&folder).unwrap();
-    folder
-}
-
 fn write(folder: &Path, name: &str, text: &str) -> String {
     let path = folder.join(name);
     std::fs::write(&path, text).unwrap();
@@ -102,10 +96,10 @@ fn problem(folder: &Path, deck: &str) -> String {
 }
 
 /// The frequencies of a deck and of the problem that `init` writes of it.
-fn check(name: &str, deck: &str) -> (PathBuf, String) {
-    let folder = folder(name);
-    let deck = write(&folder, "body.inp", deck);
-    let problem = problem(&folder, &deck);
+fn check(name: &str, deck: &str) -> (TempDir, String) {
+    let folder = tempfile::tempdir().unwrap();
+    let deck = write(folder.path(), "body.inp", deck);
+    let problem = problem(folder.path(), &deck);
     let (expected, found) = (frequencies(&deck), frequencies(&problem));
     for (found, expected) in found.iter().zip(&expected) {
         assert!((found / expected - 1.0).abs() < 1e-9, "{name}: {found}, in the deck {expected} Hz");
@@ -137,7 +131,7 @@ fn a_mass_on_a_rigid_head_is_that_of_the_deck_and_steps_as_the_full_order() {
     {
         assert!(text.contains(key), "no {key} in\n{text}");
     }
-    steps_as_the_full_order(&folder, &problem, &text);
+    steps_as_the_full_order(folder.path(), &problem, &text);
 }
 
 #[test]
@@ -148,7 +142,7 @@ fn a_mass_that_follows_a_face_in_the_mean_is_that_of_the_deck() {
     let (folder, problem) = check("average", &deck);
     let text = std::fs::read_to_string(&problem).unwrap();
     assert!(text.contains("kind = \"average\""), "{text}");
-    steps_as_the_full_order(&folder, &problem, &text);
+    steps_as_the_full_order(folder.path(), &problem, &text);
 }
 
 #[test]
@@ -169,7 +163,7 @@ fn bars_that_are_tied_are_those_of_the_deck() {
     let (folder, problem) = check("tie", &deck);
     let text = std::fs::read_to_string(&problem).unwrap();
     assert!(text.contains("[[tie]]"), "{text}");
-    steps_as_the_full_order(&folder, &problem, &text);
+    steps_as_the_full_order(folder.path(), &problem, &text);
 }
 
 #[test]
@@ -178,7 +172,7 @@ fn a_reference_with_a_node_of_rotations_holds_and_turns_as_in_the_deck() {
     let coupling = "*NODE\n9001,1.2,0.07,0.04\n*RIGID BODY,NSET=right,REF NODE=9000,ROT NODE=9001\n\
                     *BOUNDARY\n9001,3,3\n";
     let deck = headed(coupling).replace("9000,3,-1000\n", "9000,3,-1000\n9001,2,50\n");
-    let (_, problem) = check("rotation", &deck);
+    let (_folder, problem) = check("rotation", &deck);
     let text = std::fs::read_to_string(&problem).unwrap();
     assert!(text.contains("held = [\"rz\"]") && text.contains("moment = [0.0, 50.0, 0.0]"), "{text}");
 }

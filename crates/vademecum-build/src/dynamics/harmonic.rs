@@ -23,6 +23,7 @@ use faer::{Conj, Mat, MatMut, Par, Side, c64};
 
 use super::Rayleigh;
 use crate::fem::{Pencil, elimination_order};
+use crate::linalg::dot;
 use crate::parallel;
 use crate::progress::{Cancelled, Listener};
 
@@ -144,7 +145,9 @@ impl<'a> HarmonicSystem<'a> {
     fn solve(&self, omega: f64, damping: Rayleigh, force: &[f64]) -> Option<Vec<f64>> {
         let (n, values) = (force.len(), self.values(omega, damping));
         let matrix = SparseColMatRef::new(self.pattern.as_ref(), &values);
-        let mut factor = room::<f64>(self.order.len_val())?;
+        let (mut factor, numbers) = (vec![], self.order.len_val());
+        factor.try_reserve_exact(numbers).ok()?;
+        factor.resize(numbers, 0.0);
         let (mut beside, mut old, mut new) = (vec![0.0; n], vec![0; n], vec![0; n]);
         let scratch =
             self.order.factorize_numeric_intranode_lblt_scratch::<f64>(Par::Seq, Default::default());
@@ -182,14 +185,6 @@ impl<'a> HarmonicSystem<'a> {
     }
 }
 
-/// Zeros, or `None` without memory.
-fn room<T: Default + Clone>(count: usize) -> Option<Vec<T>> {
-    let mut room = vec![];
-    room.try_reserve_exact(count).ok()?;
-    room.resize(count, T::default());
-    Some(room)
-}
-
 fn norm(x: &[f64]) -> f64 {
-    x.iter().map(|x| x * x).sum::<f64>().sqrt()
+    dot(x, x).sqrt()
 }

@@ -59,7 +59,7 @@ pub(crate) struct Init {
     outputs: OutputArguments,
 }
 
-/// What a deck gives.
+/// Parts of a deck that a problem file and a scenario take.
 struct DeckParts {
     /// Metres in a unit of the deck.
     scale: f64,
@@ -95,6 +95,10 @@ impl Init {
         let parts = if is_deck(&self.mesh) { self.parts_of_deck()? } else { None };
         let scale = parts.as_ref().map(|parts| parts.scale);
         let scenario = parts.as_ref().and_then(|parts| parts.scenario.clone());
+        let scenario = scenario.map(|text| (problem.with_extension("scenario.toml"), text));
+        if let Some((path, _)) = &scenario {
+            check_output(&outputs, path, Kind::Own)?;
+        }
         let options = StarterOptions {
             material: self.material,
             scale: self.scale.or(scale),
@@ -107,7 +111,6 @@ impl Init {
         let proposed = starter(&self.mesh, &options, console)?;
         console.clear();
         write_bytes(&outputs, &problem, Kind::Own, proposed.text.as_bytes())?;
-        let scenario = scenario.map(|text| (problem.with_extension("scenario.toml"), text));
         if let Some((path, text)) = &scenario {
             write_bytes(&outputs, path, Kind::Own, text.as_bytes())?;
         }
@@ -149,7 +152,7 @@ impl Init {
         Ok(if self.view { lines.0 } else { vec![] })
     }
 
-    /// What a deck gives; none of a deck that is a mesh alone.
+    /// Parts of a deck; none of one that is a mesh alone.
     fn parts_of_deck(&self) -> Result<Option<DeckParts>, Failure> {
         let deck = match read(&self.mesh, &self.deck.options()) {
             Err(DeckError::NoMaterial { .. }) => return Ok(None),

@@ -68,7 +68,7 @@ pub(crate) fn boundary(reader: &mut Reader<'_>, card: &InpCard) -> Result<(), De
     if card.parameter("OP").is_some_and(|op| op.eq_ignore_ascii_case("NEW")) {
         reader.supports().clear();
     }
-    let factor = amplitude(reader, card)?;
+    let factor = last_value(reader, card);
     for line in &card.data {
         let fields = line.fields();
         let (Some(name), Some(first)) = (fields.first(), fields.get(1)) else {
@@ -252,7 +252,7 @@ pub(crate) fn node_print(reader: &mut Reader<'_>, card: &InpCard) -> Result<(), 
     Ok(())
 }
 
-/// The factor of an amplitude at the end of the step; 1 without one. In a motion over time the amplitude is
+/// The factor of a load: that of its amplitude at the end of the step. In a motion over time the amplitude is
 /// the course of all loads.
 fn amplitude(reader: &mut Reader<'_>, card: &InpCard) -> Result<f64, DeckError> {
     let name = card.parameter("AMPLITUDE").map(str::to_ascii_uppercase);
@@ -266,17 +266,20 @@ fn amplitude(reader: &mut Reader<'_>, card: &InpCard) -> Result<f64, DeckError> 
         reader.leave(card, "loads of one step that follow another amplitude than the first ones do not act");
         return Ok(0.0);
     }
-    let Some(name) = card.parameter("AMPLITUDE") else { return Ok(1.0) };
-    let Some(points) = reader.amplitudes.get(&name.to_ascii_uppercase()) else {
-        return Ok(1.0);
-    };
+    Ok(last_value(reader, card))
+}
+
+/// The factor of an amplitude at the end of the step; 1 without one.
+fn last_value(reader: &Reader<'_>, card: &InpCard) -> f64 {
+    let name = card.parameter("AMPLITUDE").map(str::to_ascii_uppercase);
+    let Some(points) = name.and_then(|name| reader.amplitudes.get(&name)) else { return 1.0 };
     let time = reader.period;
     let after = points.partition_point(|point| point[0] < time);
-    Ok(match (after.checked_sub(1).and_then(|k| points.get(k)), points.get(after)) {
+    match (after.checked_sub(1).and_then(|k| points.get(k)), points.get(after)) {
         (Some(a), Some(b)) => a[1] + (b[1] - a[1]) * (time - a[0]) / (b[0] - a[0]),
         (Some(end), None) | (None, Some(end)) => end[1],
         (None, None) => 1.0,
-    })
+    }
 }
 
 fn new_loads(card: &InpCard) -> bool {
