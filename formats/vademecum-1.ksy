@@ -414,6 +414,8 @@ enums:
     64: strain_box
     65: strain_limits
     66: strain_modes
+    67: mesh_error
+    75: compliance
     40: static_bound
     41: bound_map
   element:

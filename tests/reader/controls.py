@@ -20,6 +20,7 @@ MAPS = {
                       "PatternResidual", "PatternProbeResidual"],
     "reactions.vdm": ["ReactionBasis", "ReactionLoads", "PatternReaction"],
     "stress.vdm": ["StressBasis", "StressResidual", "PatternStress", "ElasticConstants"],
+    "anisotropic.vdm": ["Compliance"],
     "bent.vdm": ["StrainLinear", "StrainTail", "StrainQuadratic", "PatternBasis"],
     "swinging.vdm": ["StrainModes"],
     "canonical.vdm": ["CanonicalTerms", "CanonicalFactors", "ReducedStiffness"],

@@ -307,6 +307,14 @@ class Scene:
                 table = self.file.section("PatternStress").reshape(-1, len(points), 6)
                 for index, amplitude in patterns.items():
                     stress = stress + amplitude * table[index]
+        if "Compliance" in self.file:
+            triangles = self.file.section("Compliance").reshape(-1, 21)
+            rows, columns = np.triu_indices(6)
+            compliance = np.zeros((len(triangles), 6, 6))
+            compliance[:, rows, columns] = compliance[:, columns, rows] = triangles
+            strain = np.einsum("pij,pj->pi", compliance[points[:, 1]], stress) / scale
+            strain[:, 3:] /= 2
+            return np.hstack([stress, strain])
         young, poisson = self.file.section("ElasticConstants").reshape(-1, 2)[points[:, 1]].T[:, :, None]
         trace = stress[:, :3].sum(axis=1, keepdims=True) * np.array([1, 1, 1, 0, 0, 0])
         strain = ((1 + poisson) * stress - poisson * trace) / (scale * young)

@@ -25,7 +25,7 @@ StressPoints StressBasis StressResidual PatternStress ElasticConstants ProbeUnit
 SupportNames SupportPoints ReactionBasis ReactionLoads PatternReaction BaseFrame RigidBody
 StrainSizes StrainLinear StrainTail StrainQuadratic StrainBox StrainLimits StrainModes
 MeshError""".split()
-KINDS = dict(enumerate(NAMES, start=1))
+KINDS = dict(enumerate(NAMES, start=1)) | {75: "Compliance"}
 
 
 class Refused(Exception):

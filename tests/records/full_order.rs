@@ -34,7 +34,7 @@ fn row(divisions: [usize; 3]) {
     let lengths = [divisions[0] as f64 * 0.01, divisions[1] as f64 * 0.01, divisions[2] as f64 * 0.01];
     let mesh = block(lengths, divisions, Order::Linear);
     let constrained: Vec<bool> = mesh.nodes.iter().flat_map(|n| [n[0] == 0.0; 3]).collect();
-    let material = Material { young: 2.1e9, poisson: 0.3, density: 1200.0 };
+    let material = Material::isotropic(2.1e9, 0.3, 1200.0);
     let assemble = || Model::assemble(mesh.clone(), &[material], &constrained).expect("a supported block");
     let model = assemble();
     let pencil = model.pencil();

@@ -136,7 +136,8 @@ pub fn all() -> Vec<(&'static str, Vec<u8>)> {
         ("base.vdm", base(&exact)),
         ("bent.vdm", bent(&body(LAYOUT, 6).file(&bathe(), &STEP, Element::F64), &[])),
         ("swinging.vdm", bent(&body(LAYOUT, 6).file(&bathe(), &STEP, Element::F64), &[30.0, 0.0, 1500.0])),
-        ("stress.vdm", stress(&exact)),
+        ("stress.vdm", stress(&exact, (SectionKind::ElasticConstants, &ISOTROPIC))),
+        ("anisotropic.vdm", stress(&exact, (SectionKind::Compliance, &compliances()))),
         ("exact-f64.vdm", exact),
         ("free.vdm", free(&self::exact(&body(LAYOUT, 5).file(&bathe(), &STEP, Element::F64)))),
     ]
@@ -342,9 +343,21 @@ fn reactions(bytes: &[u8]) -> Vec<u8> {
     rewritten(bytes, |_| (), |_| (), &raw_sections(&more))
 }
 
-/// The file with the stress at three points, two of them one node in two regions, and a gauge for its first
-/// probe.
-fn stress(bytes: &[u8]) -> Vec<u8> {
+/// Young's modulus and Poisson's ratio of two regions.
+const ISOTROPIC: [f64; 4] = [2.0, 0.25, 8.0, 0.125];
+
+/// Upper triangles of the compliances of two regions, with every constant.
+fn compliances() -> [f64; 42] {
+    std::array::from_fn(|i| {
+        // Places of the diagonal in a triangle of six rows.
+        let diagonal = [0, 6, 11, 15, 18, 20].contains(&(i % 21));
+        if diagonal { 2.0 + (i / 21) as f64 } else { ((i * i + 1) % 7) as f64 / 16.0 - 0.1875 }
+    })
+}
+
+/// The file with the stress at three points, two of them one node in two regions, constants of these, and a
+/// gauge for its first probe.
+fn stress(bytes: &[u8], (kind, constants): (SectionKind, &[f64])) -> Vec<u8> {
     use SectionKind as S;
     const POINTS: [u32; 6] = [0, 0, 4, 0, 4, 1];
     let file = File::parse(bytes).expect("a file");
@@ -354,7 +367,8 @@ fn stress(bytes: &[u8]) -> Vec<u8> {
         (0..length).flat_map(|i| (size * ((i % 19) as f64 / 8.0 - 1.125)).to_le_bytes()).collect()
     };
     let points = POINTS.iter().flat_map(|x| x.to_le_bytes()).collect::<Vec<u8>>();
-    let constants = [2.0_f64, 0.25, 8.0, 0.125].iter().flat_map(|x| x.to_le_bytes()).collect::<Vec<u8>>();
+    let per_region = constants.len() as u64 / 2;
+    let constants = constants.iter().flat_map(|x| x.to_le_bytes()).collect::<Vec<u8>>();
     let units: Vec<&str> = (0..metadata.n_probes).map(|probe| if probe == 0 { "1" } else { "m" }).collect();
     let units = units.join("\n").into_bytes();
     let more: Vec<(SectionKind, Element, [u64; 3], Vec<u8>)> = vec![
@@ -362,7 +376,7 @@ fn stress(bytes: &[u8]) -> Vec<u8> {
         (S::StressBasis, Element::F64, [3, 6, r], wave(18 * r, 1.0)),
         (S::StressResidual, Element::F64, [3, nodes, 18], wave(54 * nodes, 0.25)),
         (S::PatternStress, Element::F64, [patterns, 3, 6], wave(18 * patterns, 0.5)),
-        (S::ElasticConstants, Element::F64, [2, 2, 1], constants),
+        (kind, Element::F64, [2, per_region, 1], constants),
         (S::ProbeUnits, Element::U8, [units.len() as u64, 1, 1], units),
     ];
     rewritten(bytes, |_| (), |_| (), &raw_sections(&more))

@@ -435,7 +435,7 @@ fn mean_dilatation_is_the_stiffness_of_abaqus() {
     let mesh = mesh::read(&folder.join("blockC3D8.inp")).unwrap();
     assert_eq!(mesh.regions[0].hexahedra, Some(Hexahedra::MeanDilatation));
     let ids = mesh.node_ids.clone();
-    let steel = Material { young: 2e11, poisson: 0.3, density: 2900.0 };
+    let steel = Material::isotropic(2e11, 0.3, 2900.0);
     let n = 3 * mesh.nodes.len();
     let model = Model::assemble(mesh, &[steel], &vec![false; n]).unwrap();
     let mut ours = Mat::<f64>::zeros(n, n);

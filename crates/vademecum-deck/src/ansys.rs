@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 use std::path::Path;
 
-use vademecum_build::fem::Material;
+use vademecum_build::fem::{Elasticity, Material, Stiffness};
 use vademecum_build::mesh::ansys::{Command, commands, rotations};
 use vademecum_build::mesh::nastran::number as fortran_real;
 use vademecum_build::mesh::{MeshError, RawMesh, parse, repaired_apart};
@@ -38,9 +38,36 @@ struct Reader<'a> {
 /// Elastic constants and density as far as they were read.
 #[derive(Clone, Copy, Debug, Default)]
 struct Constants {
-    young: f64,
-    poisson: f64,
+    /// Along x, y, z; zeros as along x.
+    young: [f64; 3],
+    /// Major ratios 12, 13, 23.
+    poisson: [f64; 3],
+    /// Minor ratios 12, 13, 23: contraction along the first axis under a pull along the second one.
+    minor: [f64; 3],
+    /// Shear moduli 12, 13, 23.
+    shear: [f64; 3],
     density: f64,
+}
+
+impl Constants {
+    /// `None` of no solid.
+    fn elasticity(&self) -> Option<Elasticity> {
+        let [ex, ey, ez] = self.young;
+        let isotropic = ey == 0.0 && ez == 0.0 && self.shear == [0.0; 3];
+        let major = |k: usize, first: f64, second: f64| match self.minor[k] {
+            0.0 => self.poisson[k],
+            minor => minor * first / second,
+        };
+        if isotropic {
+            let poisson = major(0, 1.0, 1.0);
+            let sound = ex > 0.0 && poisson > -1.0 && poisson < 0.5;
+            return sound.then_some(Elasticity::Isotropic { young: ex, poisson });
+        }
+        let [ey, ez] = [ey, ez].map(|e| if e == 0.0 { ex } else { e });
+        let poisson = [major(0, ex, ey), major(1, ex, ez), major(2, ey, ez)];
+        let stiffness = Stiffness::orthotropic([ex, ey, ez], poisson, self.shear)?;
+        stiffness.is_definite().then_some(Elasticity::Anisotropic(stiffness))
+    }
 }
 
 /// Reads a deck.
@@ -116,14 +143,20 @@ impl Reader<'_> {
         let value = number(command, value).map_err(|error| self.at(command, error))?;
         let constants = self.constants.entry(number_of).or_default();
         match label.as_str() {
-            "EX" => constants.young = value,
-            "NUXY" | "PRXY" => constants.poisson = value,
+            "EX" => constants.young[0] = value,
+            "EY" => constants.young[1] = value,
+            "EZ" => constants.young[2] = value,
+            "PRXY" => constants.poisson[0] = value,
+            "PRXZ" => constants.poisson[1] = value,
+            "PRYZ" => constants.poisson[2] = value,
+            "NUXY" => constants.minor[0] = value,
+            "NUXZ" => constants.minor[1] = value,
+            "NUYZ" => constants.minor[2] = value,
+            "GXY" => constants.shear[0] = value,
+            "GXZ" => constants.shear[1] = value,
+            "GYZ" => constants.shear[2] = value,
             "DENS" => constants.density = value,
-            "EY" | "EZ" | "GXY" | "GYZ" | "GXZ" => {
-                let expected = "EX, NUXY or PRXY, and DENS: other elasticity is not computed with";
-                return Err(self.fault(command, &label, expected));
-            }
-            _ => self.leave(command, "only EX, NUXY, PRXY and DENS act"),
+            _ => self.leave(command, "elastic constants and the density act alone"),
         }
         Ok(())
     }
@@ -204,10 +237,14 @@ impl Reader<'_> {
 
     fn finish(mut self) -> Result<Deck, DeckError> {
         for region in &self.deck.mesh.regions {
-            let found = self.constants.get(&(region.tag as u64)).filter(|found| found.young > 0.0);
+            let found = self.constants.get(&(region.tag as u64)).filter(|found| found.young[0] > 0.0);
             let found = found.ok_or_else(|| DeckError::NoMaterial { region: region.name.clone() })?;
-            let Constants { young, poisson, density } = *found;
-            self.deck.materials.push(Material { young, poisson, density });
+            let elasticity = found.elasticity().ok_or_else(|| DeckError::Incomplete {
+                material: region.name.clone(),
+                quantity: "positive definite stiffness",
+                card: "EX, EY, EZ, PRXY, PRXZ, PRYZ, GXY, GXZ and GYZ",
+            })?;
+            self.deck.materials.push(Material { elasticity, density: found.density });
         }
         self.deck.lumped = vec![false; self.deck.materials.len()];
         let (name, supports) = ("1".to_string(), vec![]);

@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 use std::fmt::Write;
 
-use vademecum_build::fem::Material;
+use vademecum_build::fem::{Elasticity, Material, Stiffness};
 use vademecum_build::mesh::{ElementKind, Hexahedra};
 
 use crate::deck::{Deck, Dynamic, NodeNumber, Step, StepKind};
@@ -56,7 +56,7 @@ impl Deck {
             |kind: &ElementKind| matches!(kind, ElementKind::Hex8 | ElementKind::Hex20 | ElementKind::Hex27);
         let hexahedra = self.mesh.each().any(|(kind, _)| is_hexahedron(&kind));
         for (region, material) in self.mesh.regions.iter().zip(&self.materials) {
-            let Material { young, poisson, density: own } = *material;
+            let Material { elasticity, density: own } = *material;
             let density = if own > 0.0 { Some(own * kilogram) } else { density };
             let density = density.ok_or_else(|| DeckError::Incomplete {
                 material: region.name.clone(),
@@ -67,11 +67,21 @@ impl Deck {
             if !single {
                 let _ = writeln!(materials, "region = {:?}", region.name);
             }
-            let young = young * pascal;
-            let _ = writeln!(
-                materials,
-                "young = {young:e} # Pa\npoisson = {poisson:?}\ndensity = {density:?} # kg/m³"
-            );
+            match elasticity {
+                Elasticity::Isotropic { young, poisson } => {
+                    let young = young * pascal;
+                    let _ = writeln!(materials, "young = {young:e} # Pa\npoisson = {poisson:?}");
+                }
+                Elasticity::Anisotropic(Stiffness(c)) => {
+                    let rows = (0..6).map(|i| {
+                        let row: Vec<String> = (i..6).map(|j| format!("{:e}", pascal * c[i][j])).collect();
+                        format!("    {},\n", row.join(", "))
+                    });
+                    let rows: String = rows.collect();
+                    let _ = writeln!(materials, "stiffness = [ # Pa, upper triangle\n{rows}]");
+                }
+            }
+            let _ = writeln!(materials, "density = {density:?} # kg/m³");
             if let Some(formulation) = region.hexahedra.filter(|_| hexahedra) {
                 let name = match formulation {
                     Hexahedra::Incompatible => "incompatible",
@@ -86,12 +96,6 @@ impl Deck {
         }
         let (supports, support_words, given) = self.support_lines();
         let mut missing = given;
-        let mut count = |number: usize, words: &str| {
-            if number > 0 {
-                missing.push(format!("{number} {words}"));
-            }
-        };
-        count(self.axes.len(), "nodes with own axes");
         let tables = Tables::of(self, system);
         missing.extend(tables.missing());
         if self.lumped.contains(&true) {
@@ -170,23 +174,68 @@ impl Deck {
         format!("{{ nodes = [{}] }}", ids.join(", "))
     }
 
+    /// Components along the axes of space of a component of a node: its own, or those of its own axes.
+    pub(crate) fn along(&self, node: NodeNumber, component: u8) -> Vec<(u8, f64)> {
+        match self.axes.get(&node).filter(|_| component < 3) {
+            Some(axes) => {
+                let axis = axes[usize::from(component)];
+                // A direction of space, but for rounding.
+                let share =
+                    |c: u8| if axis[usize::from(c)].abs() < 1e-12 { 0.0 } else { axis[usize::from(c)] };
+                (0..3).map(|c| (c, share(c))).filter(|term| term.1 != 0.0).collect()
+            }
+            None => vec![(component, 1.0)],
+        }
+    }
+
+    /// Nodes of the mesh, with directions that are held and are none of space.
+    pub(crate) fn skew_supports(&self) -> BTreeMap<NodeNumber, Vec<[f64; 3]>> {
+        self.held()
+            .into_iter()
+            .filter(|(_, held)| !held.1.is_empty())
+            .map(|(node, held)| (node, held.1))
+            .collect()
+    }
+
+    /// Components of space that are held, as bits, and other directions, of each node of the mesh.
+    fn held(&self) -> BTreeMap<NodeNumber, (u8, Vec<[f64; 3]>)> {
+        let of_step = self.steps.first().map_or(&[][..], |step: &Step| &step.supports);
+        let solid = self.mesh.nodes.len() as NodeNumber;
+        let mut own: BTreeMap<NodeNumber, u8> = BTreeMap::new();
+        for support in self.supports.iter().chain(of_step) {
+            if support.component < 3 && support.node < solid {
+                *own.entry(support.node).or_default() |= 1 << support.component;
+            }
+        }
+        let mut held: BTreeMap<NodeNumber, (u8, Vec<[f64; 3]>)> = BTreeMap::new();
+        for (node, components) in own {
+            let (plain, skew) = held.entry(node).or_default();
+            // All three directions are those of space, whatever the axes.
+            if components == 0b111 || !self.axes.contains_key(&node) {
+                *plain |= components;
+                continue;
+            }
+            for component in (0..3).filter(|c| components >> c & 1 == 1) {
+                match self.along(node, component)[..] {
+                    [(c, _)] => *plain |= 1 << c,
+                    _ => skew.push(self.axes[&node][usize::from(component)]),
+                }
+            }
+        }
+        held
+    }
+
     /// Lines of supports, their description, and what they leave out.
     fn support_lines(&self) -> (Vec<String>, String, Vec<String>) {
         let of_step = self.steps.first().map_or(&[][..], |step: &Step| &step.supports);
-        let mut held: BTreeMap<NodeNumber, u8> = BTreeMap::new();
-        let mut moved = 0;
-        let solid = self.mesh.nodes.len() as NodeNumber;
-        for support in self.supports.iter().chain(of_step) {
-            if support.value != 0.0 {
-                moved += 1;
-            }
-            if support.component < 3 && support.node < solid {
-                *held.entry(support.node).or_default() |= 1 << support.component;
-            }
-        }
+        let moved = self.supports.iter().chain(of_step).filter(|support| support.value != 0.0).count();
+        let held = self.held();
+        let skew = held.values().filter(|held| !held.1.is_empty()).count();
         let mut by_components: BTreeMap<u8, Vec<u32>> = BTreeMap::new();
-        for (node, components) in held {
-            by_components.entry(components).or_default().push(node);
+        for (node, (components, _)) in held {
+            if components != 0 {
+                by_components.entry(components).or_default().push(node);
+            }
         }
         let (mut lines, mut words) = (Vec::new(), Vec::new());
         for (components, nodes) in by_components.into_iter().rev() {
@@ -205,6 +254,9 @@ impl Deck {
             });
             let place = group.map_or_else(|| format!("{} nodes", nodes.len()), |name| format!("`{name}`"));
             words.push(format!("{place} along {along}"));
+        }
+        if skew > 0 {
+            words.push(format!("{skew} nodes along own axes"));
         }
         let words = if words.is_empty() { "nothing: a free body".into() } else { words.join("; ") };
         let missing =

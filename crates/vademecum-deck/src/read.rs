@@ -41,7 +41,8 @@ pub fn read(file: &Path, options: &ReadOptions) -> Result<Deck, DeckError> {
         Some(system) => Units(Some(system)),
         None => {
             let heaviest = deck.materials.iter().max_by(|a, b| a.density.total_cmp(&b.density));
-            heaviest.map_or(Units(None), |material| Units::guess(material.young, material.density))
+            heaviest
+                .map_or(Units(None), |material| Units::guess(material.elasticity.modulus(), material.density))
         }
     };
     Ok(deck)

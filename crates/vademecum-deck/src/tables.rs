@@ -1,4 +1,4 @@
-//! Couplings, ties, masses, springs and loads of a deck as tables of a problem file, in SI units.
+//! Couplings, ties, masses, springs, dashpots and loads of a deck as tables of a problem file, in SI units.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::fmt::Write;
@@ -57,6 +57,7 @@ impl<'a> Tables<'a> {
         };
         deck.links.iter().for_each(|one| tables.link(one));
         deck.attachments.iter().for_each(|one| tables.attachment(one));
+        tables.skew_supports();
         tables.loads();
         tables.reference_points();
         tables
@@ -114,22 +115,16 @@ impl<'a> Tables<'a> {
     fn link(&mut self, link: &Link) {
         match link {
             Link::Equation { terms, .. } => {
-                let own = terms.iter().any(|term| self.deck.axes.contains_key(&term.0));
-                if own || terms.iter().any(|&(node, c, _)| self.is_solid(node) && c >= 3) {
-                    return self.leave_out("linear equations along own axes or of rotations");
+                if terms.iter().any(|&(node, c, _)| self.is_solid(node) && c >= 3) {
+                    return self.leave_out("linear equations of rotations of the solid");
                 }
-                let rows = terms.iter().map(|&(node, c, a)| {
-                    // Lengths stand beside rotations.
-                    let a = if c < 3 { a } else { self.metre * a };
-                    match self.is_solid(node) {
-                        true => format!("[{}, {}, {a:?}]", self.deck.id(node), c + 1),
-                        false => format!("[{:?}, {}, {a:?}]", self.name(node), c + 1),
-                    }
-                });
-                let rows: Vec<String> = rows.collect();
                 let outside = terms.iter().map(|term| term.0).filter(|&node| !self.is_solid(node));
                 self.points.extend(outside.collect::<Vec<_>>());
-                let _ = write!(self.text, "[[equation]]\nterms = [{}]\n\n", rows.join(", "));
+                let along = terms.iter().flat_map(|&(node, c, a)| {
+                    self.deck.along(node, c).into_iter().map(move |(c, share)| (node, c, a * share))
+                });
+                let terms: Vec<_> = along.collect();
+                self.equation(&terms);
             }
             Link::Rigid { reference, nodes, components, .. } => {
                 let followers: Vec<NodeNumber> =
@@ -154,15 +149,18 @@ impl<'a> Tables<'a> {
                 let first = cloud.first().map_or(0.0, |term| term.1);
                 let alike = cloud.iter().all(|(_, w)| (w - first).abs() <= 1e-9 * first.abs());
                 let solid = cloud.iter().all(|&(node, _)| self.is_solid(node)) && !self.is_solid(*reference);
-                if !alike || !solid || !components[..3].iter().all(|follows| *follows) {
-                    return self.leave_out("averaging couplings with unequal weights or of some components");
+                if !solid || !components[..3].iter().all(|follows| *follows) {
+                    return self.leave_out("averaging couplings of reference points or of some components");
                 }
                 let name = self.point(*reference);
-                let on = self.selection(cloud.iter().map(|term| term.0));
-                let _ = write!(
-                    self.text,
-                    "[[coupling]]\nreference = {name:?}\non = {on}\nkind = \"average\"\n\n"
-                );
+                let nodes = if alike {
+                    format!("on = {}", self.selection(cloud.iter().map(|term| term.0)))
+                } else {
+                    let terms = cloud.iter().map(|&(node, w)| format!("[{}, {w:?}]", self.deck.id(node)));
+                    format!("weights = [{}]", terms.collect::<Vec<_>>().join(", "))
+                };
+                let _ =
+                    write!(self.text, "[[coupling]]\nreference = {name:?}\n{nodes}\nkind = \"average\"\n\n");
             }
             Link::Tie { slaves, faces, tolerance, .. } => {
                 // A deck without a distance ties within 5 % of an edge of the nearest facet. A table has one
@@ -175,6 +173,41 @@ impl<'a> Tables<'a> {
                     self.selection(self.face_nodes(faces).into_iter()),
                 ];
                 let _ = write!(self.text, "[[tie]]\non = {on}\nto = {to}\ndistance = {distance:?} # m\n\n");
+            }
+        }
+    }
+
+    /// A linear equation between motions along the axes of space.
+    fn equation(&mut self, terms: &[(NodeNumber, u8, f64)]) {
+        let rows = terms.iter().map(|&(node, c, a)| {
+            // Lengths stand beside rotations.
+            let a = if c < 3 { a } else { self.metre * a };
+            match self.is_solid(node) {
+                true => format!("[{}, {}, {a:?}]", self.deck.id(node), c + 1),
+                false => format!("[{:?}, {}, {a:?}]", self.name(node), c + 1),
+            }
+        });
+        let rows: Vec<String> = rows.collect();
+        let _ = write!(self.text, "[[equation]]\nterms = [{}]\n\n", rows.join(", "));
+    }
+
+    /// Supports along axes that are not those of space, as equations.
+    fn skew_supports(&mut self) {
+        let outside: Vec<(NodeNumber, u8)> = self.supports().filter(|of| !self.is_solid(of.0)).collect();
+        for (node, c) in outside {
+            let terms: Vec<_> = self.deck.along(node, c).into_iter().map(|(c, a)| (node, c, a)).collect();
+            if terms.len() > 1 {
+                self.points.insert(node);
+                self.equation(&terms);
+            }
+        }
+        for (node, directions) in self.deck.skew_supports() {
+            for direction in directions {
+                let terms: Vec<_> = (0..3_u8)
+                    .map(|c| (node, c, direction[usize::from(c)]))
+                    .filter(|term| term.2 != 0.0)
+                    .collect();
+                self.equation(&terms);
             }
         }
     }
@@ -198,22 +231,57 @@ impl<'a> Tables<'a> {
                 }
                 self.text.push('\n');
             }
-            Attachment::Spring(Spring::Line { ends, stiffness }) => {
+            Attachment::Spring(spring) => self.spring(spring, ["spring", "stiffness"], "N/m, N m"),
+            Attachment::Dashpot(spring) => self.spring(spring, ["dashpot", "damping"], "N s/m, N m s"),
+            Attachment::Beam { ends, stiffness, mass } => {
+                let names = ends.map(|end| self.point(end));
+                // Lengths stand beside rotations.
+                let unit = |i: usize, j: usize| {
+                    let turns = u8::from(i % 6 > 2) + u8::from(j % 6 > 2);
+                    self.newton * self.metre.powi(i32::from(turns) - 1)
+                };
+                let rows = (0..12).map(|i| {
+                    let row = (i..12).map(|j| format!("{:e}", unit(i, j) * stiffness[12 * i + j]));
+                    format!("    {},\n", row.collect::<Vec<_>>().join(", "))
+                });
+                let rows: String = rows.collect();
+                let [from, to] = &names;
+                let _ = write!(
+                    self.text,
+                    "[[spring]]\nfrom = {from:?}\nto = {to:?}\nmatrix = [ # N/m, N, N m\n{rows}]\n\n"
+                );
+                let mass = self.kilogram * mass;
+                if mass > 0.0 {
+                    for name in names {
+                        let _ = write!(
+                            self.text,
+                            "[[point_mass]]\nreference = {name:?}\nmass = {mass:?} # kg\n\n"
+                        );
+                    }
+                }
+            }
+        }
+    }
+
+    /// A spring or a dashpot, by the names of its table and of its numbers.
+    fn spring(&mut self, spring: &Spring, table: [&str; 2], units: &str) {
+        match spring {
+            Spring::Line { ends, stiffness } => {
                 let [from, to] = ends.map(|end| self.deck.place(end));
                 let along = sub(to, from);
                 if norm(along) == 0.0 {
-                    return self.leave_out("springs along a line of no length");
+                    return self.leave_out("springs and dashpots along a line of no length");
                 }
                 // The axis that is farthest from the line is not along it.
                 let least = (0..3).min_by(|&a, &b| along[a].abs().total_cmp(&along[b].abs())).unwrap_or(0);
                 let unit = along.map(|x| x / norm(along));
                 let side: [f64; 3] =
                     std::array::from_fn(|c| f64::from(u8::from(c == least)) - unit[least] * unit[c]);
-                let stiffness = [self.newton / self.metre * stiffness, 0.0, 0.0, 0.0, 0.0, 0.0];
+                let numbers = [self.newton / self.metre * stiffness, 0.0, 0.0, 0.0, 0.0, 0.0];
                 let names = ends.map(|end| self.point(end));
-                self.spring(&names, stiffness, Some([unit, side]));
+                self.between(&names, table, (numbers, units), Some([unit, side]));
             }
-            Attachment::Spring(Spring::Components { ends, stiffness }) => {
+            Spring::Components { ends, stiffness } => {
                 let one_place = match ends[..] {
                     [(a, c), (b, d)] => {
                         let size = self.deck.mesh.bounding_box();
@@ -224,26 +292,32 @@ impl<'a> Tables<'a> {
                 };
                 let turned = ends.iter().any(|(node, _)| self.deck.axes.contains_key(node));
                 let (Some(&(_, component)), true, false) = (ends.first(), one_place, turned) else {
-                    return self
-                        .leave_out("springs between components of places that are apart, or of own axes");
+                    return self.leave_out(
+                        "springs and dashpots between components of places that are apart, or of own axes",
+                    );
                 };
                 let mut numbers = [0.0; 6];
                 let arm = if component < 3 { 1.0 / self.metre } else { self.metre };
                 numbers[usize::from(component)] = self.newton * arm * stiffness;
                 let names: Vec<String> = ends.iter().map(|end| self.point(end.0)).collect();
-                self.spring(&names, numbers, None);
+                self.between(&names, table, (numbers, units), None);
             }
-            Attachment::Dashpot(_) => self.leave_out("dashpots"),
-            Attachment::Beam { .. } => self.leave_out("bars between reference points"),
         }
     }
 
-    fn spring(&mut self, names: &[String], stiffness: [f64; 6], axes: Option<[[f64; 3]; 2]>) {
-        let _ = writeln!(self.text, "[[spring]]\nfrom = {:?}", names[0]);
+    /// A table of two ends and six numbers.
+    fn between(
+        &mut self,
+        names: &[String],
+        [table, key]: [&str; 2],
+        (numbers, units): ([f64; 6], &str),
+        axes: Option<[[f64; 3]; 2]>,
+    ) {
+        let _ = writeln!(self.text, "[[{table}]]\nfrom = {:?}", names[0]);
         if let Some(to) = names.get(1) {
             let _ = writeln!(self.text, "to = {to:?}");
         }
-        let _ = writeln!(self.text, "stiffness = {stiffness:?} # N/m, N m");
+        let _ = writeln!(self.text, "{key} = {numbers:?} # {units}");
         if let Some(axes) = axes {
             let _ = writeln!(self.text, "axes = {axes:?}");
         }
@@ -279,11 +353,16 @@ impl<'a> Tables<'a> {
                     }
                     Load::Force { node, component, value } if self.points.contains(node) => {
                         let arm = if *component < 3 { 1.0 } else { self.metre };
-                        at_points.entry(*node).or_default()[usize::from(*component)] +=
-                            self.newton * arm * value;
+                        let sums = at_points.entry(*node).or_default();
+                        for (c, share) in deck.along(*node, *component) {
+                            sums[usize::from(c)] += self.newton * arm * share * value;
+                        }
                     }
-                    Load::Force { node, component: component @ 0..3, value } if self.is_plain(*node) => {
-                        at_nodes.entry(*node).or_default()[usize::from(*component)] += self.newton * value;
+                    Load::Force { node, component: component @ 0..3, value } if self.is_solid(*node) => {
+                        let sums = at_nodes.entry(*node).or_default();
+                        for (c, share) in deck.along(*node, *component) {
+                            sums[usize::from(c)] += self.newton * share * value;
+                        }
                     }
                     Load::Pressure { faces: own, value } => {
                         faces.entry([value.to_bits(), u64::MAX, 0, 0]).or_default().extend(own);
@@ -292,7 +371,7 @@ impl<'a> Tables<'a> {
                         let [x, y, z] = value.map(f64::to_bits);
                         faces.entry([x, y, z, 1]).or_default().extend(own);
                     }
-                    _ => self.leave_out("body forces of a part, rotations, forces along own axes"),
+                    _ => self.leave_out("body forces of a part, rotations, moments on the solid"),
                 }
             }
             for (key, faces) in faces {
@@ -322,11 +401,6 @@ impl<'a> Tables<'a> {
                 self.scenario = Some(scenario(dynamic, &self.names[before..]));
             }
         }
-    }
-
-    /// True of a node of the mesh whose forces are along the axes of space.
-    fn is_plain(&self, node: NodeNumber) -> bool {
-        self.is_solid(node) && !self.deck.axes.contains_key(&node)
     }
 
     /// A pressure or a traction on faces, where the nodes of these faces have no others.
@@ -368,7 +442,11 @@ impl<'a> Tables<'a> {
             let _ = writeln!(text, "[[reference_point]]\nname = {:?}\nat = {at:?} # m", self.name(node));
             let motion = |(at, c): (NodeNumber, u8)| match self.turns.get(&at) {
                 Some(&reference) => (reference, c + 3),
-                None => (at, c),
+                // A direction that is none of space is held by an equation.
+                None => match self.deck.along(at, c)[..] {
+                    [(c, _)] => (at, c),
+                    _ => (at, u8::MAX),
+                },
             };
             let of_node = self.supports().map(motion).filter(|of| of.0 == node && of.1 < 6);
             let held: BTreeSet<u8> = of_node.map(|of| of.1).collect();

@@ -57,7 +57,7 @@ impl<'a> File<'a> {
             S::ResidualPairs => (0, loadable, loadable),
             S::FactorOrder => (0, 3 * nodes, 3 * nodes),
             S::FactorRows => (0, rows(S::FactorOrder), rows(S::FactorOrder)),
-            S::StressPoints => (0, nodes, rows(S::ElasticConstants)),
+            S::StressPoints => (0, nodes, rows(S::ElasticConstants).min(rows(S::Compliance))),
             _ => return Ok(()),
         };
         for (place, &bytes) in indices.iter().enumerate() {

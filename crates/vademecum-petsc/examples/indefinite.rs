@@ -17,7 +17,7 @@ const BELOW: usize = 3;
 fn refusal(engine: &Arc<dyn Engine>) -> Result<(), String> {
     let mesh = block([1.0; 3], [8; 3], Order::Quadratic);
     let held: Vec<bool> = mesh.nodes.iter().flat_map(|node| [node[0] == 0.0; 3]).collect();
-    let steel = Material { young: 2.1e11, poisson: 0.3, density: 7800.0 };
+    let steel = Material::isotropic(2.1e11, 0.3, 7800.0);
     let model = Model::assemble(mesh, &[steel], &held).map_err(|error| error.to_string())?;
     let (pencil, n) = (model.pencil(), model.pencil().n_dof());
     let symbolic = Symbolic::analyze(pencil).map_err(|error| error.to_string())?;

@@ -2,7 +2,7 @@
 
 use std::ops::Range;
 
-use vademecum_build::fem::{AssemblyPart, EngineError, Material, SymmetricMatrix};
+use vademecum_build::fem::{AssemblyPart, Elasticity, EngineError, Material, Stiffness, SymmetricMatrix};
 use vademecum_build::mesh::{ElementKind, Hexahedra};
 
 use crate::ranks::Ranks;
@@ -67,10 +67,33 @@ pub fn own_rows(part: &AssemblyPart, places: &[i64]) -> Vec<u32> {
     rows
 }
 
+/// Numbers of a material: its density; Young's modulus and Poisson's ratio; a stiffness, zeros of an isotropic
+/// one.
+fn constants_of(material: &Material) -> [f64; 39] {
+    let mut numbers = [0.0; 39];
+    numbers[0] = material.density;
+    match &material.elasticity {
+        Elasticity::Isotropic { young, poisson } => (numbers[1], numbers[2]) = (*young, *poisson),
+        Elasticity::Anisotropic(Stiffness(rows)) => numbers[3..].copy_from_slice(rows.as_flattened()),
+    }
+    numbers
+}
+
+/// The material of its numbers.
+fn material_of(numbers: &[f64; 39]) -> Material {
+    let [density, young, poisson, rows @ ..] = numbers;
+    let elasticity = if *young > 0.0 {
+        Elasticity::Isotropic { young: *young, poisson: *poisson }
+    } else {
+        Elasticity::Anisotropic(Stiffness(std::array::from_fn(|i| std::array::from_fn(|j| rows[6 * i + j]))))
+    };
+    Material { elasticity, density: *density }
+}
+
 /// Sends a part of a body.
 pub fn send_part(part: &AssemblyPart, ranks: &Ranks, to: usize) -> Result<(), EngineError> {
     let wide = |list: &[u32]| list.iter().map(|&number| number.into()).collect::<Vec<u64>>();
-    let constants: Vec<f64> = part.materials.iter().flat_map(|m| [m.young, m.poisson, m.density]).collect();
+    let constants: Vec<f64> = part.materials.iter().flat_map(constants_of).collect();
     let kinds: Vec<u32> = (0..part.regions.len()).map(|element| part.kinds.kind(element) as u32).collect();
     let hexahedra: Vec<u32> = part.hexahedra.iter().map(|named| named.map_or(0, |h| 1 + h as u32)).collect();
     ranks.send(&[part.rows.start as u64, part.rows.end as u64], to)?;
@@ -92,7 +115,6 @@ pub fn receive_part(ranks: &Ranks, from: usize) -> Result<AssemblyPart, EngineEr
     let kind = |&number: &u32| ElementKind::all().nth(number as usize);
     let formulation = |&number: &u32| Hexahedra::ALL.get((number as usize).wrapping_sub(1)).copied();
     let constants: Vec<f64> = ranks.receive_list(from)?;
-    let material = |&[young, poisson, density]: &[f64; 3]| Material { young, poisson, density };
     Ok(AssemblyPart {
         kinds: kinds.iter().filter_map(kind).collect(),
         hexahedra: hexahedra.iter().map(formulation).collect(),
@@ -100,7 +122,7 @@ pub fn receive_part(ranks: &Ranks, from: usize) -> Result<AssemblyPart, EngineEr
         elements,
         regions,
         numbers,
-        materials: constants.as_chunks().0.iter().map(material).collect(),
+        materials: constants.as_chunks().0.iter().map(material_of).collect(),
         places: ranks.receive_list(from)?,
         rows: Range { start: rows[0] as usize, end: rows[1] as usize },
     })

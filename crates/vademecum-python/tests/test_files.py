@@ -327,6 +327,57 @@ def test_geometry_and_meshio(beam, tmp_path):
     assert np.array_equal(played.to_meshio().point_data["velocity"], played.velocity[-1])
 
 
+def cubes():
+    """Two cubes: points, their bricks, the square at the end of the second."""
+    points = [[x, y, z] for x in (0.0, 0.1, 0.2) for y in (0.0, 0.1) for z in (0.0, 0.1)]
+    corners = [0, 4, 6, 2, 1, 5, 7, 3]
+    return np.array(points), [[c + 4 * i for c in corners] for i in (0, 1)], [[8, 10, 11, 9]]
+
+
+def test_a_mesh_of_meshio_becomes_a_body(tmp_path):
+    meshio = pytest.importorskip("meshio")
+    points, bricks, square = cubes()
+    mesh = meshio.Mesh(
+        points,
+        [("hexahedron", bricks), ("quad", square)],
+        cell_sets={"soft": [[1], []], "end": [[], [0]]},
+        point_sets={"held": np.arange(4)},
+    )
+    problem = vademecum.problem_from_meshio(mesh, tmp_path / "cubes.inp", material="rubber", hold="held")
+    assert "soft" in problem.text and 'group = "held"' in problem.text
+    told = vademecum.mesh(tmp_path / "cubes.inp")
+    assert {group.name for group in told.groups} >= {"held", "end"} and told.nodes == 12
+    assert vademecum.build(problem).info.nodes == 12
+    # Integers of cells are regions where there are no sets.
+    marked = meshio.Mesh(points, [("hexahedron", bricks)], cell_data={"medit:ref": [np.array([1, 2])]})
+    vademecum.problem_from_meshio(marked, tmp_path / "marked.inp", hold="x_min")
+    assert [region.name for region in vademecum.mesh(tmp_path / "marked.inp").regions] == ["region 1", "region 2"]
+
+
+def test_arrays_become_a_mesh_and_faulty_ones_are_named(tmp_path):
+    points, bricks, _ = cubes()
+    # The volume of curved elements tells the order of their nodes.
+    corners = np.array([[x, y, z] for z in (0, 1) for x, y in ((0, 0), (1, 0), (1, 1), (0, 1))], float)
+    edges = [(0, 1), (1, 2), (2, 3), (3, 0), (4, 5), (5, 6), (6, 7), (7, 4), (0, 4), (1, 5), (2, 6), (3, 7)]
+    faces = [(0, 3, 4, 7), (1, 2, 5, 6), (0, 1, 4, 5), (2, 3, 6, 7), (0, 1, 2, 3), (4, 5, 6, 7), range(8)]
+    whole = np.array([*corners, *(corners[list(e)].mean(axis=0) for e in edges), *(corners[list(f)].mean(axis=0) for f in faces)])
+    x, y, z = whole.T
+    bent = np.array([x + 0.1 * y * z, 1.3 * y - 0.07 * x * x, 0.8 * z + 0.09 * x * y]).T
+    volumes = []
+    for kind, count in (("hexahedron20", 20), ("hexahedron27", 27)):
+        path = vademecum.write_mesh(tmp_path / f"{kind}.inp", bent[:count], {kind: [range(count)]})
+        volumes.append(sum(region.volume for region in vademecum.mesh(path).regions))
+    assert volumes[0] == pytest.approx(volumes[1], rel=0.02) and min(volumes) > 0.9
+    for wrong, message in [
+        (lambda: vademecum.write_mesh(tmp_path / "a.inp", points[:, :2], {"hexahedron": bricks}), "shape"),
+        (lambda: vademecum.write_mesh(tmp_path / "a.inp", points, {"quad": [[0, 1, 2, 3]]}), "expected blocks"),
+        (lambda: vademecum.write_mesh(tmp_path / "a.inp", points, {"tetra": bricks}), "4 nodes"),
+        (lambda: vademecum.write_mesh(tmp_path / "a.inp", points[:5], {"hexahedron": bricks}), "0 to 4"),
+    ]:
+        with pytest.raises(ValueError, match=message):
+            wrong()
+
+
 def test_the_page_is_the_programs(beam, program, tmp_path):
     file = beam.save(tmp_path / "body.vdm")
     program("view", file, "--export", tmp_path / "theirs.html")

@@ -65,6 +65,7 @@ impl Keep {
                 | S::StressResidual
                 | S::PatternStress
                 | S::ElasticConstants
+                | S::Compliance
                 | S::ReactionLoads
         );
         match self {

@@ -457,7 +457,7 @@ pub struct ResponseError {
 ///
 /// # Errors
 /// As [`frequency_response`]; [`StudyError::ModalDamping`]: a problem with damping ratios, which are no
-/// matrix; a full order that does not factorise.
+/// matrix, or with dashpots; a full order that does not factorise.
 pub fn compare_response(
     file: &File<'_>,
     options: &SceneOptions,
@@ -467,7 +467,7 @@ pub fn compare_response(
 ) -> Result<ResponseError, StudyError> {
     let found = frequency_response(file, options, question)?;
     let prepared = prepare(problem, &mut Stopwatch::new(listener), listener)?;
-    if !prepared.ratios.is_empty() {
+    if !prepared.ratios.is_empty() || !prepared.body.model.pencil().dampers().is_empty() {
         return Err(StudyError::ModalDamping);
     }
     let (body, metadata) = (&prepared.body, file.metadata());

@@ -35,7 +35,7 @@ fn in_millimetres(problem: &Problem) -> Problem {
     let block = problem.mesh.block.as_mut().expect("a block");
     block.lengths = block.lengths.map(|l| 1e3 * l);
     for material in &mut problem.materials {
-        material.young *= 1e-6;
+        material.young = material.young.map(|young| 1e-6 * young);
         material.density *= 1e-12;
     }
     for pattern in &mut problem.load.patterns {

@@ -79,7 +79,10 @@ fn deck(witness: &Witness, problem: &Problem, mesh: &Mesh) -> String {
     let (name, count) = (witness.name, witness.count);
     let [material] = &problem.materials[..] else { panic!("{name}: expected one material") };
     let mut out = format!("*INCLUDE, INPUT={name}.inp\n*MATERIAL, NAME=material\n");
-    let _ = writeln!(out, "*ELASTIC\n{:e}, {:e}", material.young, material.poisson);
+    let (Some(young), Some(poisson)) = (material.young, material.poisson) else {
+        panic!("{name}: expected an isotropic material");
+    };
+    let _ = writeln!(out, "*ELASTIC\n{young:e}, {poisson:e}");
     let _ = writeln!(out, "*DENSITY\n{:e}", material.density);
     if let Some(thermal) = &witness.thermal {
         let _ = writeln!(out, "*EXPANSION, ZERO=0\n{:e}", thermal.expansion);

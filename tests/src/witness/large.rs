@@ -10,12 +10,12 @@ use std::path::Path;
 use std::process::Command;
 
 use vademecum_build::dynamics::large::{Newton, RestOptions, rest};
-use vademecum_build::fem::{GreenStrain, Material, Model, Symbolic};
+use vademecum_build::fem::{Elasticity, GreenStrain, Material, Model, Symbolic};
 use vademecum_build::mesh::Mesh;
 
 use super::{bodies, calculix, deck};
 
-const RUBBER: Material = Material { young: 1e7, poisson: 0.3, density: 1000.0 };
+const RUBBER: Material = Material::isotropic(1e7, 0.3, 1000.0);
 
 /// The force on the end \[N\].
 const FORCE: [f64; 3] = [-20.0, 90.0, 60.0];
@@ -74,7 +74,8 @@ pub fn bend(quadratic: bool, folder: &Path) -> Bent {
 fn answer(mesh: &Mesh, end: &[u32], share: [f64; 3], folder: &Path) -> Vec<[f64; 3]> {
     deck::write(&folder.join("bent.inp"), mesh);
     let mut text = String::from("*INCLUDE, INPUT=bent.inp\n*MATERIAL, NAME=material\n*ELASTIC\n");
-    let _ = writeln!(text, "{:e}, {:e}", RUBBER.young, RUBBER.poisson);
+    let Elasticity::Isotropic { young, poisson } = RUBBER.elasticity else { panic!("rubber is isotropic") };
+    let _ = writeln!(text, "{young:e}, {poisson:e}");
     text.push_str("*SOLID SECTION, ELSET=body, MATERIAL=material\n*BOUNDARY\nx_min, 1, 3\n");
     // Ends at a ten-millionth of what it takes by default.
     text.push_str(

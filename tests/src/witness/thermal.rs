@@ -1,7 +1,7 @@
 //! A temperature as a load, which problem files do not have: the force of the strain that it wants, and the
 //! stress that this strain does not make.
 
-use vademecum_build::fem::Model;
+use vademecum_build::fem::{Elasticity, Model};
 use vademecum_build::mesh::{Mesh, jacobian_10};
 
 use super::mass::{points, quadratic};
@@ -18,8 +18,10 @@ pub struct Thermal {
 impl Thermal {
     /// Stress in each direction where no strain is possible \[Pa\]: `E α T / (1 − 2ν)`.
     pub(super) fn held(&self, model: &Model, place: [f64; 3]) -> f64 {
-        let material = model.materials()[0];
-        material.young / (1.0 - 2.0 * material.poisson) * self.expansion * (self.temperature)(place)
+        let Elasticity::Isotropic { young, poisson } = model.materials()[0].elasticity else {
+            panic!("an isotropic material");
+        };
+        young / (1.0 - 2.0 * poisson) * self.expansion * (self.temperature)(place)
     }
 
     /// `∫ E α T / (1 − 2ν) ∇Nᵢ dV` over the free dofs, with the four points of degree 2.

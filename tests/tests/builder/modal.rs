@@ -72,7 +72,7 @@ fn own(name: &str) -> Reference {
         name: name.to_string(),
         mesh,
         held,
-        material: Material { young, poisson, density },
+        material: Material::isotropic(young, poisson, density),
         frequencies,
     }
 }
@@ -94,7 +94,7 @@ fn real(name: &str) -> Option<Reference> {
         name: name.to_string(),
         mesh,
         held,
-        material: Material { young, poisson, density },
+        material: Material::isotropic(young, poisson, density),
         frequencies,
     })
 }

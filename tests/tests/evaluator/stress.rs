@@ -108,6 +108,35 @@ fn a_pulled_bar_has_the_stress_and_the_strains_of_the_textbook() {
     }
 }
 
+#[test]
+fn a_pulled_bar_of_wood_has_the_strains_of_its_axes() {
+    let wood = "orthotropic = { young = [5e6, 2e6, 1e6], poisson = [0.35, 0.3, 0.25], shear = [1e6, 8e5, 6e5] }\n\
+                axes = [[0.0, 2.0, 0.0], [1.0, 0.0, 0.0]]";
+    for order in ["linear", "quadratic"] {
+        let text = bar(order, "stress = \"body\"").replace("young = 2e6\npoisson = 0.3", wood);
+        let bytes = built(&text);
+        let file = File::parse(&bytes).expect("a file");
+        assert!(file.section(S::ElasticConstants).is_none() && file.section(S::Compliance).is_some());
+        assert!(check(&bytes).is_ok());
+        with_scene::<f64, _>(&bytes, &SceneOptions::default(), |scene, state, loads| {
+            loads.add_pattern(scene, 0, 2.0).expect("added");
+            settle(scene, state, loads, 400);
+            for point in 0..scene.n_stress_points() {
+                let Tensor(stress) = scene.stress(state, point).expect("a stress");
+                let off = |k: usize| (stress[k] - if k == 0 { 1400.0 } else { 0.0 }).abs();
+                assert!((0..6).all(|k| off(k) < 1e-6), "{order}, point {point}: {stress:?}");
+                // The second axis of the material lies along x, the first one along y.
+                let expected = [1400.0 / 2e6, -0.35 * 1400.0 / 5e6, -0.25 * 1400.0 / 2e6, 0.0, 0.0, 0.0];
+                let Tensor(strain) = scene.strain(state, point).expect("a strain");
+                let off = strain.iter().zip(expected).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
+                assert!(off < 1e-12, "{order}, point {point}: {strain:?}");
+            }
+            let gauge = |index| scene.probe(state, index, Field::Displacement).expect("a gauge");
+            assert!((gauge(0) - 7e-4).abs() < 1e-12 && (gauge(1) + 9.8e-5).abs() < 1e-12);
+        });
+    }
+}
+
 /// Two materials, linear elements, few modes: point forces move it where the modes cannot follow.
 fn cube(output: &str) -> String {
     format!(

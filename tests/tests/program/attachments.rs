@@ -7,6 +7,7 @@ use std::path::Path;
 use serde_json::Value;
 use tempfile::TempDir;
 use vademecum_tests::program::vademecum;
+use vademecum_tests::shared::shared;
 
 /// Bricks along the bar, and across.
 const CELLS: [usize; 3] = [6, 2, 2];
@@ -146,6 +147,38 @@ fn a_mass_that_follows_a_face_in_the_mean_is_that_of_the_deck() {
 }
 
 #[test]
+fn supports_along_own_axes_and_unequal_weights_are_those_of_the_deck() {
+    let weights: String =
+        bar(0.0, 1, "bar").ends[1].iter().map(|&node| format!("{node},{}\n", 1 + node % 3)).collect();
+    let coupling =
+        format!("*ELEMENT,TYPE=DCOUP3D,ELSET=hub\n9950,9000\n*DISTRIBUTING COUPLING,ELSET=hub\n{weights}");
+    // Held along (1, 1, 0) and z; what is left is held by the spring along y.
+    let deck = headed(&coupling)
+        .replace(
+            "*BOUNDARY\nleft,1,3\n",
+            "*TRANSFORM,NSET=left,TYPE=R\n1,1,0,-1,1,0\n*BOUNDARY\nleft,1,1\nleft,3,3\n",
+        )
+        .replace("*SPRING,ELSET=mount\n3\n", "*SPRING,ELSET=mount\n2\n");
+    let (folder, problem) = check("own axes", &deck);
+    let text = std::fs::read_to_string(&problem).unwrap();
+    assert!(text.contains("[[equation]]") && text.contains("weights = [["), "{text}");
+    steps_as_the_full_order(folder.path(), &problem, &text);
+}
+
+#[test]
+fn a_bar_between_reference_points_is_that_of_the_deck() {
+    let Some(deck) = shared("decks/nastran/rigid_rbe2.bdf") else { return };
+    let folder = tempfile::tempdir().unwrap();
+    let deck = deck.to_str().unwrap();
+    let problem = problem(folder.path(), deck);
+    let text = std::fs::read_to_string(&problem).unwrap();
+    assert!(text.contains("matrix = ["), "{text}");
+    for (found, expected) in frequencies(&problem).iter().zip(frequencies(deck)) {
+        assert!((found / expected - 1.0).abs() < 1e-9, "{found}, in the deck {expected} Hz");
+    }
+}
+
+#[test]
 fn bars_that_are_tied_are_those_of_the_deck() {
     let first = bar(0.0, 1, "first");
     let second = bar(1.0, first.nodes + 1, "second");
@@ -203,4 +236,55 @@ fn steps_as_the_full_order(folder: &Path, problem: &str, text: &str) {
     let found = json(&[&response[..], &compared[..]].concat());
     let rms = found["compared"]["rms"].as_f64().expect("an error");
     assert!(rms < 1e-3, "{}", found["compared"]);
+}
+
+/// A square beam with a rigid end, and what is attached to that.
+fn square(attached: &str) -> String {
+    format!(
+        "[mesh]\nblock = {{ lengths = [1.0, 0.1, 0.1], divisions = [6, 1, 1] }}\n\
+         [[material]]\nyoung = 2e9\npoisson = 0.3\ndensity = 1200.0\n[[support]]\non = {{ group = \"x_min\" }}\n\
+         [[reference_point]]\nname = \"hub\"\nat = [1.0, 0.05, 0.05]\n\
+         [[coupling]]\nreference = \"hub\"\non = {{ group = \"x_max\" }}\nkind = \"rigid\"\n\
+         [[load.pattern]]\nname = \"push\"\nreference = \"hub\"\nforce = [0.0, 1.0, 1.0]\n\
+         [time]\nstep = 1e-3\n[basis]\nmodes = 4\n[tolerance]\nerror = 0.2\n{attached}\n"
+    )
+}
+
+#[test]
+fn a_dashpot_gives_each_mode_its_ratio() {
+    let folder = tempfile::tempdir().unwrap();
+    let at = |name: &str| folder.path().join(name).display().to_string();
+    let (c, k) = (2.0, 1.0);
+    let dashpot = format!("[[dashpot]]\nfrom = \"hub\"\ndamping = [0.0, {c}, 0.0, 0.0, 0.0, 0.0]");
+    let problem = write(folder.path(), "dashpot.toml", &square(&dashpot));
+    let built = vademecum(&["build", &problem, "-o", &at("beam.vdm")]);
+    assert_eq!(built.code, Some(0), "{}", built.stderr);
+    assert!(built.stderr.contains("dashpots couple the modes"), "{}", built.stderr);
+    let info = json(&["info", &at("beam.vdm")]);
+    let ratios: Vec<f64> =
+        info["damping_ratios"].as_array().unwrap().iter().map(|ratio| ratio.as_f64().unwrap()).collect();
+    // Of the two modes of one frequency, one moves along the dashpot.
+    let (least, most) = (ratios[0].min(ratios[1]), ratios[0].max(ratios[1]));
+    assert!(least < 1e-9 && most > 1e-3, "{ratios:?}");
+    // A soft spring in its place adds k φ² to the square of the frequency, the dashpot c φ² / (2 ω) to the ratio.
+    let spring = format!("[[spring]]\nfrom = \"hub\"\nstiffness = [0.0, {k}, 0.0, 0.0, 0.0, 0.0]");
+    let omega = |of: &str, mode: usize| std::f64::consts::TAU * frequencies(of)[mode];
+    let stiffer = write(folder.path(), "spring.toml", &square(&spring));
+    let (bare, held) = (omega(&problem, 1), omega(&stiffer, 1));
+    let expected = c * (held * held - bare * bare) / (2.0 * k * bare);
+    assert!((most / expected - 1.0).abs() < 1e-3, "{most} for {expected}");
+    // Against a reference whose modes are damped by the dashpot itself.
+    let scenario = write(
+        folder.path(),
+        "push.toml",
+        "duration = 0.3\n[[pattern]]\nname = \"push\"\namplitude = 20.0\nend = 0.1\n",
+    );
+    let verify = ["verify", &at("beam.vdm"), "--problem", &problem, "--scenario", &scenario];
+    let error = json(&verify)["total_error"].as_f64().expect("an error");
+    assert!(error < 0.02, "{error}");
+    // The full order of `frf` has no matrix for them.
+    let response = ["frf", &at("beam.vdm"), "--in", "push", "--range", "1,100"];
+    let compared = ["--problem", &problem, "--compare", "5", "-o", &at("frf.csv")];
+    let refused = vademecum(&[&response[..], &compared[..]].concat());
+    assert!(refused.code != Some(0) && refused.stderr.contains("dashpots"), "{}", refused.stderr);
 }

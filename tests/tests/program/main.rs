@@ -3,6 +3,7 @@
 mod attachments;
 mod bench;
 mod commands;
+mod deck_materials;
 mod decks;
 mod element_kinds;
 mod export;

@@ -297,6 +297,34 @@ fn bad_problems() -> Vec<(usize, String)> {
         (104, attached("[[equation]]\nterms = [[1, 1, 1.0]]")),
         (104, attached("[[equation]]\nterms = [[1, 4, 1.0], [2, 1, 1.0]]")),
         (104, attached("[[equation]]\nterms = [[1, 1, 0.0], [\"hub\", 1, 1.0]]")),
+        (109, attached("[[dashpot]]\nfrom = \"hib\"\ndamping = [1, 0, 0, 0, 0, 0]")),
+        (109, attached("[[dashpot]]\nfrom = \"hub\"\ndamping = [1, 0, 0, 0, 0, 0]")),
+        (110, coupled(&format!("kind = \"rigid\"\n{DASHPOT}\nto = \"hub\""))),
+        (111, coupled(&format!("kind = \"rigid\"\n{}", DASHPOT.replace("[1, ", "[-1, ")))),
+        (112, coupled(&format!("kind = \"rigid\"\n{DASHPOT}\naxes = [[1, 0, 0], [1, 1, 0]]"))),
+        (113, coupled(&format!("kind = \"rigid\"\n{DASHPOT}\n[time]\nstep = 1e-3\nscheme = {{ name = \"bathe\" }}"))),
+        (
+            113,
+            coupled(&format!(
+                "kind = \"rigid\"\n{DASHPOT}\n[[parameter]]\nname = \"k\"\nkind = \"stiffness\"\nrange = [0.5, 2.0]"
+            )),
+        ),
+        (114, attached("[[coupling]]\nreference = \"hub\"\nkind = \"average\"")),
+        (114, coupled("kind = \"average\"\nweights = [[1, 1.0]]")),
+        (115, attached("[[coupling]]\nreference = \"hub\"\nkind = \"rigid\"\nweights = [[1, 1.0]]")),
+        (115, attached("[[coupling]]\nreference = \"hub\"\nkind = \"average\"\nweights = [[1, 0.0]]")),
+        (116, attached("[[spring]]\nfrom = \"hub\"")),
+        (117, attached("[[spring]]\nfrom = \"hub\"\nmatrix = [1, 2, 3]")),
+        (117, attached(&format!("[[spring]]\nfrom = \"hub\"\nmatrix = {}", UNIT.replacen("[1, 0", "[1, 2", 1)))),
+        (100, attached(&format!("[[spring]]\nfrom = \"hub\"\nmatrix = {UNIT}\naxes = [[1, 0, 0], [0, 1, 0]]"))),
+        (105, "[[material]]\ndensity = 1.0".into()),
+        (105, "[[material]]\nyoung = 1.0\ndensity = 1.0".into()),
+        (105, format!("[[material]]\n{STEEL}\nstiffness = {UNIT}")),
+        (106, "[[material]]\northotropic = { young = [1, 1, 1], poisson = [1.1, 0, 0], shear = [1, 1, 1] }\ndensity = 1.0".into()),
+        (107, format!("[[material]]\nstiffness = {}\ndensity = 1.0", UNIT.replacen("[1, 0", "[1, 2", 1))),
+        (108, format!("[[material]]\n{STEEL}\naxes = [[1, 0, 0], [0, 1, 0]]")),
+        (108, format!("[[material]]\nstiffness = {UNIT}\naxes = [[1, 0, 0], [1, 1, 0]]\ndensity = 1.0")),
+        (80, format!("model = \"large-displacement\"\n{HELD}[[material]]\nstiffness = {UNIT}\ndensity = 1.0")),
         (103, coupled("kind = \"rigid\"\n[base]\nmoves = true")),
         (103, coupled("kind = \"rigid\"").replace(HELD, "")),
         (54, canonical("load = [0.0, 1e40]")),
@@ -307,6 +335,12 @@ fn bad_problems() -> Vec<(usize, String)> {
         (65, text("[basis]\nkind = \"modes\"\nmodes = 4\nerror = 0.1")),
     ]
 }
+
+/// A dashpot to the ground.
+const DASHPOT: &str = "[[dashpot]]\nfrom = \"hub\"\ndamping = [1, 0, 0, 0, 0, 0]";
+
+/// Upper triangle of a unit matrix.
+const UNIT: &str = "[1, 0, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 1, 0, 0, 1, 0, 1]";
 
 /// A support.
 const HELD: &str = "[[support]]\non = { group = \"x_min\" }\n";

@@ -1,6 +1,7 @@
 //! Motion at full order: time schemes as tables, the march, natural modes, damping.
 
 mod damping;
+mod dashpots;
 mod full_order;
 mod harmonic;
 mod history;
@@ -19,6 +20,7 @@ mod window;
 mod work;
 
 pub use damping::{Damping, DampingError, ModalRatios, NumericalDamping, Rayleigh, numerical_damping};
+pub(crate) use dashpots::{coupling_error, uncouple};
 pub use full_order::{FullOrder, FullOrderError, StageLoads, State, Workspace};
 pub use harmonic::{HarmonicError, harmonic};
 pub use history::{Course, History, LoadTable, Wave};

@@ -206,7 +206,7 @@ mod tests {
     fn beam(cells: [usize; 3], size: [f64; 3]) -> Result<Model, ModelError> {
         let mesh = block(cells, size);
         let held = hold(&mesh, |p| p[0] == 0.0);
-        Model::assemble(mesh, &[Material { young: 1e7, poisson: 0.3, density: 1000.0 }], &held)
+        Model::assemble(mesh, &[Material::isotropic(1e7, 0.3, 1000.0)], &held)
     }
 
     /// A chain of unit masses and springs held at one end: `λ_j = 4 sin²((2j−1)π/(4n+2))`.

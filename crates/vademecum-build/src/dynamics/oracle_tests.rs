@@ -321,7 +321,7 @@ fn two_ratios_give_back_themselves() {
 fn cantilever_run(columns: std::ops::Range<usize>) -> (Modes, State) {
     let mesh = block([24, 6, 6], [4.0, 1.0, 1.0]); // 3 528 dofs: several row chunks, two groups of columns
     let held = hold(&mesh, |p| p[0] == 0.0);
-    let rubber = Material { young: 1e7, poisson: 0.3, density: 1000.0 };
+    let rubber = Material::isotropic(1e7, 0.3, 1000.0);
     let model = Model::assemble(mesh, &[rubber], &held).unwrap();
     let pencil = model.pencil();
     let symbolic = Symbolic::analyze(pencil).unwrap();

@@ -4,7 +4,7 @@ use faer::MatRef;
 use vademecum_format::SectionKind as S;
 
 use super::{Draft, NodeOrder};
-use crate::fem::{COMPONENTS, DofMap, Material, StressPoint, StressRows};
+use crate::fem::{COMPONENTS, DofMap, Elasticity, Material, StressPoint, StressRows};
 use crate::input::Precision;
 use crate::residual::StressFlexibility;
 
@@ -15,7 +15,24 @@ pub(crate) fn stress_order(points: &[StressPoint], order: &NodeOrder) -> Vec<Str
     points
 }
 
-/// Sections 47 to 51.
+/// Section 51, or 75 where a region is not isotropic.
+fn constants(materials: &[Material]) -> Draft {
+    let isotropic = |material: &Material| match material.elasticity {
+        Elasticity::Isotropic { young, poisson } => Some([young, poisson]),
+        Elasticity::Anisotropic(_) => None,
+    };
+    let n = materials.len();
+    if let Some(constants) = materials.iter().map(isotropic).collect::<Option<Vec<_>>>() {
+        return Draft::f64s(S::ElasticConstants, [n, 2, 1], constants.into_iter().flatten());
+    }
+    let triangle = |material: &Material| {
+        let compliance = material.elasticity.compliance().expect("the model has checked its materials");
+        (0..6).flat_map(move |i| (i..6).map(move |j| compliance[i][j]))
+    };
+    Draft::f64s(S::Compliance, [n, 21, 1], materials.iter().flat_map(triangle))
+}
+
+/// Sections 47 to 51, and 75.
 pub(crate) fn stress_sections(
     rows: &StressRows,
     residual: Option<&StressFlexibility>,
@@ -39,11 +56,10 @@ pub(crate) fn stress_sections(
             }
         }
     }
-    let constants = materials.iter().flat_map(|material| [material.young, material.poisson]);
     let mut drafts = vec![
         Draft::u32s(S::StressPoints, [n, 2, 1], points),
         Draft::fitting(S::StressBasis, precision, [n, COMPONENTS, r], &basis),
-        Draft::f64s(S::ElasticConstants, [materials.len(), 2, 1], constants),
+        constants(materials),
     ];
     let Some(StressFlexibility { contacts, patterns }) = residual else { return drafts };
     if let Some(first) = contacts.first() {

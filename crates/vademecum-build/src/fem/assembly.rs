@@ -9,8 +9,9 @@ use std::sync::Arc;
 use faer::{Mat, MatRef};
 
 use super::dofs::DofMap;
-use super::element::{ElementError, Material};
+use super::element::ElementError;
 use super::kernels::ElementKernels;
+use super::material::Material;
 use super::model_error::ModelError;
 use super::pencil::{Pencil, RegionMatrices};
 use super::sparse::{Pattern, SymmetricMatrix};

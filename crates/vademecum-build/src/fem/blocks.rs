@@ -6,9 +6,10 @@ use std::sync::Arc;
 use faer::{Mat, MatRef};
 
 use super::assembly::element_nodes;
-use super::element::{ElementError, Material};
+use super::element::ElementError;
 use super::elimination::Elimination;
 use super::kernels::ElementKernels;
+use super::material::Material;
 use super::model_error::ModelError;
 use super::pencil::{Pencil, RegionMatrices};
 use super::sparse::{Pattern, SymmetricMatrix};
@@ -387,7 +388,7 @@ mod tests {
     use super::super::test_mesh::{block, quadratic};
     use super::*;
 
-    const SOLID: Material = Material { young: 7.0, poisson: 0.3, density: 2.0 };
+    const SOLID: Material = Material::isotropic(7.0, 0.3, 2.0);
 
     #[test]
     fn blocks_without_constraints_are_the_assembled_matrices() {

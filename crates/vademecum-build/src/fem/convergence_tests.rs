@@ -11,8 +11,8 @@ use crate::mesh::{Mesh, Order};
 
 /// Errors in L2 and in the seminorm of the gradient against a smooth field with zero boundary values.
 fn errors_in_h(mesh: &Mesh, reference: &Mesh) -> [f64; 2] {
-    let unit = Material { young: 1.0, poisson: 0.25, density: 1.0 };
-    let (lambda, mu) = unit.lame();
+    let unit = Material::isotropic(1.0, 0.25, 1.0);
+    let (lambda, mu) = unit.lame().expect("an isotropic material");
     let pi = std::f64::consts::PI;
     let s = |x: [f64; 3]| x.map(|t| (pi * t).sin());
     let c = |x: [f64; 3]| x.map(|t| (pi * t).cos());

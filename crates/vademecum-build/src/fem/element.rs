@@ -1,10 +1,11 @@
 //! Matrices of one element of any kind.
 //!
-//! Isoparametric: position and displacement use the same shape functions `N_a`. With `g_a = ∇N_a` and the
-//! Lamé constants `λ, μ`, block `(a, b)` of the stiffness and entry `(a, b)` of the mass are
+//! Isoparametric: position and displacement use the same shape functions `N_a`. With `g_a = ∇N_a`, the Lamé
+//! constants `λ, μ` of an isotropic material, and the stiffness `C` and strains `B_a` of any other, block
+//! `(a, b)` of the stiffness and entry `(a, b)` of the mass are
 //!
 //! ```text
-//! K_ab = ∫ λ g_a g_bᵀ + μ g_b g_aᵀ + μ (g_a·g_b) I dV,      m_ab = ∫ ρ N_a N_b dV
+//! K_ab = ∫ λ g_a g_bᵀ + μ g_b g_aᵀ + μ (g_a·g_b) I dV   or   ∫ B_aᵀ C B_b dV,      m_ab = ∫ ρ N_a N_b dV
 //! ```
 //!
 //! (Hughes, *The Finite Element Method*, §2.7 and §3.4). Straight tetrahedra are integrated exactly. The
@@ -13,42 +14,15 @@
 //! degree 2. The rules of other kinds are those of common programs (`mesh::rules`); an 8-node hexahedron has
 //! four formulations (`hexahedron`).
 
-use serde::{Deserialize, Serialize};
-
 use faer::Mat;
 
 use super::hexahedron::{incompatible, inner_mass, mean_dilatation, reduced, with_inner_functions};
+use super::material::Material;
 pub use super::point::ElementError;
 pub(super) use super::point::{add_stiffness, gradients, jacobian};
 use crate::mesh::rules::{mass_rule, rule_degree_2, rule_degree_6, stiffness_rule};
 use crate::mesh::shapes::{Point, tabulate, tabulate_point};
 use crate::mesh::{EDGES, ElementKind, Hexahedra, Order};
-
-/// An isotropic linear elastic solid.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct Material {
-    /// Young's modulus, Pa.
-    pub young: f64,
-    /// Poisson's ratio, in (−1, ½).
-    pub poisson: f64,
-    /// Mass density, kg/m³.
-    pub density: f64,
-}
-
-impl Material {
-    /// Lamé constants `(λ, μ)`, Pa.
-    pub(crate) fn lame(&self) -> (f64, f64) {
-        let mu = self.young / (2.0 * (1.0 + self.poisson));
-        (2.0 * mu * self.poisson / (1.0 - 2.0 * self.poisson), mu)
-    }
-
-    /// True if the three constants describe a solid: `E > 0`, `−1 < ν < ½`, `ρ > 0`, all finite.
-    pub(crate) fn is_sound(&self) -> bool {
-        let positive = |x: f64| x > 0.0 && x.is_finite();
-        positive(self.young) && positive(self.density) && self.poisson > -1.0 && self.poisson < 0.5
-    }
-}
 
 /// Data common to all elements of one kind and formulation.
 pub(crate) struct ElementKernel {
@@ -155,20 +129,19 @@ impl ElementKernel {
         stiffness: &mut [f64],
     ) -> Result<(), ElementError> {
         let n = self.n_nodes();
-        let (lambda, mu) = material.lame();
+        let law = material.law();
         let few = self.kind == ElementKind::Tet10 && self.hexahedra == Hexahedra::Reduced;
         let rule = if few || self.is_straight(nodes) { &self.straight } else { &self.stiffness };
         stiffness.fill(0.0);
-        let lame = [lambda, mu];
         match (self.kind, self.hexahedra) {
-            (ElementKind::Hex8, Hexahedra::Incompatible) => incompatible(rule, nodes, lame, stiffness)?,
-            (ElementKind::Hex8, Hexahedra::MeanDilatation) => mean_dilatation(rule, nodes, lame, stiffness)?,
-            (ElementKind::Hex8, Hexahedra::Reduced) => reduced(rule, nodes, lame, stiffness)?,
+            (ElementKind::Hex8, Hexahedra::Incompatible) => incompatible(rule, nodes, &law, stiffness)?,
+            (ElementKind::Hex8, Hexahedra::MeanDilatation) => mean_dilatation(rule, nodes, &law, stiffness)?,
+            (ElementKind::Hex8, Hexahedra::Reduced) => reduced(rule, nodes, &law, stiffness)?,
             _ => {
                 for point in rule {
                     let (inverse, determinant) = jacobian(n, point, nodes)?;
                     let g = gradients(n, point, &inverse);
-                    add_stiffness(n, &g, determinant * point.weight, lame, stiffness);
+                    add_stiffness(n, &g, determinant * point.weight, &law, stiffness);
                 }
             }
         }
@@ -183,9 +156,8 @@ impl ElementKernel {
         nodes: &[[f64; 3]],
         material: &Material,
     ) -> Result<[Mat<f64>; 2], ElementError> {
-        let (lambda, mu) = material.lame();
         let mut blocks = vec![0.0; 9 * 64];
-        let inner = with_inner_functions(&self.stiffness, nodes, [lambda, mu], &mut blocks)?;
+        let inner = with_inner_functions(&self.stiffness, nodes, &material.law(), &mut blocks)?;
         mirror_blocks(&mut blocks, 8);
         let mut mass = vec![0.0; 64];
         self.mass_into(nodes, material.density, &mut mass)?;

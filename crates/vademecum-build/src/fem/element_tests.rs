@@ -4,12 +4,20 @@ use std::collections::{BTreeMap, HashMap};
 
 use faer::{Mat, Side};
 
-use super::element::{ElementKernel, Material};
+use super::element::ElementKernel;
+use super::material::{Elasticity, Material, Stiffness};
 use super::model::Model;
 use crate::mesh::shapes::{CORNERS, reference_nodes};
 use crate::mesh::{ElementKind, Hexahedra, Mesh, Order, Region};
 
-const SOLID: Material = Material { young: 7.0, poisson: 0.3, density: 2.0 };
+const SOLID: Material = Material::isotropic(7.0, 0.3, 2.0);
+
+/// The isotropic one, and one with axes that are not those of space.
+fn solids() -> [Material; 2] {
+    let wood = Stiffness::orthotropic([12.0, 2.0, 1.0], [0.3, 0.4, 0.35], [0.9, 1.1, 0.4]);
+    let wood = wood.expect("a solid").along([[1.0, 2.0, -0.5], [2.0, -1.0, 0.7]]);
+    [SOLID, Material { elasticity: Elasticity::Anisotropic(wood), density: 2.0 }]
+}
 
 /// A place that no symmetry keeps: a map that bends faces.
 fn bent([x, y, z]: [f64; 3]) -> [f64; 3] {
@@ -27,10 +35,15 @@ fn formulations(kind: ElementKind) -> Vec<Option<Hexahedra>> {
 }
 
 /// The dense stiffness of one element.
-fn stiffness(kind: ElementKind, hexahedra: Option<Hexahedra>, nodes: &[[f64; 3]]) -> Mat<f64> {
+fn stiffness(
+    kind: ElementKind,
+    hexahedra: Option<Hexahedra>,
+    nodes: &[[f64; 3]],
+    solid: &Material,
+) -> Mat<f64> {
     let n = kind.nodes();
     let mut blocks = vec![0.0; 9 * n * n];
-    ElementKernel::new(kind, hexahedra).stiffness_into(nodes, &SOLID, &mut blocks).unwrap();
+    ElementKernel::new(kind, hexahedra).stiffness_into(nodes, solid, &mut blocks).unwrap();
     Mat::from_fn(3 * n, 3 * n, |i, j| blocks[((i / 3) * n + j / 3) * 9 + 3 * (i % 3) + j % 3])
 }
 
@@ -38,8 +51,9 @@ fn stiffness(kind: ElementKind, hexahedra: Option<Hexahedra>, nodes: &[[f64; 3]]
 fn rigid_motions_strain_nothing_and_nothing_else_does() {
     for kind in ElementKind::all() {
         let nodes: Vec<[f64; 3]> = reference_nodes(kind).into_iter().map(bent).collect();
-        for hexahedra in formulations(kind) {
-            let k = stiffness(kind, hexahedra, &nodes);
+        let each = formulations(kind).into_iter().flat_map(|named| solids().map(|solid| (named, solid)));
+        for (hexahedra, solid) in each {
+            let k = stiffness(kind, hexahedra, &nodes, &solid);
             let largest = k.norm_max();
             for motion in 0..6 {
                 let at = |[x, y, z]: [f64; 3]| match motion {
@@ -180,7 +194,7 @@ fn distorted(x: [f64; 3], n: f64) -> [f64; 3] {
 }
 
 /// The largest force at free dofs under a linear displacement, beside the largest at held ones.
-fn patch(mesh: Mesh, n: f64) -> f64 {
+fn patch(mesh: Mesh, n: f64, solid: Material) -> f64 {
     let gradient = [[0.3, -0.2, 0.5], [0.1, 0.4, -0.7], [0.2, 0.6, -0.1]];
     let on = |x: &[f64; 3]| x.iter().any(|&x| x.abs() < 1e-12 || (x - n).abs() < 1e-12);
     let held: Vec<bool> = mesh.nodes.iter().flat_map(|x| [on(x); 3]).collect();
@@ -189,7 +203,7 @@ fn patch(mesh: Mesh, n: f64) -> f64 {
         .iter()
         .flat_map(|x| gradient.map(|row| (0..3).map(|i| row[i] * x[i]).sum::<f64>()))
         .collect();
-    let model = Model::assemble(mesh, &[SOLID], &held).unwrap();
+    let model = Model::assemble(mesh, &[solid], &held).unwrap();
     let of = |held_part: bool| Mat::from_fn(u.len(), 1, |i, _| if held[i] == held_part { u[i] } else { 0.0 });
     let free: Vec<f64> = model.free_part(of(false).col_as_slice(0));
     let free = Mat::from_fn(free.len(), 1, |i, _| free[i]);
@@ -205,10 +219,11 @@ fn patch(mesh: Mesh, n: f64) -> f64 {
 fn distorted_patches_of_each_kind_keep_a_constant_strain() {
     for Cut { name, elements } in cuts() {
         let kind = elements[0].0;
-        for hexahedra in formulations(kind) {
+        let each = formulations(kind).into_iter().flat_map(|named| solids().map(|solid| (named, solid)));
+        for (hexahedra, solid) in each {
             let mut mesh = mesh(2, |_| elements.clone());
             mesh.regions[0].hexahedra = hexahedra;
-            let rest = patch(mesh, 2.0);
+            let rest = patch(mesh, 2.0, solid);
             assert!(rest < 1e-12, "{name} {kind:?} {hexahedra:?}: {rest:e}");
         }
     }
@@ -244,14 +259,14 @@ fn mixed_patches_keep_a_constant_strain() {
                 }
             }
         };
-        let rest = patch(mesh(2, cut), 2.0);
+        let rest = patch(mesh(2, cut), 2.0, SOLID);
         assert!(rest < 1e-12, "{order:?}: {rest:e}");
         // Layers of hexahedra under wedges: the wedges' quadrangles fit, their triangles are cut alike.
         let columns = |cell: usize| match cell % 4 {
             0 => vec![(wedge, vec![0, 1, 2, 4, 5, 6]), (wedge, vec![0, 2, 3, 4, 6, 7])],
             _ => vec![(hex, (0..8).collect())],
         };
-        let rest = patch(mesh(2, columns), 2.0);
+        let rest = patch(mesh(2, columns), 2.0, solids()[1]);
         assert!(rest < 1e-12, "{order:?}: {rest:e}");
     }
 }
@@ -280,7 +295,7 @@ fn incompatible_modes_do_not_lock_in_bending() {
         beam.node_ids = (0..beam.nodes.len() as u64).collect();
         beam.regions[0].hexahedra = Some(hexahedra);
         let held: Vec<bool> = beam.nodes.iter().flat_map(|p| [p[0] == 0.0; 3]).collect();
-        let material = Material { young: 1000.0, poisson: 0.0, density: 1.0 };
+        let material = Material::isotropic(1000.0, 0.0, 1.0);
         let end: Vec<usize> = (0..beam.nodes.len()).filter(|&i| beam.nodes[i][0] == 10.0).collect();
         let model = Model::assemble(beam, &[material], &held).unwrap();
         let mut load = vec![0.0; held.len()];

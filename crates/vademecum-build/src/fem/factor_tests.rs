@@ -3,7 +3,7 @@
 use faer::Mat;
 use faer::prelude::ReborrowMut;
 
-use super::element::Material;
+use super::material::Material;
 use super::multifrontal::factorise;
 use super::substitution::{gather, scatter, substitute, substitute_by_groups};
 use super::test_mesh::{block, quadratic};
@@ -11,8 +11,8 @@ use super::{FactorError, Model, Pencil, Solve, Symbolic, SymmetricMatrix};
 use crate::linalg::Random;
 use crate::mesh::Mesh;
 
-const STEEL: Material = Material { young: 2.1e11, poisson: 0.3, density: 7800.0 };
-const FOOT: Material = Material { young: 2.1e9, poisson: 0.1, density: 1000.0 };
+const STEEL: Material = Material::isotropic(2.1e11, 0.3, 7800.0);
+const FOOT: Material = Material::isotropic(2.1e9, 0.1, 1000.0);
 
 /// A bar that is held at one end, or nowhere.
 fn bar(cells: [usize; 3], materials: &[Material], held: bool) -> Model {

@@ -20,6 +20,7 @@
 
 use super::assembly::{NodeGraph, blocks_over_free_dofs, element_nodes, incident_elements};
 use super::element::{ElementError, ElementKernel, jacobian};
+use super::material::Material;
 use super::model::Model;
 use super::sparse::SymmetricMatrix;
 use crate::linalg::vec3::{cross, dot};
@@ -64,6 +65,9 @@ pub enum GreenError {
         /// Its kinds of elements.
         kinds: String,
     },
+    /// A material that is not the same in every direction.
+    #[error("large displacements take isotropic materials: give `young` and `poisson`")]
+    Anisotropic,
     /// An element folds over at a point of integration.
     #[error("element {element} (counted from 0)")]
     Folded {
@@ -142,10 +146,11 @@ impl<'m> GreenStrain<'m> {
             points += own;
         }
         first.push([maps.len(), points]);
-        let roots = model.materials().iter().map(|material| {
-            let (lambda, mu) = material.lame();
-            [(lambda + 2.0 / 3.0 * mu).sqrt(), (2.0 * mu).sqrt()]
-        });
+        let root = |material: &Material| {
+            let (lambda, mu) = material.lame()?;
+            Some([(lambda + 2.0 / 3.0 * mu).sqrt(), (2.0 * mu).sqrt()])
+        };
+        let roots: Option<Vec<[f64; 2]>> = model.materials().iter().map(root).collect();
         let strain_points = |points: Vec<Point>| {
             let each = |p: Point| StrainPoint {
                 gradients: std::array::from_fn(|a| p.gradients[a]),
@@ -159,7 +164,7 @@ impl<'m> GreenStrain<'m> {
             curved: strain_points(curved),
             maps,
             first,
-            roots: roots.collect(),
+            roots: roots.ok_or(GreenError::Anisotropic)?,
             places: places_of_nodes(model),
             graph: NodeGraph::of(mesh),
         })

@@ -10,7 +10,8 @@
 use faer::linalg::solvers::Solve;
 use faer::{Mat, Side};
 
-use super::point::{ElementError, add_stiffness, gradients, jacobian};
+use super::material::{Law, StressBlock, strain_block, work};
+use super::point::{ElementError, add_block, add_stiffness, gradients, jacobian};
 use crate::mesh::shapes::{CORNERS, MAX_NODES, Point};
 
 /// Nodes.
@@ -28,29 +29,57 @@ fn add_outer(stiffness: &mut [f64], a: usize, b: usize, g: [f64; 3], h: [f64; 3]
     }
 }
 
-/// Adds the blocks on and above the diagonal of the stiffness of mean dilatation; Lamé constants `[λ, μ]`.
+/// Mean of the gradients over the element, and its volume.
+fn mean_gradients(rule: &[Point], nodes: &[[f64; 3]]) -> Result<([[f64; 3]; N], f64), ElementError> {
+    let (mut mean, mut volume) = ([[0.0; 3]; N], 0.0);
+    for point in rule {
+        let (inverse, determinant) = jacobian(N, point, nodes)?;
+        let weight = determinant * point.weight;
+        volume += weight;
+        for (mean, g) in mean.iter_mut().zip(&gradients(N, point, &inverse)) {
+            mean.iter_mut().zip(g).for_each(|(mean, g)| *mean += weight * g);
+        }
+    }
+    Ok((mean, volume))
+}
+
+/// Adds the blocks on and above the diagonal of the stiffness of mean dilatation.
 pub(super) fn mean_dilatation(
     rule: &[Point],
     nodes: &[[f64; 3]],
-    [lambda, mu]: [f64; 2],
+    law: &Law,
     stiffness: &mut [f64],
 ) -> Result<(), ElementError> {
-    let bulk = lambda + 2.0 / 3.0 * mu;
-    let (mut mean, mut volume) = ([[0.0; 3]; N], 0.0);
+    let (mean, volume) = mean_gradients(rule, nodes)?;
     for point in rule {
         let (inverse, determinant) = jacobian(N, point, nodes)?;
         let g = gradients(N, point, &inverse);
         let weight = determinant * point.weight;
-        // The deviatoric part: λ = −2μ/3.
-        add_stiffness(N, &g, weight, [-2.0 / 3.0 * mu, mu], stiffness);
-        volume += weight;
-        for (mean, g) in mean.iter_mut().zip(&g) {
-            mean.iter_mut().zip(g).for_each(|(mean, g)| *mean += weight * g);
+        if let Law::Isotropic { mu, .. } = *law {
+            // The deviatoric part: λ = −2μ/3.
+            add_stiffness(N, &g, weight, &Law::Isotropic { lambda: -2.0 / 3.0 * mu, mu }, stiffness);
+            continue;
+        }
+        let strains: [StressBlock; N] = std::array::from_fn(|a| {
+            let mut strain = strain_block(g[a]);
+            for row in &mut strain[..3] {
+                (0..3).for_each(|c| row[c] += (mean[a][c] / volume - g[a][c]) / 3.0);
+            }
+            strain
+        });
+        for b in 0..N {
+            let stress = law.stress_of(&strains[b], weight);
+            for a in 0..=b {
+                add_block(&mut stiffness[(a * N + b) * 9..][..9], &work(&strains[a], &stress));
+            }
         }
     }
-    for a in 0..N {
-        for b in a..N {
-            add_outer(stiffness, a, b, mean[a], mean[b], bulk / volume);
+    if let Law::Isotropic { lambda, mu } = *law {
+        let bulk = lambda + 2.0 / 3.0 * mu;
+        for a in 0..N {
+            for b in a..N {
+                add_outer(stiffness, a, b, mean[a], mean[b], bulk / volume);
+            }
         }
     }
     Ok(())
@@ -74,7 +103,7 @@ fn place(point: &Point) -> [f64; 3] {
 pub(super) fn with_inner_functions(
     rule: &[Point],
     nodes: &[[f64; 3]],
-    [lambda, mu]: [f64; 2],
+    law: &Law,
     stiffness: &mut [f64],
 ) -> Result<InnerFunctions, ElementError> {
     let mut centre = Point { weight: 8.0, values: [0.125; MAX_NODES], gradients: [[0.0; 3]; MAX_NODES] };
@@ -87,25 +116,21 @@ pub(super) fn with_inner_functions(
         let (inverse, determinant) = jacobian(N, point, nodes)?;
         let g = gradients(N, point, &inverse);
         let weight = determinant * point.weight;
-        add_stiffness(N, &g, weight, [lambda, mu], stiffness);
+        add_stiffness(N, &g, weight, law, stiffness);
         let scale = at_centre / determinant;
         let h: [[f64; 3]; 3] =
             std::array::from_fn(|m| inverse_centre[m].map(|slope| -2.0 * at[m] * scale * slope));
-        let entry = |p: [f64; 3], q: [f64; 3], i: usize, j: usize| {
-            let shear = if i == j { mu * (p[0] * q[0] + p[1] * q[1] + p[2] * q[2]) } else { 0.0 };
-            weight * (lambda * p[i] * q[j] + mu * p[j] * q[i] + shear)
-        };
         for m in 0..3 {
-            for i in 0..3 {
-                for (k, q) in h.iter().enumerate() {
-                    for j in 0..3 {
-                        inner[(3 * m + i, 3 * k + j)] += entry(h[m], *q, i, j);
-                    }
+            for (k, q) in h.iter().enumerate() {
+                let block = law.block(h[m], *q);
+                for i in 0..3 {
+                    (0..3).for_each(|j| inner[(3 * m + i, 3 * k + j)] += weight * block[i][j]);
                 }
-                for (b, &q) in g.iter().enumerate().take(N) {
-                    for j in 0..3 {
-                        coupling[(3 * m + i, 3 * b + j)] += entry(h[m], q, i, j);
-                    }
+            }
+            for (b, &q) in g.iter().enumerate().take(N) {
+                let block = law.block(h[m], q);
+                for i in 0..3 {
+                    (0..3).for_each(|j| coupling[(3 * m + i, 3 * b + j)] += weight * block[i][j]);
                 }
             }
         }
@@ -134,10 +159,10 @@ pub(super) fn inner_mass(rule: &[Point], nodes: &[[f64; 3]]) -> Result<InnerMass
 pub(super) fn incompatible(
     rule: &[Point],
     nodes: &[[f64; 3]],
-    lame: [f64; 2],
+    law: &Law,
     stiffness: &mut [f64],
 ) -> Result<(), ElementError> {
-    let inner = with_inner_functions(rule, nodes, lame, stiffness)?;
+    let inner = with_inner_functions(rule, nodes, law, stiffness)?;
     let InnerFunctions { stiffness: inner, coupling, centre } = inner;
     // Positive definite: the inner functions have strains of their own.
     let solved = match inner.llt(Side::Lower) {
@@ -162,7 +187,7 @@ pub(super) fn incompatible(
 pub(super) fn reduced(
     rule: &[Point],
     nodes: &[[f64; 3]],
-    [lambda, mu]: [f64; 2],
+    law: &Law,
     stiffness: &mut [f64],
 ) -> Result<(), ElementError> {
     let mut gradient = [[0.0; 3]; MAX_NODES];
@@ -171,10 +196,10 @@ pub(super) fn reduced(
         let (inverse, determinant) = jacobian(N, point, nodes)?;
         gradient = gradients(N, point, &inverse);
         volume += determinant * point.weight;
-        add_stiffness(N, &gradient, determinant * point.weight, [lambda, mu], stiffness);
+        add_stiffness(N, &gradient, determinant * point.weight, law, stiffness);
     }
     let size: f64 = gradient[..N].iter().flatten().map(|g| g * g).sum();
-    let scale = HOURGLASS * (lambda + 2.0 * mu) / 3.0 * volume * size / 8.0;
+    let scale = HOURGLASS * law.normal() / 3.0 * volume * size / 8.0;
     let patterns: [fn([f64; 3]) -> f64; 4] =
         [|[x, y, _]| x * y, |[_, y, z]| y * z, |[x, _, z]| x * z, |[x, y, z]| x * y * z];
     for pattern in patterns {

@@ -6,10 +6,11 @@ use faer::{Mat, MatRef};
 
 use super::assembly::{NodeGraph, assemble, couple};
 use super::blocks::{Block, ElementMatrices, assemble_blocks, held_columns};
+use super::dampers::{Dampers, DampingBlock};
 use super::dofs::DofMap;
-use super::element::Material;
 use super::elimination::{Constraints, Elimination};
 use super::engine::Engine;
+use super::material::Material;
 use super::model_error::ModelError;
 use super::pencil::Pencil;
 use super::rigid::RigidBody;
@@ -41,6 +42,8 @@ pub struct Attachments {
     pub constraints: Constraints,
     /// Masses and springs.
     pub blocks: Vec<Block>,
+    /// Dashpots.
+    pub dashpots: Vec<DampingBlock>,
     /// Number of dofs of reference points.
     pub reference_dofs: usize,
 }
@@ -48,7 +51,8 @@ pub struct Attachments {
 impl Attachments {
     /// True if nothing is attached.
     pub fn is_empty(&self) -> bool {
-        self.blocks.is_empty() && self.reference_dofs == 0 && self.constraints.dofs().next().is_none()
+        let blocks = self.blocks.is_empty() && self.dashpots.is_empty();
+        blocks && self.reference_dofs == 0 && self.constraints.dofs().next().is_none()
     }
 }
 
@@ -117,7 +121,7 @@ impl Model {
         attachments: Attachments,
     ) -> Result<Model, ModelError> {
         check_counts(&mesh, materials, constrained)?;
-        let Attachments { mut constraints, blocks, reference_dofs } = attachments;
+        let Attachments { mut constraints, blocks, dashpots, reference_dofs } = attachments;
         let held = (0..).zip(constrained).filter(|(_, held)| **held);
         held.for_each(|(dof, _)| constraints.hold(dof, 0.0));
         let elimination = constraints.eliminate(constrained.len() + reference_dofs)?;
@@ -125,6 +129,7 @@ impl Model {
         let elements = ElementMatrices::new(&mesh, materials, &lumped);
         let pencil = assemble_blocks(&elements, &blocks, &elimination)?;
         let dofs = Arc::new(DofMap::of_elimination(mesh.nodes.len(), &elimination));
+        let pencil = pencil.with_dampers(Dampers::of(&dashpots, &dofs)?);
         let attached = Some(Arc::new(Attached { blocks, elimination }));
         Ok(Model { mesh: Arc::new(mesh), materials: materials.to_vec(), dofs, pencil, attached })
     }
@@ -368,6 +373,7 @@ impl StageInput for Model {
         }
         // Of a body without attachments the numbers of its free dofs say it all.
         let shape = if self.has_attachments() { self.dofs().add_dependent(shape) } else { shape };
+        let shape = self.pencil().dampers().add_to(shape);
         let (pencil, pattern) = (self.pencil(), self.pencil().mass().pattern());
         let shape = (0..pattern.n()).fold(shape, |inputs, j| inputs.indices(pattern.rows_of(j)));
         (0..pencil.n_regions()).fold(shape, |inputs, q| {

@@ -1,8 +1,10 @@
 //! Why there is no model.
 
-use super::element::{ElementError, Material};
+use super::element::ElementError;
 use super::elimination::Contradiction;
+use super::material::Material;
 use super::spread::EngineError;
+use crate::linalg::NoConvergence;
 
 /// Why a mesh, its materials and supports make no model.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
@@ -16,13 +18,19 @@ pub enum ModelError {
         expected: usize,
     },
     /// A constant that no solid has.
-    #[error("material of region \"{region}\" must have E > 0, -1 < nu < 0.5, rho > 0; found {material:?}")]
+    #[error(
+        "material of region \"{region}\" must have E > 0, -1 < nu < 0.5 or a positive definite stiffness, rho > 0; \
+         found {material:?}"
+    )]
     UnsoundMaterial {
         /// Name of the region.
         region: String,
         /// The material found.
         material: Material,
     },
+    /// A dashpot with numbers that are not finite.
+    #[error("a dashpot")]
+    Dashpot(#[from] NoConvergence),
     /// Not one support flag per dof.
     #[error("{found} support flags for {expected} dofs (3 per node)")]
     SupportCount {

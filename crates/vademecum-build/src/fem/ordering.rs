@@ -222,7 +222,7 @@ mod tests {
     fn indices_of_both_widths_find_the_same_structure() {
         let mesh = crate::mesh::block([1.0, 0.2, 0.2], [6, 3, 3], crate::mesh::Order::Quadratic);
         let held = mesh.nodes.iter().flat_map(|node| [node[0] == 0.0; 3]).collect::<Vec<_>>();
-        let rubber = crate::fem::Material { young: 1e7, poisson: 0.3, density: 1000.0 };
+        let rubber = crate::fem::Material::isotropic(1e7, 0.3, 1000.0);
         let model = Model::assemble(mesh, &[rubber], &held).unwrap();
         let pattern = model.pencil().mass().pattern();
         let order = dissection_order(pattern, model.pencil().dof_nodes().unwrap()).unwrap();

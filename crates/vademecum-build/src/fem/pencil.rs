@@ -8,6 +8,7 @@ use std::sync::Arc;
 
 use faer::MatRef;
 
+use super::dampers::Dampers;
 use super::late::Lazy;
 use super::rigid::RigidBody;
 use super::sparse::{Pattern, SymmetricMatrix};
@@ -33,6 +34,8 @@ pub struct Pencil {
     rigid: Option<Arc<RigidBody>>,
     /// Source of matrices whose rows are on other ranks.
     away: Option<Arc<RemoteMatrices>>,
+    /// Dashpots.
+    dampers: Dampers,
 }
 
 /// Source of matrices whose rows are on other ranks.
@@ -116,7 +119,7 @@ impl Pencil {
             let stiffnesses: Vec<_> = regions.iter().map(|r| (1.0, &r.stiffness)).collect();
             (SymmetricMatrix::combine(&masses), SymmetricMatrix::combine(&stiffnesses))
         };
-        Pencil { mass, stiffness, regions, dof_nodes, rigid: None, away: None }
+        Pencil { mass, stiffness, regions, dof_nodes, rigid: None, away: None, dampers: Dampers::default() }
     }
 
     /// Mass and stiffness of a body whose rows lie on ranks.
@@ -132,6 +135,7 @@ impl Pencil {
             dof_nodes: None,
             rigid: None,
             away: Some(away),
+            dampers: Dampers::default(),
         }
     }
 
@@ -191,7 +195,8 @@ impl Pencil {
             Ok(matrix)
         };
         let (mass, stiffness) = (matrix(mass)?, matrix(stiffness)?);
-        Ok(Pencil { mass, stiffness, regions: Vec::new(), dof_nodes: None, rigid: None, away: None })
+        let regions = RegionMatrices { mass, stiffness };
+        Ok(Pencil::from_regions(vec![regions], None))
     }
 
     /// The same pencil with the node of each free dof, ascending, so that its elimination order dissects
@@ -202,6 +207,16 @@ impl Pencil {
     pub(crate) fn with_dof_nodes(self, dof_nodes: Vec<u32>) -> Pencil {
         assert_eq!(dof_nodes.len(), self.n_dof());
         Pencil { dof_nodes: Some(dof_nodes), ..self }
+    }
+
+    /// The same pencil with dashpots.
+    pub(crate) fn with_dampers(self, dampers: Dampers) -> Pencil {
+        Pencil { dampers, ..self }
+    }
+
+    /// The dashpots of the body.
+    pub fn dampers(&self) -> &Dampers {
+        &self.dampers
     }
 
     /// The same pencil as that of a body without supports.
@@ -301,7 +316,8 @@ impl Pencil {
                 _ => rows.scaled(weight),
             };
             let rows = [times(mass, m[0]), times(stiffness, k[0])];
-            return Pencil { rigid: self.rigid.clone(), ..Pencil::spread(rows, away.scaled(m, k)) };
+            let (rigid, dampers) = (self.rigid.clone(), self.dampers.clone());
+            return Pencil { rigid, dampers, ..Pencil::spread(rows, away.scaled(m, k)) };
         }
         let regions = (0..self.n_regions())
             .map(|q| RegionMatrices {
@@ -309,7 +325,8 @@ impl Pencil {
                 stiffness: SymmetricMatrix::combine(&[(k[q], self.region_stiffness(q))]),
             })
             .collect();
-        Pencil { rigid: self.rigid.clone(), ..Pencil::from_regions(regions, self.here().dof_nodes.clone()) }
+        let (rigid, dampers) = (self.rigid.clone(), self.dampers.clone());
+        Pencil { rigid, dampers, ..Pencil::from_regions(regions, self.here().dof_nodes.clone()) }
     }
 
     /// The node each free dof belongs to, ascending; `None` for matrices without a mesh.

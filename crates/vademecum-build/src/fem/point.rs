@@ -1,5 +1,6 @@
 //! One point of integration of an element: the map, the gradients, and their share of the stiffness.
 
+use super::material::{Law, contract};
 use crate::linalg::vec3::cross;
 use crate::mesh::shapes::{MAX_NODES, Point};
 
@@ -28,15 +29,32 @@ pub(super) fn add_stiffness(
     n: usize,
     g: &[[f64; 3]; MAX_NODES],
     weight: f64,
-    [lambda, mu]: [f64; 2],
+    law: &Law,
     stiffness: &mut [f64],
 ) {
-    for a in 0..n {
-        for b in a..n {
-            let block = &mut stiffness[(a * n + b) * 9..][..9];
-            add_stiffness_block(block, g[a], g[b], weight * lambda, weight * mu);
+    match *law {
+        Law::Isotropic { lambda, mu } => {
+            for a in 0..n {
+                for b in a..n {
+                    let block = &mut stiffness[(a * n + b) * 9..][..9];
+                    add_stiffness_block(block, g[a], g[b], weight * lambda, weight * mu);
+                }
+            }
+        }
+        Law::Anisotropic(_) => {
+            for b in 0..n {
+                let stress = law.stress_block(g[b], weight);
+                for a in 0..=b {
+                    add_block(&mut stiffness[(a * n + b) * 9..][..9], &contract(g[a], &stress));
+                }
+            }
         }
     }
+}
+
+/// Adds a 3 × 3 block, row by row.
+pub(super) fn add_block(sum: &mut [f64], block: &[[f64; 3]; 3]) {
+    sum.iter_mut().zip(block.as_flattened()).for_each(|(sum, value)| *sum += value);
 }
 
 /// Adds one quadrature point to block `(a, b)`.

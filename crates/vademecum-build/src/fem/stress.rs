@@ -1,6 +1,6 @@
 //! Stress at nodes, as rows over the displacements.
 //!
-//! The stress of an element, `σ = λ tr ε I + 2μ ε` with `ε` the symmetric part of `∇u`, is taken at its own
+//! The stress of an element, by the law of its material from `ε`, the symmetric part of `∇u`, is taken at its own
 //! nodes; a linear tetrahedron has one stress, and that of a straight quadratic one is linear, so that this
 //! is what its four points of integration say, extrapolated. At a node the mean over the elements of one
 //! region is taken (Hinton and Campbell 1974): across an interface of two materials stress jumps, so a node
@@ -8,6 +8,7 @@
 
 use super::assembly::element_nodes;
 use super::element::{ElementError, gradients, jacobian};
+use super::material::StressBlock;
 use super::model::Model;
 use crate::mesh::shapes::{MAX_NODES, Point, reference_nodes, tabulate};
 use crate::mesh::{ElementKind, Mesh};
@@ -25,15 +26,13 @@ pub struct StressPoint {
     pub region: u32,
 }
 
-/// Derivative of a stress by the displacement of one node, row by component of stress \[Pa/m\].
-pub(crate) type StressBlock = [[f64; 3]; COMPONENTS];
-
 /// Stress at points as rows over the displacements of nodes.
 #[derive(Clone, Debug)]
 pub struct StressRows {
     /// The points.
     pub points: Vec<StressPoint>,
-    /// For each point the nodes that move its stress, ascending, and by how much.
+    /// For each point the nodes that move its stress, ascending, and the derivative of the stress by their
+    /// displacement, row by component of stress \[Pa/m\].
     pub rows: Vec<Vec<(u32, StressBlock)>>,
 }
 
@@ -77,7 +76,7 @@ impl StressRows {
             let own = |e: &&usize| mesh.element_region[**e] == point.region;
             let around: Vec<usize> = elements[point.node as usize].iter().filter(own).copied().collect();
             let share = 1.0 / around.len().max(1) as f64;
-            let (lambda, mu) = model.materials()[point.region as usize].lame();
+            let law = model.materials()[point.region as usize].law();
             let mut row: Vec<(u32, StressBlock)> = vec![];
             for e in around {
                 let nodes = mesh.element(e);
@@ -87,7 +86,7 @@ impl StressRows {
                 let (inverse, _) = jacobian(nodes.len(), point, &places)?;
                 let gradients = gradients(nodes.len(), point, &inverse);
                 for (&node, g) in nodes.iter().zip(gradients) {
-                    let block = stress_block(g, share * lambda, share * mu);
+                    let block = law.stress_block(g, share);
                     match row.binary_search_by_key(&node, |entry| entry.0) {
                         Ok(known) => add(&mut row[known].1, &block),
                         Err(place) => row.insert(place, (node, block)),
@@ -113,37 +112,23 @@ impl StressRows {
     }
 }
 
-/// The stress of `u = e_c N` for each component `c`, with `g = ∇N`.
-fn stress_block(g: [f64; 3], lambda: f64, mu: f64) -> StressBlock {
-    let [x, y, z] = g;
-    let (own, l) = (lambda + 2.0 * mu, lambda);
-    [
-        [own * x, l * y, l * z],
-        [l * x, own * y, l * z],
-        [l * x, l * y, own * z],
-        [mu * y, mu * x, 0.0],
-        [0.0, mu * z, mu * y],
-        [mu * z, 0.0, mu * x],
-    ]
-}
-
 fn add(sum: &mut StressBlock, block: &StressBlock) {
     sum.as_flattened_mut().iter_mut().zip(block.as_flattened()).for_each(|(sum, x)| *sum += x);
 }
 
 #[cfg(test)]
 mod tests {
-    use super::super::element::Material;
+    use super::super::material::Material;
     use super::super::test_mesh::{block, hold, moved, quadratic};
     use super::*;
     use crate::mesh::Region;
 
-    const SOFT: Material = Material { young: 3.0, poisson: 0.3, density: 1.0 };
-    const STIFF: Material = Material { young: 50.0, poisson: 0.2, density: 1.0 };
+    const SOFT: Material = Material::isotropic(3.0, 0.3, 1.0);
+    const STIFF: Material = Material::isotropic(50.0, 0.2, 1.0);
 
     /// Of a linear displacement, by hand: `σ = λ tr ε I + 2μ ε`.
     fn by_hand(gradient: [[f64; 3]; 3], material: &Material) -> [f64; COMPONENTS] {
-        let (lambda, mu) = material.lame();
+        let (lambda, mu) = material.lame().expect("an isotropic material");
         let trace = (0..3).map(|i| gradient[i][i]).sum::<f64>();
         let at = |i: usize, j: usize| {
             mu * (gradient[i][j] + gradient[j][i]) + if i == j { lambda * trace } else { 0.0 }
@@ -180,7 +165,7 @@ mod tests {
                 });
                 let exact = by_hand(gradient, &material);
                 for k in 0..COMPONENTS {
-                    assert!((found[k] - exact[k]).abs() < 1e-12 * material.young, "{point:?} {k}");
+                    assert!((found[k] - exact[k]).abs() < 1e-12 * 50.0, "{point:?} {k}");
                 }
             }
         }

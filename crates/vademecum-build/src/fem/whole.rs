@@ -8,8 +8,8 @@ use std::sync::Arc;
 
 use super::assembly::{NodeGraph, assemble, pair_bytes, pairs};
 use super::dofs::DofMap;
-use super::element::Material;
 use super::late::Lazy;
+use super::material::Material;
 use super::model_error::ModelError;
 use super::ordering::order_of_nodes;
 use super::pencil::{Pencil, RemoteMatrices};
@@ -174,8 +174,8 @@ mod tests {
     use crate::fem::Model;
     use crate::mesh::{Order, block};
 
-    const RUBBER: Material = Material { young: 1e7, poisson: 0.3, density: 1000.0 };
-    const STEEL: Material = Material { young: 2e11, poisson: 0.25, density: 7800.0 };
+    const RUBBER: Material = Material::isotropic(1e7, 0.3, 1000.0);
+    const STEEL: Material = Material::isotropic(2e11, 0.25, 7800.0);
 
     #[test]
     fn parts_have_the_rows_of_the_whole_to_the_bit() {

@@ -16,8 +16,8 @@ mod plan;
 mod ranges;
 
 pub use attachments::{
-    CouplingEntry, CouplingKind, EquationEntry, EquationNode, EquationTerm, Motion, PointMassEntry,
-    ReferencePointEntry, SpringEntry, TieEntry,
+    CouplingEntry, CouplingKind, DashpotEntry, EquationEntry, EquationNode, EquationTerm, Motion,
+    PointMassEntry, ReferencePointEntry, SpringEntry, TieEntry,
 };
 pub use body::{
     BaseEntry, BlockSource, Component, DampingEntry, LoadEntry, MaterialEntry, MatricesSource, MeshSource,
@@ -119,6 +119,9 @@ pub struct Problem {
     /// Springs at reference points.
     #[serde(rename = "spring", default)]
     pub springs: Vec<SpringEntry>,
+    /// Dashpots at reference points.
+    #[serde(rename = "dashpot", default)]
+    pub dashpots: Vec<DashpotEntry>,
     /// Base of the supports.
     #[serde(default)]
     pub base: BaseEntry,

@@ -31,6 +31,15 @@ pub(crate) fn symmetric_part(a: MatRef<'_, f64>) -> Mat<f64> {
     Mat::from_fn(a.nrows(), a.ncols(), |i, j| 0.5 * (a[(i, j)] + a[(j, i)]))
 }
 
+/// The symmetric matrix (n, n) of an upper triangle, row by row.
+///
+/// # Panics
+/// If there are fewer numbers than places.
+pub(crate) fn from_upper(triangle: &[f64], n: usize) -> Mat<f64> {
+    let place = |i: usize, j: usize| i * (2 * n + 1 - i) / 2 + j - i;
+    Mat::from_fn(n, n, |i, j| triangle[place(i.min(j), i.max(j))])
+}
+
 /// `v / ‖v‖`; NaN for a zero vector.
 pub fn unit(v: [f64; 3]) -> [f64; 3] {
     let length = v.iter().map(|x| x * x).sum::<f64>().sqrt();

@@ -1,8 +1,8 @@
 //! Formats that hold meshes and are not read: their names, and what makes a readable file of them.
 
 /// Remedy for what Python's meshio reads.
-const MESHIO: &str = "write it as Gmsh .msh, VTU or Abaqus .inp, for example with Python's meshio: meshio \
-                      convert FILE mesh.vtu";
+const MESHIO: &str = "write it as Gmsh .msh, VTU or Abaqus .inp, for example with Python: \
+                      vademecum.problem_from_meshio(meshio.read(FILE), \"mesh.inp\")";
 /// Remedy for what Gmsh reads.
 const GMSH: &str = "write it as Gmsh .msh, VTU or Abaqus .inp, for example with Gmsh: gmsh FILE -save -o \
                     mesh.msh";

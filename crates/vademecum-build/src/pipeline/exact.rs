@@ -10,7 +10,7 @@ use crate::basis::Basis;
 use crate::certificate::{
     Candidate, CertificateError, StructureMeasured, StructureReport, certify_exact, kept_certificate,
 };
-use crate::dynamics::ModalRatios;
+use crate::dynamics::{ModalRatios, coupling_error};
 use crate::export::Draft;
 use crate::input::{BasisKind, Fields, Problem};
 use crate::progress::Stopwatch;
@@ -32,7 +32,9 @@ pub(super) fn certified(
     watch: &mut Stopwatch<'_>,
 ) -> Result<CertifiedFile, BuildError> {
     check_ratios(problem, &context.prepared.ratios, &model.basis)?;
-    let ratios = damping_section(context, model.basis.n_modes());
+    note_coupling(context, &model.basis);
+    let ratios = context.prepared.file_ratios(&model.basis);
+    let ratios = damping_section(&ratios, model.basis.n_modes());
     let mut measured = None;
     if !model.has_factor {
         let sections: Vec<&Draft> = model.sections.iter().chain(&ratios).collect();
@@ -59,11 +61,31 @@ pub(super) fn certified(
     Ok(CertifiedFile { bytes, certificate, separation: None, large: None })
 }
 
-/// Damping ratios of the modes, where the problem gives them.
-pub(super) fn damping_section(context: &BuildContext<'_>, r: usize) -> Option<Draft> {
-    let ratios = &context.prepared.ratios;
+/// Damping ratios of the modes, where there are any.
+pub(super) fn damping_section(ratios: &ModalRatios, r: usize) -> Option<Draft> {
     let values = (0..r).map(|k| ratios.of(k));
     (!ratios.is_empty()).then(|| Draft::f64s(SectionKind::DampingRatios, [r, 1, 1], values))
+}
+
+/// A change by the coupling of modes that is worth a note.
+const COUPLED: f64 = 1e-3;
+
+/// Says how much the coupling of modes by dashpots changes, which the file leaves out.
+fn note_coupling(context: &BuildContext<'_>, basis: &Basis) {
+    let (prepared, dampers) = (context.prepared, context.prepared.body.model.pencil().dampers());
+    let Some(eigenvalues) = basis.eigenvalues.as_deref().filter(|_| !dampers.is_empty()) else { return };
+    let mut damping = dampers.project(basis.vectors.as_ref());
+    for (k, value) in eigenvalues.iter().enumerate() {
+        damping[(k, k)] += 2.0 * prepared.ratios.decay(&prepared.rayleigh(), eigenvalues, *value);
+    }
+    let change = coupling_error(eigenvalues, damping.as_ref());
+    if change > COUPLED {
+        context.kept.listener.note(&format!(
+            "dashpots couple the modes, which file and certificate leave out: a mode driven at its natural frequency \
+             answers up to {:.2} % otherwise",
+            100.0 * change
+        ));
+    }
 }
 
 /// True where whole fields need the whole static answer: the problem leaves it open, its error is too large
@@ -110,7 +132,7 @@ fn certify(
             options.set(file.metadata(), &[(parameter, value)]).map_err(CertificateError::from)?;
         }
         let inputs = |inputs: Inputs| {
-            let step = (&setting, problem.output.precision, name, &prepared.ratios);
+            let step = (&setting, problem.output.precision, name, prepared.file_ratios(basis));
             inputs.value(&step).with(basis).with(unseen)
         };
         let measure = || -> Result<_, CertificateError> {

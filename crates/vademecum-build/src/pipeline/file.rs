@@ -109,7 +109,8 @@ pub fn encode_file<'d>(
 fn modes(context: &BuildContext<'_>, basis: &Basis) -> Vec<ModeRow> {
     let prepared = context.prepared;
     let (time_step, rayleigh) = (prepared.step.time_step, prepared.rayleigh());
-    let damping = (&rayleigh, &prepared.ratios);
+    let ratios = prepared.file_ratios(basis);
+    let damping = (&rayleigh, &ratios);
     mode_table(&basis.quotients(), &basis.energy, prepared.file_scheme(), damping, time_step)
 }
 

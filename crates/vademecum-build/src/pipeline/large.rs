@@ -260,7 +260,7 @@ fn sections(context: &BuildContext<'_>, map: &LargeModel, problem: &Problem) -> 
         training: Some(training),
     };
     let mut sections = strain_sections(&whole, problem.output.precision);
-    sections.extend(damping_section(context, r));
+    sections.extend(damping_section(&context.prepared.ratios, r));
     sections
 }
 

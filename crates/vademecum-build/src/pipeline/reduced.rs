@@ -2,7 +2,8 @@
 
 use super::plan::{in_words, wants_residual};
 use super::{BuildContext, BuildError};
-use crate::basis::{Basis, find_basis};
+use crate::basis::{Basis, BasisError, find_basis};
+use crate::dynamics::uncouple;
 use crate::export::{
     Draft, factor_sections, reaction_sections, residual_sections, stress_order, stress_sections,
 };
@@ -46,7 +47,11 @@ impl ReducedModel {
         let BuildContext { prepared, full, runs, kept, .. } = *context;
         kept.listener.note(&format!("estimate: {}", in_words(plan)));
         let find = || find_basis(problem, prepared, full, runs, kept);
-        let (basis, snapshots) = watch.stage("snapshots and basis", find)?;
+        let (mut basis, snapshots) = watch.stage("snapshots and basis", find)?;
+        let dampers = prepared.body.model.pencil().dampers();
+        if let Some(eigenvalues) = basis.eigenvalues.as_deref().filter(|_| !dampers.is_empty()) {
+            uncouple(dampers, eigenvalues, &mut basis.vectors).map_err(BasisError::from)?;
+        }
         let loadable = wants_residual(problem, prepared) && context.order.n_load > 0;
         let has_residual = loadable && basis.eigenvalues.is_some();
         let stress = stress(context, problem, &basis, has_residual, watch)?;

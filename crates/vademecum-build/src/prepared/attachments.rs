@@ -4,10 +4,10 @@ use faer::Mat;
 
 use super::body_error::BodyError;
 use super::places::{facets_within, located, select};
-use crate::fem::{Attachments, Block, anchors, mean_rows, rigid_row, surface_facets};
-use crate::input::{CouplingEntry, CouplingKind, EquationNode, EquationTerm, Problem, SpringEntry};
-use crate::linalg::unit;
+use crate::fem::{Attachments, Block, DampingBlock, anchors, mean_rows, rigid_row, surface_facets};
+use crate::input::{CouplingEntry, CouplingKind, EquationNode, EquationTerm, Problem};
 use crate::linalg::vec3::{cross, sub};
+use crate::linalg::{from_upper, unit};
 use crate::mesh::Mesh;
 use crate::mesh::select::numbered;
 use crate::mesh::surface::Surface;
@@ -33,9 +33,18 @@ pub(super) fn attachments(
         Attachments { reference_dofs: MOTIONS * problem.reference_points.len(), ..Attachments::default() };
     let point = |name: &str| problem.reference_point(name).expect("a checked name of a reference point");
     for (i, coupling) in problem.couplings.iter().enumerate() {
-        let key = || format!("coupling[{i}].on");
-        let nodes = select(problem, &coupling.on, mesh, key)?;
-        couple(problem, mesh, coupling, &nodes, (point(&coupling.reference), &mut found));
+        let (nodes, weights) = if let Some(own) = &coupling.weights {
+            let key = || format!("coupling[{i}].weights");
+            let ids: Vec<u64> = own.iter().map(|term| term.0).collect();
+            let nodes = numbered(&ids, mesh).map_err(|source| located(problem, &key, source))?;
+            (nodes, own.iter().map(|term| term.1).collect())
+        } else {
+            let on = coupling.on.as_ref().expect("a checked coupling has nodes");
+            let nodes = select(problem, on, mesh, || format!("coupling[{i}].on"))?;
+            let alike = vec![1.0; nodes.len()];
+            (nodes, alike)
+        };
+        couple(problem, mesh, coupling, (&nodes, &weights), (point(&coupling.reference), &mut found));
     }
     for i in 0..problem.ties.len() {
         tie(problem, mesh, surface, i, &mut found)?;
@@ -80,9 +89,23 @@ pub(super) fn attachments(
         });
     }
     for spring in &problem.springs {
-        let ends = [Some(spring.from.as_str()), spring.to.as_deref()];
-        let ends: Vec<usize> = ends.into_iter().flatten().map(point).collect();
-        found.blocks.push(spring_block(problem, mesh, spring, &ends));
+        let ends = ends_of(problem, &spring.from, spring.to.as_deref());
+        let (dofs, stiffness) = match (&spring.stiffness, &spring.matrix) {
+            (Some(numbers), _) => between(problem, mesh, &ends, (numbers, spring.axes)),
+            (None, matrix) => {
+                let dofs = dofs_of(mesh, &ends);
+                let triangle = matrix.as_ref().expect("a checked spring has a stiffness");
+                let stiffness = from_upper(triangle, dofs.len());
+                (dofs, stiffness)
+            }
+        };
+        let mass = Mat::zeros(dofs.len(), dofs.len());
+        found.blocks.push(Block { dofs, stiffness, mass });
+    }
+    for dashpot in &problem.dashpots {
+        let ends = ends_of(problem, &dashpot.from, dashpot.to.as_deref());
+        let (dofs, damping) = between(problem, mesh, &ends, (&dashpot.damping, dashpot.axes));
+        found.dashpots.push(DampingBlock { dofs, damping });
     }
     for (i, point) in problem.reference_points.iter().enumerate() {
         let first = first_dof(mesh, i);
@@ -97,7 +120,7 @@ fn couple(
     problem: &Problem,
     mesh: &Mesh,
     coupling: &CouplingEntry,
-    nodes: &[u32],
+    (nodes, weights): (&[u32], &[f64]),
     (point, found): (usize, &mut Attachments),
 ) {
     let (at, first) = (problem.reference_points[point].at, first_dof(mesh, point));
@@ -119,8 +142,8 @@ fn couple(
             }
         }
         CouplingKind::Average => {
-            let cloud: Vec<([f64; 3], f64)> =
-                nodes.iter().map(|&node| (mesh.nodes[node as usize], 1.0)).collect();
+            let places = nodes.iter().map(|&node| mesh.nodes[node as usize]);
+            let cloud: Vec<([f64; 3], f64)> = places.zip(weights.iter().copied()).collect();
             let rows = mean_rows(at, &cloud);
             for c in 0..MOTIONS {
                 let of_nodes = nodes.iter().zip(&rows).flat_map(|(&node, row)| {
@@ -175,10 +198,26 @@ fn tie(
     Ok(())
 }
 
-/// Stiffness of a spring: that of the motion of the second point against the first one, taken where the first
-/// one is.
-fn spring_block(problem: &Problem, mesh: &Mesh, spring: &SpringEntry, ends: &[usize]) -> Block {
-    let axes = match spring.axes {
+/// Reference points of the ends of a spring or a dashpot.
+fn ends_of(problem: &Problem, from: &str, to: Option<&str>) -> Vec<usize> {
+    let place = |name| problem.reference_point(name).expect("a checked name of a reference point");
+    [Some(from), to].into_iter().flatten().map(place).collect()
+}
+
+/// The six motions of each end.
+fn dofs_of(mesh: &Mesh, ends: &[usize]) -> Vec<u32> {
+    ends.iter().flat_map(|&end| (0..MOTIONS as u32).map(move |c| first_dof(mesh, end) + c)).collect()
+}
+
+/// Dofs and matrix of a spring or a dashpot, by its six numbers and its axes: it acts on the motion of the
+/// second point against the first one, taken where the first one is.
+fn between(
+    problem: &Problem,
+    mesh: &Mesh,
+    ends: &[usize],
+    (numbers, axes): (&[f64; 6], Option<[[f64; 3]; 2]>),
+) -> (Vec<u32>, Mat<f64>) {
+    let axes = match axes {
         None => [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]],
         Some([first, second]) => {
             let (first, second) = (unit(first), unit(second));
@@ -189,10 +228,10 @@ fn spring_block(problem: &Problem, mesh: &Mesh, spring: &SpringEntry, ends: &[us
         if i / 3 != j / 3 {
             return 0.0;
         }
-        (0..3).map(|a| spring.stiffness[3 * (i / 3) + a] * axes[a][i % 3] * axes[a][j % 3]).sum()
+        (0..3).map(|a| numbers[3 * (i / 3) + a] * axes[a][i % 3] * axes[a][j % 3]).sum()
     };
     let own = Mat::from_fn(MOTIONS, MOTIONS, k);
-    // Motion of the spring's place with each end.
+    // Motion of its place with each end.
     let places: Vec<[f64; 3]> = ends.iter().map(|&end| problem.reference_points[end].at).collect();
     let row = |end: usize, i: usize, j: usize| -> f64 {
         let sign = if end == 0 { -1.0 } else { 1.0 };
@@ -203,14 +242,7 @@ fn spring_block(problem: &Problem, mesh: &Mesh, spring: &SpringEntry, ends: &[us
     let n = MOTIONS * ends.len();
     let motion = Mat::from_fn(MOTIONS, n, |i, j| row(j / MOTIONS, i, j % MOTIONS));
     let product = motion.transpose() * &own * &motion;
-    Block {
-        dofs: ends
-            .iter()
-            .flat_map(|&end| (0..MOTIONS as u32).map(move |c| first_dof(mesh, end) + c))
-            .collect(),
-        stiffness: Mat::from_fn(n, n, |i, j| 0.5 * (product[(i, j)] + product[(j, i)])),
-        mass: Mat::zeros(n, n),
-    }
+    (dofs_of(mesh, ends), Mat::from_fn(n, n, |i, j| 0.5 * (product[(i, j)] + product[(j, i)])))
 }
 
 /// Holds motions of reference points that nothing has a part in.

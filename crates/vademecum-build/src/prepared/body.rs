@@ -379,7 +379,8 @@ fn region_materials(problem: &Problem, mesh: &Mesh) -> Result<Vec<Material>, Bod
     let material = |region: &mesh::Region| {
         let entry = material_entry(problem, region)
             .ok_or_else(|| error("material", format!("no material for region `{}`", region.name), ""))?;
-        Ok(Material { young: entry.young, poisson: entry.poisson, density: entry.density })
+        let elasticity = entry.elasticity().expect("checked constants of a solid");
+        Ok(Material { elasticity, density: entry.density })
     };
     mesh.regions.iter().map(material).collect()
 }

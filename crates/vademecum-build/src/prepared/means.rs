@@ -79,7 +79,7 @@ mod tests {
     fn a_factor_is_in_single_precision_where_one_in_double_precision_would_not_fit() {
         let mesh = block([1.0, 0.2, 0.2], [4, 2, 2], Order::Quadratic);
         let held: Vec<bool> = mesh.nodes.iter().flat_map(|node| [node[0] == 0.0; 3]).collect();
-        let rubber = Material { young: 1e7, poisson: 0.3, density: 1000.0 };
+        let rubber = Material::isotropic(1e7, 0.3, 1000.0);
         let model = Model::assemble(mesh, &[rubber], &held).expect("a model");
         let pencil = model.pencil();
         let symbolic = Symbolic::analyze(pencil).expect("a structure");

@@ -26,6 +26,7 @@ pub use time_step::TimeStepError;
 use faer::Mat;
 use vademecum_format::scheme::{SchemeTable, StepParameters, TableError};
 
+use crate::basis::Basis;
 use crate::dynamics::schemes::bathe;
 use crate::dynamics::{
     DampingError, FirstMode, FullOrder, FullOrderError, ModalRatios, ModesError, Rayleigh, SchemeError,
@@ -100,6 +101,18 @@ impl Prepared {
     /// Rayleigh damping at the values of the problem file.
     pub fn rayleigh(&self) -> Rayleigh {
         Rayleigh { alpha: self.step.alpha, beta: self.step.beta }
+    }
+
+    /// Damping ratios of the modes of a basis in addition to Rayleigh's: those of the problem, and those by
+    /// dashpots.
+    pub(crate) fn file_ratios(&self, basis: &Basis) -> ModalRatios {
+        let dampers = self.body.model.pencil().dampers();
+        let Some(eigenvalues) = basis.eigenvalues.as_deref().filter(|_| !dampers.is_empty()) else {
+            return self.ratios.clone();
+        };
+        let damping = dampers.project(basis.vectors.as_ref());
+        let ratio = |(k, value): (usize, &f64)| self.ratios.of(k) + 0.5 * damping[(k, k)] / value.sqrt();
+        ModalRatios(eigenvalues.iter().enumerate().map(ratio).collect())
     }
 
     /// The scheme of the file.
@@ -306,7 +319,7 @@ fn note_locking(problem: &Problem, mesh: &Mesh, listener: &dyn Listener) {
              it: mesh with quadratic elements, or with hexahedra where it bends",
         );
     }
-    let poisson = problem.materials.iter().map(|m| m.poisson).fold(0.0, f64::max);
+    let poisson = problem.materials.iter().filter_map(|m| m.poisson).fold(0.0, f64::max);
     if mesh.tetrahedra() != Some(Order::Linear) {
         return;
     }

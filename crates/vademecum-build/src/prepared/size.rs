@@ -66,7 +66,7 @@ mod tests {
             let elements = mesh.element_count() as f64;
             let held =
                 (0..mesh.nodes.len()).flat_map(|n| [mesh.nodes[n][0] == 0.0; 3]).collect::<Vec<bool>>();
-            let material = Material { young: 1.0, poisson: 0.3, density: 1.0 };
+            let material = Material::isotropic(1.0, 0.3, 1.0);
             let model = Model::assemble(mesh, &[material], &held).unwrap();
             // 9 entries a pair; the held ones are left out of the pattern.
             let found = model.pencil().mass().pattern().n_stored() as f64 / 9.0 / elements;

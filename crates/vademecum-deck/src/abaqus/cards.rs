@@ -2,7 +2,7 @@
 
 use vademecum_build::mesh::inp::InpCard;
 
-use crate::abaqus::reader::Reader;
+use crate::abaqus::reader::{Reader, Section};
 use crate::abaqus::{attach, loads, material};
 use crate::error::DeckError;
 
@@ -82,7 +82,6 @@ const LEFT_OUT: &[(&[&str], &str)] = &[
         &["DAMPING", "MODAL DAMPING", "GLOBAL DAMPING"],
         "damping does not act in static answers and in undamped natural frequencies",
     ),
-    (&["ORIENTATION"], "materials are isotropic: axes of a material have no effect"),
     (&["BASE MOTION"], "the base does not move"),
     (&["PRE-TENSION SECTION"], "the section is not tightened: it is joined as it is"),
     (
@@ -97,9 +96,11 @@ pub(crate) fn take(reader: &mut Reader<'_>, card: &InpCard) -> Result<(), DeckEr
         "MATERIAL" => material::begin(reader, card),
         "ELASTIC" => material::elastic(reader, card),
         "DENSITY" => material::density(reader, card),
+        "ORIENTATION" => material::orientation(reader, card),
         "SOLID SECTION" => {
             let of = |key: &str| card.parameter(key).unwrap_or("").to_string();
-            reader.sections.push((of("ELSET"), of("MATERIAL")));
+            let [set, material, orientation] = ["ELSET", "MATERIAL", "ORIENTATION"].map(of);
+            reader.sections.push(Section { set, material, orientation });
             Ok(())
         }
         "RIGID BODY" => attach::rigid_body(reader, card),

@@ -1,9 +1,12 @@
 //! Materials of a deck of Abaqus or CalculiX.
 
+use vademecum_build::fem::{Elasticity, Stiffness};
+use vademecum_build::linalg::unit;
+use vademecum_build::linalg::vec3::{cross, norm, sub};
 use vademecum_build::mesh::inp::InpCard;
 
 use crate::abaqus::reader::Reader;
-use crate::abaqus::solid::Solid;
+use crate::abaqus::solid::{Orientation, Solid};
 use crate::error::DeckError;
 
 /// Begins a material.
@@ -17,31 +20,116 @@ pub(crate) fn begin(reader: &mut Reader<'_>, card: &InpCard) -> Result<(), DeckE
     Ok(())
 }
 
-/// The modulus and Poisson's ratio.
+/// Names of the constants of a law by `TYPE`, and their number.
+const LAWS: [(&str, usize, &str); 4] = [
+    ("ISO", 2, "a modulus above 0 and a Poisson's ratio between -1 and 0.5"),
+    ("ENGINEERING", 9, "three moduli, three Poisson's ratios and three shear moduli of a solid"),
+    ("ORTHO", 9, "D1111, D1122, D2222, D1133, D2233, D3333, D1212, D1313, D2323 of a solid"),
+    ("ANISO", 21, "21 constants of a solid, D1111 first"),
+];
+
+/// Elastic constants.
 pub(crate) fn elastic(reader: &mut Reader<'_>, card: &InpCard) -> Result<(), DeckError> {
     let kind = card.parameter("TYPE").unwrap_or("ISO").to_ascii_uppercase();
-    if !kind.starts_with("ISO") {
-        let expected = "TYPE=ISO: other elasticity is not computed with";
+    let Some(&(law, count, constants)) = LAWS.iter().find(|law| kind.starts_with(law.0)) else {
+        let expected = "TYPE=ISO, ENGINEERING CONSTANTS, ORTHO or ANISO: others are not computed with";
         return Err(reader.fault(card, None, &format!("TYPE={kind}"), expected));
-    }
+    };
     let Some(line) = card.data.first() else {
-        return Err(reader.fault(card, None, "no data", "modulus, Poisson's ratio"));
+        return Err(reader.fault(card, None, "no data", constants));
     };
-    let [young, poisson] = match reader.reals(card, line)?[..] {
-        [young] => [young, 0.0],
-        [young, poisson, ..] => [young, poisson],
-        [] => return Err(reader.fault(card, Some(line), &line.text, "modulus, Poisson's ratio")),
-    };
-    if !(young > 0.0 && poisson > -1.0 && poisson < 0.5) {
-        let expected = "a modulus above 0 and a Poisson's ratio between -1 and 0.5";
-        return Err(reader.fault(card, Some(line), &line.text, expected));
+    // Eight numbers a line; a temperature stands behind the constants.
+    let lines = count.div_ceil(8);
+    let mut numbers = Vec::new();
+    for line in card.data.iter().take(lines) {
+        let row = reader.reals(card, line)?;
+        numbers.extend(row.into_iter().take(8));
     }
-    if card.data.len() > 1 {
+    // A modulus alone has a Poisson's ratio of zero, and no constants at the end are zeros.
+    numbers.resize(count, 0.0);
+    let Some(elasticity) = elasticity(law, &numbers) else {
+        return Err(reader.fault(card, Some(line), &line.text, constants));
+    };
+    if card.data.len() > lines {
         reader.leave(card, "temperature is not computed: the first line of the table is taken");
     }
     if let Some(solid) = current(reader, card)? {
-        (solid.young, solid.poisson) = (Some(young), poisson);
+        solid.elasticity = Some(elasticity);
     }
+    Ok(())
+}
+
+/// The elasticity of as many constants as its law has; `None` of no solid.
+fn elasticity(law: &str, numbers: &[f64]) -> Option<Elasticity> {
+    let three = |from: usize| [numbers[from], numbers[from + 1], numbers[from + 2]];
+    let stiffness = match law {
+        "ISO" => {
+            let [young, poisson] = [numbers[0], numbers[1]];
+            let sound = young > 0.0 && poisson > -1.0 && poisson < 0.5;
+            return sound.then_some(Elasticity::Isotropic { young, poisson });
+        }
+        "ENGINEERING" => Stiffness::orthotropic(three(0), three(3), three(6))?,
+        _ => {
+            // Pairs of components in the order of the program: 11, 22, 33, 12, 13, 23.
+            const ORDER: [usize; 6] = [0, 1, 2, 3, 5, 4];
+            let pairs: Vec<[usize; 2]> = match law {
+                "ORTHO" => {
+                    vec![[0, 0], [0, 1], [1, 1], [0, 2], [1, 2], [2, 2], [3, 3], [4, 4], [5, 5]]
+                }
+                _ => (0..6).flat_map(|j| (0..=j).map(move |i| [i, j])).collect(),
+            };
+            let mut all = [[0.0; 6]; 6];
+            for ([i, j], &value) in pairs.into_iter().zip(numbers) {
+                let (i, j) = (ORDER[i], ORDER[j]);
+                (all[i][j], all[j][i]) = (value, value);
+            }
+            Stiffness(all)
+        }
+    };
+    stiffness.is_definite().then_some(Elasticity::Anisotropic(stiffness))
+}
+
+/// Axes of a material.
+pub(crate) fn orientation(reader: &mut Reader<'_>, card: &InpCard) -> Result<(), DeckError> {
+    let Some(name) = card.parameter("NAME") else {
+        return Err(reader.fault(card, None, "no NAME", "NAME=orientation"));
+    };
+    let name = name.to_ascii_uppercase();
+    let system = card.parameter("SYSTEM").unwrap_or("RECTANGULAR").to_ascii_uppercase();
+    let by_points = card.parameter("DEFINITION").is_none_or(|how| how.eq_ignore_ascii_case("COORDINATES"));
+    if !system.starts_with('R') || !by_points {
+        reader.orientations.insert(name, Orientation::Turning);
+        return Ok(());
+    }
+    let Some(line) = card.data.first() else {
+        return Err(reader.fault(card, None, "no data", "six coordinates"));
+    };
+    let numbers = reader.reals(card, line)?;
+    let at =
+        |from: usize| -> [f64; 3] { std::array::from_fn(|c| numbers.get(from + c).copied().unwrap_or(0.0)) };
+    let origin = at(6);
+    let (a, b) = (sub(at(0), origin), sub(at(3), origin));
+    let third = cross(a, b);
+    if norm(third) <= 1e-9 * norm(a) * norm(b) || !norm(third).is_finite() {
+        return Err(reader.fault(card, Some(line), &line.text, "two points that are not on one line"));
+    }
+    let (first, third) = (unit(a), unit(third));
+    let mut axes = [first, cross(third, first), third];
+    // A second line turns the axes about one of them.
+    if let Some(line) = card.data.get(1) {
+        let turn = reader.reals(card, line)?;
+        let (about, angle) = (turn.first().copied().unwrap_or(1.0), turn.get(1).copied().unwrap_or(0.0));
+        let about = [1.0, 2.0, 3.0].iter().position(|axis| *axis == about);
+        let Some(about) = about else {
+            return Err(reader.fault(card, Some(line), &line.text, "an axis, 1 to 3, and an angle"));
+        };
+        let (sine, cosine) = angle.to_radians().sin_cos();
+        let (i, j) = ((about + 1) % 3, (about + 2) % 3);
+        let [p, q] = [axes[i], axes[j]];
+        axes[i] = std::array::from_fn(|c| cosine * p[c] + sine * q[c]);
+        axes[j] = std::array::from_fn(|c| cosine * q[c] - sine * p[c]);
+    }
+    reader.orientations.insert(name, Orientation::Fixed([axes[0], axes[1]]));
     Ok(())
 }
 

@@ -3,13 +3,22 @@
 use std::collections::{BTreeMap, BTreeSet, HashMap, HashSet};
 use std::path::Path;
 
+use vademecum_build::fem::Material;
 use vademecum_build::mesh::inp::{DataLine, Dialect, InpCard, InpContents, InpElement};
 use vademecum_build::mesh::{ElementKind, Hexahedra, Mesh, RawMesh};
 
-use crate::abaqus::solid::Solid;
+use crate::abaqus::solid::{Orientation, Solid};
 use crate::deck::{Deck, Extent, Load, NodeNumber, Numbers, Step, Support};
 use crate::error::{CardFault, DeckError};
 use crate::left_out::leave_out;
+
+/// Material of an element set.
+pub(crate) struct Section {
+    pub(crate) set: String,
+    pub(crate) material: String,
+    /// Name of its axes; empty: those of space.
+    pub(crate) orientation: String,
+}
 
 /// State of the reading.
 pub(crate) struct Reader<'a> {
@@ -21,8 +30,9 @@ pub(crate) struct Reader<'a> {
     pub(crate) materials: BTreeMap<String, Solid>,
     /// Material that cards of properties belong to.
     pub(crate) material: Option<String>,
-    /// Material of each section, by its element set.
-    pub(crate) sections: Vec<(String, String)>,
+    pub(crate) sections: Vec<Section>,
+    /// Axes of materials by name.
+    pub(crate) orientations: BTreeMap<String, Orientation>,
     /// Points of amplitudes.
     pub(crate) amplitudes: BTreeMap<String, Vec<[f64; 2]>>,
     /// Coupling that the next *KINEMATIC or *DISTRIBUTING completes: reference, surface.
@@ -67,6 +77,7 @@ impl<'a> Reader<'a> {
             materials: BTreeMap::new(),
             material: None,
             sections: vec![],
+            orientations: BTreeMap::new(),
             amplitudes: BTreeMap::new(),
             coupling: None,
             in_step: false,
@@ -302,7 +313,7 @@ impl<'a> Reader<'a> {
             );
             self.deck.notes.push(note);
         }
-        let (names, materials): (Vec<String>, Vec<Solid>) = self.region_materials()?;
+        let materials = self.region_materials()?;
         let elements = self.contents.elements.values();
         let abaqus = self.contents.dialect == Dialect::Abaqus;
         let linear = elements.filter_map(|element| element.kind).all(|kind| kind.nodes() == kind.corners());
@@ -312,30 +323,38 @@ impl<'a> Reader<'a> {
         if self.deck.mesh.kinds.uniform() == Some(ElementKind::Tet10) {
             self.deck.mesh.regions.iter_mut().for_each(|region| region.hexahedra = Some(Hexahedra::Reduced));
         }
-        self.deck.materials = Vec::with_capacity(materials.len());
-        for (name, solid) in names.iter().zip(&materials) {
-            self.deck.materials.push(solid.material(name)?);
-        }
+        self.deck.materials = materials;
         let reason = if asked { "as asked for" } else { "found from the cards" };
         self.deck.program = format!("{:?} ({reason})", self.contents.dialect);
         Ok(self.deck)
     }
 
-    /// Name and properties of the material of each region.
-    fn region_materials(&self) -> Result<(Vec<String>, Vec<Solid>), DeckError> {
+    /// The material of each region.
+    fn region_materials(&self) -> Result<Vec<Material>, DeckError> {
         let find = |region: &str| {
-            let of_section = |(set, _): &&(String, String)| {
-                let plain = self.contents.plain_name(set);
+            let of_section = |section: &&Section| {
+                let plain = self.contents.plain_name(&section.set);
                 plain.eq_ignore_ascii_case(region)
                     || region.eq_ignore_ascii_case(&format!("assembly.{plain}"))
             };
-            let (_, name) = self.sections.iter().rev().find(of_section)?;
-            Some((name.clone(), *self.materials.get(&name.to_ascii_uppercase())?))
+            let section = self.sections.iter().rev().find(of_section)?;
+            Some((section, self.materials.get(&section.material.to_ascii_uppercase())?))
         };
         let each = self.deck.mesh.regions.iter().map(|region| {
-            find(&region.name).ok_or_else(|| DeckError::NoMaterial { region: region.name.clone() })
+            let (section, solid) =
+                find(&region.name).ok_or_else(|| DeckError::NoMaterial { region: region.name.clone() })?;
+            let name = section.orientation.as_str();
+            let axes = self.orientations.get(&name.to_ascii_uppercase()).copied();
+            if axes.is_none() && !name.is_empty() {
+                return Err(DeckError::Incomplete {
+                    material: section.material.clone(),
+                    quantity: "orientation",
+                    card: "*ORIENTATION of the name in *SOLID SECTION",
+                });
+            }
+            solid.material(&section.material, axes)
         });
-        Ok(each.collect::<Result<Vec<_>, _>>()?.into_iter().unzip())
+        each.collect()
     }
 }
 

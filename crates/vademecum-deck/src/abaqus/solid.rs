@@ -1,25 +1,47 @@
 //! Constants of a material.
 
-use vademecum_build::fem::Material;
+use vademecum_build::fem::{Elasticity, Material};
 
 use crate::error::DeckError;
 
 /// Properties of a material as far as they were read.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Solid {
-    pub(crate) young: Option<f64>,
-    pub(crate) poisson: f64,
+    /// Along the axes of the material.
+    pub(crate) elasticity: Option<Elasticity>,
     pub(crate) density: f64,
 }
 
+/// Axes of a material.
+#[derive(Clone, Copy, Debug)]
+pub(crate) enum Orientation {
+    /// The first and the second one.
+    Fixed([[f64; 3]; 2]),
+    /// Those of a cylinder or a sphere, which turn from place to place.
+    Turning,
+}
+
 impl Solid {
-    /// An isotropic material; a density of zero is none.
-    pub(crate) fn material(&self, name: &str) -> Result<Material, DeckError> {
-        let young = self.young.ok_or_else(|| DeckError::Incomplete {
+    /// The material of a section; a density of zero is none.
+    pub(crate) fn material(&self, name: &str, axes: Option<Orientation>) -> Result<Material, DeckError> {
+        let elasticity = self.elasticity.ok_or_else(|| DeckError::Incomplete {
             material: name.into(),
             quantity: "modulus",
             card: "*ELASTIC",
         })?;
-        Ok(Material { young, poisson: self.poisson, density: self.density })
+        let elasticity = match (elasticity, axes) {
+            (Elasticity::Isotropic { .. }, _) | (_, None) => elasticity,
+            (Elasticity::Anisotropic(own), Some(Orientation::Fixed(axes))) => {
+                Elasticity::Anisotropic(own.along(axes))
+            }
+            (_, Some(Orientation::Turning)) => {
+                return Err(DeckError::Incomplete {
+                    material: name.into(),
+                    quantity: "axis that is the same everywhere",
+                    card: "SYSTEM=RECTANGULAR of *ORIENTATION",
+                });
+            }
+        };
+        Ok(Material { elasticity, density: self.density })
     }
 }

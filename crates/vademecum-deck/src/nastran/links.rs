@@ -2,6 +2,7 @@
 
 use std::collections::BTreeMap;
 
+use vademecum_build::fem::Elasticity;
 use vademecum_build::linalg::vec3::{cross, norm};
 use vademecum_build::mesh::nastran::Card;
 
@@ -295,8 +296,11 @@ fn cbar(model: &mut Model<'_>, card: &Card) -> Result<(), DeckError> {
             "two points and a vector beside them",
         ));
     };
-    let shear = constants.young / (2.0 * (1.0 + constants.poisson));
-    let stiffness = bar_stiffness(constants.young, shear, length, [area, i1, i2, torsion], axes);
+    let Elasticity::Isotropic { young, poisson } = constants.elasticity else {
+        return Err(model.fault(card, "a material with axes", "an isotropic one"));
+    };
+    let shear = young / (2.0 * (1.0 + poisson));
+    let stiffness = bar_stiffness(young, shear, length, [area, i1, i2, torsion], axes);
     let mass = 0.5 * length * (constants.density * area + model.wtmass * extra);
     model.deck.attachments.push(Attachment::Beam { ends: [a, b], stiffness, mass });
     Ok(())

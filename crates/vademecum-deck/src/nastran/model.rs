@@ -3,7 +3,7 @@
 use std::collections::{BTreeMap, BTreeSet, HashMap, HashSet};
 use std::path::Path;
 
-use vademecum_build::fem::Material;
+use vademecum_build::fem::{Elasticity, Material, Stiffness};
 use vademecum_build::mesh::nastran::{Card, Cards, Systems, grid_points, systems};
 use vademecum_build::mesh::{Mesh, RawMesh};
 
@@ -34,7 +34,7 @@ pub(crate) struct Model<'a> {
     pub(crate) deck: Deck,
     pub(crate) systems: Systems,
     numbers: Numbers,
-    /// Constants of isotropic materials by number: modulus, Poisson's ratio, density.
+    /// Materials by number, those with axes along their own.
     pub(crate) constants: BTreeMap<u64, Material>,
     /// Factor from the density of the deck to mass.
     pub(crate) wtmass: f64,
@@ -149,19 +149,78 @@ impl<'a> Model<'a> {
                 return Err(self.fault(card, &found, "E > 0 and a Poisson's ratio between -1 and 0.5"));
             }
             let density = self.wtmass * density?.unwrap_or(0.0);
-            self.constants.insert(number, Material { young, poisson, density });
+            self.constants.insert(number, Material::isotropic(young, poisson, density));
         }
+        self.anisotropic()?;
         let mut of_property = BTreeMap::new();
         for card in self.named("PSOLID") {
-            of_property.insert(self.needed(card, 0)?, self.needed(card, 1)?);
+            of_property.insert(self.needed(card, 0)?, (card, self.needed(card, 1)?));
         }
+        let mut materials = Vec::with_capacity(self.deck.mesh.regions.len());
         for region in &self.deck.mesh.regions {
-            let material = of_property.get(&(region.tag as u64)).and_then(|id| self.constants.get(id));
-            let material = material.ok_or_else(|| DeckError::NoMaterial { region: region.name.clone() })?;
-            self.deck.materials.push(*material);
+            let found = of_property.get(&(region.tag as u64));
+            let found = found.and_then(|&(card, id)| Some((card, *self.constants.get(&id)?)));
+            let (card, material) =
+                found.ok_or_else(|| DeckError::NoMaterial { region: region.name.clone() })?;
+            materials.push(self.along_axes(card, material)?);
         }
+        self.deck.materials = materials;
         self.deck.lumped = vec![false; self.deck.materials.len()];
         Ok(())
+    }
+
+    /// Materials by 21 constants, or by moduli along three axes.
+    fn anisotropic(&mut self) -> Result<(), DeckError> {
+        for card in self.named("MAT9") {
+            let mut constants = [0.0; 21];
+            for (k, constant) in constants.iter_mut().enumerate() {
+                *constant = card.real(1 + k)?.unwrap_or(0.0);
+            }
+            self.add_anisotropic(card, Some(Stiffness::from_upper(&constants)), 22)?;
+        }
+        for card in self.named("MAT11") {
+            let three = |from: usize| -> Result<[f64; 3], DeckError> {
+                let mut values = [0.0; 3];
+                for (k, value) in values.iter_mut().enumerate() {
+                    *value = card.real(from + k)?.unwrap_or(0.0);
+                }
+                Ok(values)
+            };
+            self.add_anisotropic(card, Stiffness::orthotropic(three(1)?, three(4)?, three(7)?), 10)?;
+        }
+        Ok(())
+    }
+
+    /// Takes a stiffness along the axes of a material; its density is in a field.
+    fn add_anisotropic(
+        &mut self,
+        card: &Card,
+        stiffness: Option<Stiffness>,
+        density: usize,
+    ) -> Result<(), DeckError> {
+        let Some(stiffness) = stiffness.filter(Stiffness::is_definite) else {
+            return Err(self.fault(card, "a stiffness that is not positive definite", "that of a solid"));
+        };
+        let density = self.wtmass * card.real(density)?.unwrap_or(0.0);
+        let material = Material { elasticity: Elasticity::Anisotropic(stiffness), density };
+        self.constants.insert(self.needed(card, 0)?, material);
+        Ok(())
+    }
+
+    /// The material of a property in space.
+    fn along_axes(&self, card: &Card, material: Material) -> Result<Material, DeckError> {
+        let Elasticity::Anisotropic(own) = material.elasticity else { return Ok(material) };
+        let text = card.field(2).trim();
+        if text.is_empty() || text == "0" {
+            return Ok(material);
+        }
+        let system = text.parse().ok().filter(|&system| self.systems.is_rectangular(system));
+        let Some([first, second, _]) = system.and_then(|system| self.systems.axes(system, [0.0; 3])) else {
+            let expected = "CORDM of a rectangular system of the deck, or 0";
+            return Err(self.fault(card, &format!("CORDM {text}"), expected));
+        };
+        let elasticity = Elasticity::Anisotropic(own.along([first, second]));
+        Ok(Material { elasticity, density: material.density })
     }
 
     /// Lists the cards that nobody took.

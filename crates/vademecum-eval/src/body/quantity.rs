@@ -238,7 +238,9 @@ impl<T: Scalar> Body<'_, T> {
                 one_if(has(SectionKind::SurfaceBasis) && (!inside || has(SectionKind::InteriorBasis)))
             }
             Q::Stress | Q::VonMises => self.scene.n_stress_points(),
-            Q::Strain if has(SectionKind::ElasticConstants) => self.scene.n_stress_points(),
+            Q::Strain if has(SectionKind::ElasticConstants) || has(SectionKind::Compliance) => {
+                self.scene.n_stress_points()
+            }
             Q::Strain => 0,
             Q::ReactionForce | Q::ReactionMoment => self.scene.n_supports(),
             Q::Energy | Q::KineticEnergy | Q::StrainEnergy => 1,

@@ -23,7 +23,10 @@ pub(crate) struct StressRows<'m> {
     basis: Option<Numbers<'m>>,
     contacts: Option<Numbers<'m>>,
     patterns: Option<Numbers<'m>>,
+    /// Young's modulus and Poisson's ratio of each region.
     pub constants: &'m [[[u8; 8]; 2]],
+    /// Upper triangle of the compliance of each region, in place of these.
+    pub compliance: &'m [[[u8; 8]; 21]],
     n_load_nodes: usize,
     r: usize,
 }
@@ -34,13 +37,14 @@ impl<'m> StressRows<'m> {
         use SectionKind as S;
         let optional = |kind| file.section(kind).and_then(|section| section.numbers().ok());
         let points = file.section(S::StressPoints).and_then(|section| section.u32s().ok());
-        let constants = file.section(S::ElasticConstants).and_then(|section| section.f64s().ok());
+        let reals = |kind| file.section(kind).and_then(|section| section.f64s().ok()).unwrap_or(&[]);
         Self {
             points: points.map_or(&[], |points| points.as_chunks().0),
             basis: optional(S::StressBasis),
             contacts: optional(S::StressResidual),
             patterns: optional(S::PatternStress),
-            constants: constants.map_or(&[], |constants| constants.as_chunks().0),
+            constants: reals(S::ElasticConstants).as_chunks().0,
+            compliance: reals(S::Compliance).as_chunks().0,
             n_load_nodes: file.metadata().n_load_nodes as usize,
             r: file.metadata().n_modes as usize,
         }

@@ -67,6 +67,23 @@ impl Tensor {
     }
 }
 
+/// The strain of a stress, from the upper triangle of the compliance, whose shear strains are those of
+/// engineers.
+fn by_compliance(triangle: &[[u8; 8]; 21], stress: &[f64; 6]) -> [f64; 6] {
+    let (mut strain, mut place) = ([0.0; 6], triangle.iter());
+    for row in 0..6 {
+        for column in row..6 {
+            let value = place.next().map_or(0.0, |&bytes| f64::from_le_bytes(bytes));
+            strain[row] += value * stress[column];
+            if column != row {
+                strain[column] += value * stress[row];
+            }
+        }
+    }
+    strain.iter_mut().skip(3).for_each(|shear| *shear *= 0.5);
+    strain
+}
+
 impl<T: Scalar> Scene<'_, T> {
     /// Number of points whose stress the file has.
     #[must_use]
@@ -102,7 +119,7 @@ impl<T: Scalar> Scene<'_, T> {
     }
 
     /// Strain at point `index`: the stress there by the law of its material,
-    /// `ε = ((1 + ν) σ − ν tr σ I) / E`.
+    /// `ε = ((1 + ν) σ − ν tr σ I) / E` or the compliance of a region that is not isotropic.
     ///
     /// # Errors
     /// [`OutputError`].
@@ -110,9 +127,12 @@ impl<T: Scalar> Scene<'_, T> {
         let Tensor(mut strain) = self.stress(state, index)?;
         let rows = &self.sections.stress;
         let region = rows.point(index).map_or(MAX_REGIONS, |point| point.region as usize);
+        let scale = self.parameters.stiffness * self.options.regions.stiffness().get(region).unwrap_or(&1.0);
+        if let Some(compliance) = rows.compliance.get(region) {
+            return Ok(Tensor(by_compliance(compliance, &strain).map(|strain| strain / scale)));
+        }
         let missing = OutputError::Missing { kind: SectionKind::ElasticConstants };
         let [young, poisson] = rows.constants.get(region).ok_or(missing)?.map(f64::from_le_bytes);
-        let scale = self.parameters.stiffness * self.options.regions.stiffness().get(region).unwrap_or(&1.0);
         let [xx, yy, zz, ..] = strain;
         let trace = poisson * (xx + yy + zz);
         strain.iter_mut().for_each(|strain| *strain *= 1.0 + poisson);

@@ -28,6 +28,7 @@ import numpy as np
 from numpy.typing import DTypeLike, NDArray
 
 from . import _native
+from ._arrays import blocks_of_meshio, write_mesh
 from ._data import (
     Axis,
     Bound,
@@ -76,7 +77,7 @@ __all__ = [
     "MeshError", "MeshReport", "MissingFile", "Motion", "NaturalModes", "Note", "NumericsError", "Page",
     "Parameter", "ParameterValue", "Peak", "Played", "Quality", "Quantity", "RefinedValue", "Region", "Section",
     "Soundness", "Starter", "Structure", "Support", "SurfacePoint", "ToleranceMissed", "Verification", "build",
-    "frf", "from_bytes", "init", "mesh", "modes", "open", "report", "run", "verify",
+    "frf", "from_bytes", "init", "mesh", "modes", "open", "problem_from_meshio", "report", "run", "verify", "write_mesh",
 ]
 
 
@@ -443,6 +444,26 @@ def init(
     """
     path = os.path.abspath(os.fspath(mesh))
     return read(Starter, json.loads(_native.init(path, material, scale, (hold, up), progress)))
+
+
+def problem_from_meshio(
+    mesh: Any,
+    path: PathLike,
+    *,
+    material: Optional[str] = None,
+    scale: Optional[float] = None,
+    hold: Optional[str] = None,
+    up: Optional[str] = None,
+    progress: Optional[Progress] = None,
+) -> Starter:
+    """Proposes a problem for a mesh of `meshio`, from any format that it reads: MED, Exodus, CGNS, XDMF and others.
+
+    Nodes, solid elements, cell sets (regions and groups) and point sets (groups) are written to `path`, a deck with
+    the ending `.inp` that the problem refers to. The rest is as in `init`.
+    """
+    blocks, cell_sets, point_sets = blocks_of_meshio(mesh)
+    deck = write_mesh(path, mesh.points, blocks, cell_sets=cell_sets, point_sets=point_sets)
+    return init(deck, material=material, scale=scale, hold=hold, up=up, progress=progress)
 
 
 def modes(

@@ -1,4 +1,4 @@
-//! Stress: points that the body has, as many in every section, and constants of a solid.
+//! Stress: points that the body has, as many in every section, and constants of solids.
 
 use vademecum_format::{File, SectionKind};
 
@@ -6,20 +6,27 @@ use super::super::error::{Fault, RewriteError};
 use super::super::numbers::{reals_of, unsound};
 use super::lines;
 
-/// Sections 47 to 52, as far as the file has them.
+/// Sections 47 to 52 and 75, as far as the file has them.
 pub(super) fn check(file: &File<'_>) -> Result<(), RewriteError> {
     use SectionKind as S;
     units(file)?;
     let rows = [(S::StressBasis, 0), (S::StressResidual, 0), (S::PatternStress, 1)];
     let Some(points) = file.section(S::StressPoints) else {
         let all = rows.map(|(kind, _)| kind).into_iter();
-        let alone = all.chain([S::ElasticConstants]).find(|&kind| file.section(kind).is_some());
+        let constants = [S::ElasticConstants, S::Compliance];
+        let alone = all.chain(constants).find(|&kind| file.section(kind).is_some());
         return alone.map_or(Ok(()), |kind| missing(kind, S::StressPoints));
     };
-    for kind in [S::StressBasis, S::ElasticConstants] {
-        if file.section(kind).is_none() {
-            return missing(S::StressPoints, kind);
+    if file.section(S::StressBasis).is_none() {
+        return missing(S::StressPoints, S::StressBasis);
+    }
+    match [S::ElasticConstants, S::Compliance].map(|kind| file.section(kind).is_some()) {
+        [false, false] => return missing(S::StressPoints, S::ElasticConstants),
+        [true, true] => {
+            let reason = format!("section {} has the constants of the regions too", S::ElasticConstants);
+            return Err(unsound(S::Compliance, Fault::Disagrees, reason));
         }
+        _ => {}
     }
     let count = points.shape()[0];
     for (kind, axis) in rows {
@@ -46,7 +53,37 @@ pub(super) fn check(file: &File<'_>) -> Result<(), RewriteError> {
             return Err(unsound(S::ElasticConstants, Fault::Disagrees, reason));
         }
     }
+    let compliance = reals_of(file, S::Compliance)?.unwrap_or_default();
+    for (region, triangle) in compliance.as_chunks::<21>().0.iter().enumerate() {
+        if !is_positive_definite(triangle) {
+            let reason = format!("the compliance of region {region} is not positive definite");
+            return Err(unsound(S::Compliance, Fault::Disagrees, reason));
+        }
+    }
     Ok(())
+}
+
+/// True if Cholesky's pivots of a symmetric matrix, given by its upper triangle, are positive.
+fn is_positive_definite(triangle: &[f64; 21]) -> bool {
+    let (mut rest, mut next) = ([[0.0; 6]; 6], triangle.iter());
+    for row in 0..6 {
+        for column in row..6 {
+            let value = next.next().copied().unwrap_or(f64::NAN);
+            (rest[row][column], rest[column][row]) = (value, value);
+        }
+    }
+    for k in 0..6 {
+        let pivot = rest[k][k];
+        // Written so that a NaN is refused too.
+        if !(pivot > 0.0 && pivot.is_finite()) {
+            return false;
+        }
+        for i in k + 1..6 {
+            let factor = rest[i][k] / pivot;
+            (k..6).for_each(|j| rest[i][j] -= factor * rest[k][j]);
+        }
+    }
+    true
 }
 
 fn missing(there: SectionKind, kind: SectionKind) -> Result<(), RewriteError> {

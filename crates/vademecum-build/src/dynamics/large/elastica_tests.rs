@@ -10,7 +10,7 @@ use crate::fem::{GreenStrain, Material, Model, Solve, Symbolic};
 const LONG: f64 = 1.0;
 
 fn slender(height: f64, cells: usize) -> Model {
-    let material = Material { young: 1e9, poisson: 0.0, density: 1000.0 };
+    let material = Material::isotropic(1e9, 0.0, 1000.0);
     cantilever([cells, 1, 1], [LONG, height, height], material, true)
 }
 
@@ -134,7 +134,7 @@ fn newton_converges_quadratically() {
 
 #[test]
 fn a_small_load_bends_as_the_linear_solver_says() {
-    let material = Material { young: 1e7, poisson: 0.3, density: 1000.0 };
+    let material = Material::isotropic(1e7, 0.3, 1000.0);
     let model = cantilever([6, 2, 2], [1.0, 0.2, 0.2], material, false);
     let strain = GreenStrain::new(&model).expect("a strain field");
     let symbolic = Symbolic::analyze(model.pencil()).expect("a structure");
@@ -165,7 +165,7 @@ fn a_small_load_bends_as_the_linear_solver_says() {
 
 #[test]
 fn what_has_no_rest_is_named() {
-    let material = Material { young: 1e7, poisson: 0.3, density: 1000.0 };
+    let material = Material::isotropic(1e7, 0.3, 1000.0);
     let model = cantilever([2, 1, 1], [0.4, 0.2, 0.2], material, false);
     let strain = GreenStrain::new(&model).expect("a strain field");
     let symbolic = Symbolic::analyze(model.pencil()).expect("a structure");

@@ -11,7 +11,7 @@ use crate::linalg::Random;
 use crate::mesh::Region;
 use crate::progress::Silent;
 
-const RUBBER: Material = Material { young: 1e7, poisson: 0.3, density: 1000.0 };
+const RUBBER: Material = Material::isotropic(1e7, 0.3, 1000.0);
 
 /// A beam with its first period near 0.3 s, of two materials.
 fn beam() -> Model {
@@ -20,7 +20,7 @@ fn beam() -> Model {
     let centre = |e: usize| mesh.element(e)[..4].iter().map(|&n| mesh.nodes[n as usize][0]).sum::<f64>();
     mesh.element_region = (0..mesh.element_count()).map(|e| u32::from(centre(e) > 2.0)).collect();
     let held = hold(&mesh, |[x, _, _]| x == 0.0);
-    Model::assemble(mesh, &[RUBBER, Material { young: 3e7, ..RUBBER }], &held).expect("a model")
+    Model::assemble(mesh, &[RUBBER, Material::isotropic(3e7, 0.3, 1000.0)], &held).expect("a model")
 }
 
 /// A push of the end and the weight, over 0.2 s: the tip moves by half the length.

@@ -20,7 +20,7 @@
 //!
 //! let mesh = block([1.0, 0.1, 0.1], [8, 1, 1], Order::Quadratic);
 //! let held: Vec<bool> = mesh.nodes.iter().flat_map(|x| [x[0] == 0.0; 3]).collect();
-//! let rubber = Material { young: 1e7, poisson: 0.3, density: 1000.0 };
+//! let rubber = Material::isotropic(1e7, 0.3, 1000.0);
 //! let model = Model::assemble(mesh, &[rubber], &held)?;
 //! let (strain, symbolic) = (GreenStrain::new(&model)?, Symbolic::analyze(model.pencil())?);
 //! let weight = model.free_part(&model.body_load([0.0, 0.0, -9.81]));

@@ -22,7 +22,7 @@ const ESTIMATED: usize = 4096;
 const FIRST: usize = 12;
 
 /// Decay `σ` \[1/s\] of a mode, from its stiffness `λ` \[rad²/s²\] and its place among the modes in ascending
-/// order.
+/// order, beside that by the dashpots of the pencil: `½ φᵀCφ`, without the part that couples modes.
 pub type Decay<'a> = &'a dyn Fn(f64, usize) -> f64;
 
 /// When the space is good enough, and how large it may get.
@@ -180,13 +180,15 @@ impl<'a> ReferenceSolution<'a> {
             }
             space.project();
             let loads = ModalLoads::new(space.vectors(), loads);
-            let modes = ModalPencil::new(space.ritz(space.used())?, decay);
+            let dashpots = pencil.dampers().along(space.vectors());
+            let modes = ModalPencil::new(space.ritz(space.used())?, decay, dashpots.as_ref());
             let closed = space.is_closed();
             let errors = if closed {
                 // What is missing was taken for rounding.
                 vec![DEPENDENT; loads.columns()]
             } else {
-                let fewer = ModalPencil::new(space.ritz(fewer(space.used(), given))?, decay);
+                let fewer = space.ritz(fewer(space.used(), given))?;
+                let fewer = ModalPencil::new(fewer, decay, dashpots.as_ref());
                 estimate(&modes, &fewer, &loads, time_step, steps, listener)?
             };
             let converged = errors.iter().all(|&error| error <= options.tolerance);
@@ -225,10 +227,12 @@ impl<'a> ReferenceSolution<'a> {
         listener: &dyn Listener,
     ) -> Result<ReferenceSolution<'a>, ReferenceError> {
         let (vectors, projected) = (self.vectors(), self.stiffness.as_ref());
-        let modes = ModalPencil::new(ritz(projected, vectors)?, decay);
+        let dashpots = self.pencil.dampers().along(self.space());
+        let modes = ModalPencil::new(ritz(projected, vectors)?, decay, dashpots.as_ref());
         let mut errors = self.errors;
         if !self.closed {
-            let fewer = ModalPencil::new(ritz(projected, fewer(vectors, self.given))?, decay);
+            let fewer = ritz(projected, fewer(vectors, self.given))?;
+            let fewer = ModalPencil::new(fewer, decay, dashpots.as_ref());
             errors = estimate(&modes, &fewer, &self.loads, self.time_step, self.steps, listener)?;
         }
         Ok(ReferenceSolution { modes, errors, ..self })
@@ -366,8 +370,13 @@ impl Iterator for Windows<'_> {
 }
 
 impl ModalPencil {
-    fn new(ritz: ProjectedModes, decay: Decay<'_>) -> ModalPencil {
-        let modes = ritz.values.iter().enumerate().map(|(k, &lambda)| [lambda, decay(lambda, k)]).collect();
+    /// `dashpots` are the rows of dashpots along the vectors of the space, or more.
+    fn new(ritz: ProjectedModes, decay: Decay<'_>, dashpots: MatRef<'_, f64>) -> ModalPencil {
+        let m = ritz.vectors.nrows();
+        let along = dashpots.subcols(0, m) * &ritz.vectors;
+        let own = |k: usize| 0.5 * along.col(k).squared_norm_l2();
+        let values = ritz.values.iter().enumerate();
+        let modes = values.map(|(k, &lambda)| [lambda, decay(lambda, k) + own(k)]).collect();
         ModalPencil { modes, vectors: ritz.vectors }
     }
 }

@@ -17,7 +17,7 @@ const OPTIONS: ReferenceOptions =
 fn small_block() -> Model {
     let mesh = block([6, 3, 3], [0.3, 0.1, 0.12]);
     let held = hold(&mesh, |p| p[0] == 0.0);
-    Model::assemble(mesh, &[Material { young: 1e7, poisson: 0.3, density: 1000.0 }], &held).unwrap()
+    Model::assemble(mesh, &[Material::isotropic(1e7, 0.3, 1000.0)], &held).unwrap()
 }
 
 /// All modes of a pencil, by the dense problem `L⁻¹KL⁻ᵀ` with `M = LLᵀ`.
@@ -342,7 +342,7 @@ fn trajectories_share_a_space_and_a_force_counts_once() {
 fn the_modes_of_a_slender_beam_are_found_to_their_digits() {
     let mesh = block([80, 1, 1], [8.0, 0.1, 0.1]);
     let held = hold(&mesh, |p| p[0] == 0.0);
-    let steel = Material { young: 2e11, poisson: 0.3, density: 7850.0 };
+    let steel = Material::isotropic(2e11, 0.3, 7850.0);
     let model = Model::assemble(mesh, &[steel], &held).unwrap();
     let pencil = model.pencil();
     let symbolic = Symbolic::analyze(pencil).unwrap();
@@ -435,7 +435,7 @@ fn modes_that_are_known_halve_the_space_and_leave_the_estimate_sound() {
 fn free_block() -> Model {
     let mesh = block([6, 3, 3], [0.3, 0.1, 0.12]);
     let held = vec![false; 3 * mesh.nodes.len()];
-    Model::assemble(mesh, &[Material { young: 1e7, poisson: 0.3, density: 1000.0 }], &held).unwrap()
+    Model::assemble(mesh, &[Material::isotropic(1e7, 0.3, 1000.0)], &held).unwrap()
 }
 
 /// Force of a field of acceleration.

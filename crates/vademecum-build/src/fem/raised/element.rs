@@ -4,7 +4,8 @@
 //! edges of a linear element; `Lᵢ Lⱼ (Lᵢ − Lⱼ)` on the edges and `27 Lᵢ Lⱼ Lₖ` on the faces of a quadratic
 //! one. The map stays that of the mesh, so that curved elements keep their shape.
 
-use crate::fem::element::{ElementKernel, Material, jacobian};
+use crate::fem::element::{ElementKernel, jacobian};
+use crate::fem::material::{Law, Material};
 use crate::mesh::Order;
 use crate::mesh::rules::{rule_degree_2, rule_degree_5, rule_degree_6};
 use crate::mesh::shapes::{Point, TET_NODES, tabulate_point};
@@ -93,7 +94,7 @@ impl RaisedKernel {
         u: &Local,
         out: &mut Local,
     ) {
-        let (lambda, mu) = material.lame();
+        let law = material.law();
         let rule = if self.is_straight(nodes) { &self.straight } else { &self.curved };
         *out = [[[0.0; LANES]; 3]; MAX_FUNCTIONS];
         for point in rule {
@@ -108,7 +109,7 @@ impl RaisedKernel {
                     }
                 }
             }
-            let pulled = pulled_stress(&slopes, &inverse, lambda, mu, determinant * point.weight);
+            let pulled = pulled_stress(&slopes, &inverse, &law, determinant * point.weight);
             for (out, gradient) in out.iter_mut().zip(&point.gradients).take(self.functions) {
                 for c in 0..3 {
                     for r in 0..3 {
@@ -154,7 +155,7 @@ impl RaisedKernel {
         material: &Material,
         blocks: &mut [[f64; 9]],
     ) {
-        let (lambda, mu) = material.lame();
+        let law = material.law();
         let rule = if self.is_straight(nodes) { &self.straight } else { &self.curved };
         let given = self.given.n_nodes();
         for point in rule {
@@ -163,13 +164,8 @@ impl RaisedKernel {
             for (block, slope) in blocks.iter_mut().zip(&point.gradients[given..self.functions]) {
                 let g: [f64; 3] =
                     std::array::from_fn(|i| (0..3).map(|r| slope[r] * inverse[r][i]).sum::<f64>());
-                let shear = mu * g.iter().map(|x| x * x).sum::<f64>();
-                for i in 0..3 {
-                    for j in 0..3 {
-                        block[3 * i + j] += weight * (lambda + mu) * (g[i] * g[j]);
-                    }
-                    block[4 * i] += weight * shear;
-                }
+                let own = law.block(g, g);
+                block.iter_mut().zip(own.as_flattened()).for_each(|(sum, value)| *sum += weight * value);
             }
         }
     }
@@ -198,8 +194,7 @@ fn add_combination(out: &mut [Lanes; 3], row: &[f64], u: &Local, scale: f64) {
 fn pulled_stress(
     slopes: &[[Lanes; 3]; 3],
     inverse: &[[f64; 3]; 3],
-    lambda: f64,
-    mu: f64,
+    law: &Law,
     weight: f64,
 ) -> [[Lanes; 3]; 3] {
     let mut h = [[[0.0; LANES]; 3]; 3]; // [c][i] = ∂u_c/∂x_i
@@ -211,11 +206,24 @@ fn pulled_stress(
         }
     }
     let mut stress = [[[0.0; LANES]; 3]; 3];
-    for c in 0..3 {
-        for i in 0..3 {
+    match *law {
+        Law::Isotropic { lambda, mu } => {
+            for c in 0..3 {
+                for i in 0..3 {
+                    for k in 0..LANES {
+                        let volume =
+                            if c == i { lambda * (h[0][0][k] + h[1][1][k] + h[2][2][k]) } else { 0.0 };
+                        stress[c][i][k] = weight * (volume + mu * (h[c][i][k] + h[i][c][k]));
+                    }
+                }
+            }
+        }
+        Law::Anisotropic(_) => {
             for k in 0..LANES {
-                let volume = if c == i { lambda * (h[0][0][k] + h[1][1][k] + h[2][2][k]) } else { 0.0 };
-                stress[c][i][k] = weight * (volume + mu * (h[c][i][k] + h[i][c][k]));
+                let one = law.stress(&h.map(|row| row.map(|lanes| lanes[k])));
+                for c in 0..3 {
+                    (0..3).for_each(|i| stress[c][i][k] = weight * one[c][i]);
+                }
             }
         }
     }

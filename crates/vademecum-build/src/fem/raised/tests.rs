@@ -6,7 +6,7 @@ use crate::fem::{Material, Model};
 use crate::linalg::dot;
 use crate::mesh::{Mesh, Order, block};
 
-const MATERIAL: Material = Material { young: 3.0, poisson: 0.3, density: 2.0 };
+const MATERIAL: Material = Material::isotropic(3.0, 0.3, 2.0);
 
 fn brick(order: Order) -> Model {
     let mesh: Mesh = block([2.0, 1.0, 1.5], [3, 2, 2], order);
@@ -94,7 +94,7 @@ fn a_quadratic_mesh_raised_holds_cubic_fields() {
     let model = brick(Order::Quadratic);
     let space = RaisedSpace::new(&model);
     // u = (x³, 0, 0) and (0, 0, xyz): energies by hand over 2 × 1 × 1.5.
-    let (lambda, mu) = MATERIAL.lame();
+    let (lambda, mu) = MATERIAL.lame().expect("an isotropic material");
     let cube = energies(&space, &coefficients(&model, &space, |p| [p[0].powi(3), 0.0, 0.0]));
     let expected = [(lambda + 2.0 * mu) * 9.0 * 32.0 / 5.0 * 1.5, 2.0 * 128.0 / 7.0 * 1.5];
     let mixed = energies(&space, &coefficients(&model, &space, |p| [0.0, 0.0, p[0] * p[1] * p[2]]));

@@ -4,14 +4,14 @@ use faer::Side;
 use faer::linalg::solvers::DenseSolveCore;
 
 use super::*;
-use crate::fem::element::Material;
+use crate::fem::material::Material;
 use crate::fem::test_mesh::{block, quadratic};
 use crate::fem::{Model, Pencil, Solve};
 use crate::linalg::Random;
 use crate::mesh::Mesh;
 use crate::progress::{Silent, is_cancelled};
 
-const RUBBER: Material = Material { young: 2e6, poisson: 0.3, density: 1100.0 };
+const RUBBER: Material = Material::isotropic(2e6, 0.3, 1100.0);
 
 /// A block that is held at one end.
 fn held(mesh: Mesh) -> Model {

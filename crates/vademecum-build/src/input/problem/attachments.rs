@@ -1,4 +1,4 @@
-//! Attachments: reference points, couplings, ties, masses and springs.
+//! Attachments: reference points, couplings, ties, masses, springs and dashpots.
 
 use schemars::JsonSchema;
 use serde::Deserialize;
@@ -38,10 +38,12 @@ pub enum Motion {
 pub struct CouplingEntry {
     /// The reference point.
     pub reference: String,
-    /// The nodes.
-    pub on: Selection,
+    /// The nodes; or `weights`.
+    pub on: Option<Selection>,
     /// Which follows which.
     pub kind: CouplingKind,
+    /// Nodes by their number in the mesh file, with their weights in the mean of an average coupling.
+    pub weights: Option<Vec<(u64, f64)>>,
     /// Displacements of the nodes that follow a rigid coupling; absent: all three.
     pub components: Option<Vec<Component>>,
 }
@@ -52,8 +54,7 @@ pub struct CouplingEntry {
 pub enum CouplingKind {
     /// The nodes follow the reference point as a rigid body does (RBE2, kinematic coupling).
     Rigid,
-    /// The reference point follows the mean motion of the nodes, each with equal weight (RBE3, distributing
-    /// coupling).
+    /// The reference point follows the mean motion of the nodes (RBE3, distributing coupling).
     Average,
 }
 
@@ -113,8 +114,25 @@ pub struct SpringEntry {
     pub from: String,
     /// The second one; absent: the ground.
     pub to: Option<String>,
-    /// Stiffness along the three axes and about them.
-    pub stiffness: [f64; 6],
+    /// Stiffness along the three axes and about them; or `matrix`.
+    pub stiffness: Option<[f64; 6]>,
+    /// Upper triangle, row by row, of the stiffness over the six motions of the first point, then of the
+    /// second one: 78 numbers, or 21 of a spring to the ground.
+    pub matrix: Option<Vec<f64>>,
+    /// Directions of the first and the second axis, perpendicular; absent: those of space.
+    pub axes: Option<[[f64; 3]; 2]>,
+}
+
+/// A dashpot between two reference points, or from one to the ground.
+#[derive(Clone, Debug, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct DashpotEntry {
+    /// The first reference point.
+    pub from: String,
+    /// The second one; absent: the ground.
+    pub to: Option<String>,
+    /// Damping along the three axes and about them.
+    pub damping: [f64; 6],
     /// Directions of the first and the second axis, perpendicular; absent: those of space.
     pub axes: Option<[[f64; 3]; 2]>,
 }

@@ -5,6 +5,7 @@ use serde::Deserialize;
 use std::path::PathBuf;
 
 use crate::dynamics::{Damping, ModalRatios, Rayleigh};
+use crate::fem::{Elasticity, Stiffness};
 use crate::mesh::select::Selection;
 use crate::mesh::{Hexahedra, Order};
 
@@ -111,7 +112,7 @@ impl From<OrderEntry> for Order {
     }
 }
 
-/// An isotropic linear elastic material.
+/// A linear elastic material: isotropic by `young` and `poisson`, or by `orthotropic` or `stiffness`.
 #[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct MaterialEntry {
@@ -119,14 +120,50 @@ pub struct MaterialEntry {
     #[serde(default = "every_region")]
     pub region: String,
     /// Young's modulus, > 0.
-    pub young: f64,
+    pub young: Option<f64>,
     /// Poisson's ratio, in (−1, ½).
-    pub poisson: f64,
+    pub poisson: Option<f64>,
+    /// Engineering constants along three axes.
+    pub orthotropic: Option<OrthotropicEntry>,
+    /// The upper triangle of the stiffness over the strains xx, yy, zz and the engineering shear strains xy,
+    /// yz, zx, row by row.
+    pub stiffness: Option<[f64; 21]>,
+    /// Directions of the first and the second axis of the material, perpendicular; absent: those of space.
+    pub axes: Option<[[f64; 3]; 2]>,
     /// Density, > 0.
     pub density: f64,
     /// Formulation of the region's hexahedra; absent: that of the mesh file, else incompatible modes in
     /// 8-node ones and full integration in larger ones.
     pub hexahedra: Option<Hexahedra>,
+}
+
+/// Engineering constants of an orthotropic material.
+#[derive(Clone, Copy, Debug, Deserialize, PartialEq, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct OrthotropicEntry {
+    /// Young's moduli along the three axes.
+    pub young: [f64; 3],
+    /// Poisson's ratios 12, 13, 23: the contraction along the second of two axes under a pull along the
+    /// first.
+    pub poisson: [f64; 3],
+    /// Shear moduli 12, 13, 23.
+    pub shear: [f64; 3],
+}
+
+impl MaterialEntry {
+    /// Its elasticity; `None` where the constants are none, or those of no solid.
+    pub fn elasticity(&self) -> Option<Elasticity> {
+        if let (Some(young), Some(poisson)) = (self.young, self.poisson) {
+            return Some(Elasticity::Isotropic { young, poisson });
+        }
+        let own = match (&self.orthotropic, &self.stiffness) {
+            (Some(entry), _) => Stiffness::orthotropic(entry.young, entry.poisson, entry.shear)?,
+            (None, Some(constants)) => Stiffness::from_upper(constants),
+            (None, None) => return None,
+        };
+        let stiffness = self.axes.map_or(own, |axes| own.along(axes));
+        stiffness.is_definite().then_some(Elasticity::Anisotropic(stiffness))
+    }
 }
 
 pub(super) fn every_region() -> String {

@@ -1,8 +1,18 @@
 //! The checks a problem file passes before anything is read: the numbered refusals of `formats/problem-1.md`.
 
-use super::{BasisKind, Fields, ParameterKind, ParameterScale, Problem, ProblemError, Representation};
+use super::{
+    BasisKind, Fields, MaterialEntry, ParameterKind, ParameterScale, Problem, ProblemError, Representation,
+};
 use crate::dynamics::SchemeKind;
 use crate::input::toml_file::TomlError;
+
+/// True of two directions at a right angle.
+pub(super) fn perpendicular([first, second]: [[f64; 3]; 2]) -> bool {
+    let dot = |a: [f64; 3], b: [f64; 3]| a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>();
+    let (one, two) = (dot(first, first), dot(second, second));
+    let some = one > 0.0 && two > 0.0 && one.is_finite() && two.is_finite();
+    some && dot(first, second).abs() <= 1e-6 * (one * two).sqrt()
+}
 
 /// Damping ratios of modes.
 const MAX_RATIOS: usize = 100_000;
@@ -106,8 +116,31 @@ impl Problem {
             let twice = self.materials[..i].iter().any(|other| other.region == m.region);
             let key = format!("material[{i}].region");
             self.require(!twice, &key, &m.region, "a region no other material names")?;
+            self.check_elasticity(i, m)?;
         }
         Ok(())
+    }
+
+    fn check_elasticity(&self, index: usize, m: &MaterialEntry) -> Result<(), ProblemError> {
+        let key = |name: &str| format!("material[{index}]{name}");
+        let isotropic = [m.young, m.poisson].iter().flatten().count();
+        let others = usize::from(m.orthotropic.is_some()) + usize::from(m.stiffness.is_some());
+        let found = match (isotropic, others) {
+            (2, 0) | (0, 1) => "",
+            (0, 0) => "without constants of elasticity",
+            (1, 0) => "with one of `young` and `poisson`",
+            _ => "with constants of several laws",
+        };
+        let expected = "`young` and `poisson`, or `orthotropic`, or `stiffness`";
+        self.require(found.is_empty(), &key(""), Words(found), expected)?;
+        if let Some(axes) = m.axes {
+            self.require(others == 1, &key(".axes"), axes, "none beside `young` and `poisson`")?;
+            self.require(perpendicular(axes), &key(".axes"), axes, "two perpendicular directions")?;
+        }
+        let expected = "the constants of a solid: every strain has a positive energy";
+        let sound = m.elasticity().is_some();
+        let name = if m.stiffness.is_some() { ".stiffness" } else { ".orthotropic" };
+        self.require(sound, &key(name), Words("not positive definite"), expected)
     }
 
     fn check_damping(&self) -> Result<(), ProblemError> {

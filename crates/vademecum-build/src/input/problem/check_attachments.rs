@@ -1,21 +1,43 @@
 //! Checks of attachments, and of the keys that they exclude.
 
-use super::check::Words;
-use super::{CouplingKind, EquationNode, EquationTerm, Problem, ProblemError, Representation};
+use super::check::{Words, perpendicular};
+use super::{
+    BasisKind, CouplingKind, EquationEntry, EquationNode, EquationTerm, ParameterKind, Problem, ProblemError,
+    Representation,
+};
+use crate::dynamics::SchemeKind;
 use crate::limits::MAGNITUDE;
+use crate::linalg::{from_upper, symmetric_eigen};
+
+/// True if a symmetric matrix, given by its upper triangle, has no eigenvalue below zero but for rounding.
+fn semidefinite(triangle: &[f64], n: usize) -> bool {
+    /// Share of the largest eigenvalue.
+    const ROUNDING: f64 = 1e-9;
+    let values = symmetric_eigen(from_upper(triangle, n).as_ref()).map(|found| found.0);
+    values.is_ok_and(|values| values[0] >= -ROUNDING * values[n - 1] && values[n - 1] > 0.0)
+}
 
 impl Problem {
     /// True if something is attached to the body.
     pub fn has_attachments(&self) -> bool {
         let tables =
             self.reference_points.len() + self.couplings.len() + self.ties.len() + self.equations.len();
-        tables + self.point_masses.len() + self.springs.len() > 0
+        tables + self.point_masses.len() + self.springs.len() + self.dashpots.len() > 0
     }
 
-    /// True if a reference point or a spring holds the body.
+    /// True if a reference point, a spring, or an equation of one node holds the body.
     pub(super) fn is_held_by_attachments(&self) -> bool {
         let point = self.reference_points.iter().any(|point| !point.held.is_empty());
-        point || self.springs.iter().any(|spring| spring.to.is_none())
+        let of_one = |entry: &EquationEntry| {
+            let node = |term: &EquationTerm| match term.0 {
+                EquationNode::Node(id) => Some(id),
+                EquationNode::Point(_) => None,
+            };
+            let first = entry.terms.first().and_then(node);
+            first.is_some() && entry.terms.iter().all(|term| node(term) == first)
+        };
+        let spring = self.springs.iter().any(|spring| spring.to.is_none());
+        point || spring || self.equations.iter().any(of_one)
     }
 
     /// Place of a reference point in its list.
@@ -37,6 +59,17 @@ impl Problem {
             let key = format!("coupling[{i}].components");
             let rigid = coupling.kind == CouplingKind::Rigid || coupling.components.is_none();
             self.require(rigid, &key, Words("beside `kind = \"average\"`"), "none")?;
+            let one = coupling.on.is_some() != coupling.weights.is_some();
+            let found = Words(if coupling.on.is_some() { "`on` and `weights`" } else { "no nodes" });
+            self.require(one, &format!("coupling[{i}].on"), found, "nodes by `on` or by `weights`")?;
+            if let Some(weights) = &coupling.weights {
+                let key = format!("coupling[{i}].weights");
+                let sound = weights.iter().all(|(_, weight)| (0.0..=MAGNITUDE.1).contains(weight));
+                let sound = sound && weights.iter().any(|(_, weight)| *weight > 0.0);
+                let average = coupling.kind == CouplingKind::Average;
+                self.require(average, &key, Words("beside `kind = \"rigid\"`"), "none")?;
+                self.require(sound, &key, Words("a list"), "weights of 0 or more, one of them above 0")?;
+            }
             let some = coupling.components.as_ref().is_none_or(|components| !components.is_empty());
             self.require(some, &key, Words("empty"), "at least one of \"x\", \"y\", \"z\"")?;
         }
@@ -77,20 +110,87 @@ impl Problem {
                 let other = *to != spring.from;
                 self.require(other, &format!("spring[{i}].to"), to, "another point than `from`")?;
             }
-            let sound = spring.stiffness.iter().all(|k| (0.0..=MAGNITUDE.1).contains(k));
-            let sound = sound && spring.stiffness.iter().any(|k| *k > 0.0);
-            let expected = "numbers from 0 to 1e30, one of them above 0";
-            self.require(sound, &format!("spring[{i}].stiffness"), spring.stiffness, expected)?;
-            if let Some([first, second]) = spring.axes {
-                let dot = |a: [f64; 3], b: [f64; 3]| a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>();
-                let (one, two) = (dot(first, first), dot(second, second));
-                let square = one > 0.0 && two > 0.0 && one.is_finite() && two.is_finite();
-                let right = square && dot(first, second).abs() <= 1e-6 * (one * two).sqrt();
+            let one = spring.stiffness.is_some() != spring.matrix.is_some();
+            let found = Words(if one { "" } else { "not one of `stiffness` and `matrix`" });
+            self.require(one, &format!("spring[{i}]"), found, "`stiffness` or `matrix`")?;
+            if let Some(stiffness) = spring.stiffness {
+                let sound = stiffness.iter().all(|k| (0.0..=MAGNITUDE.1).contains(k));
+                let sound = sound && stiffness.iter().any(|k| *k > 0.0);
+                let expected = "numbers from 0 to 1e30, one of them above 0";
+                self.require(sound, &format!("spring[{i}].stiffness"), stiffness, expected)?;
+            }
+            if let Some(matrix) = &spring.matrix {
+                let key = format!("spring[{i}].matrix");
+                let count = if spring.to.is_some() { 78 } else { 21 };
+                let right = matrix.len() == count && matrix.iter().all(|k| k.abs() <= MAGNITUDE.1);
+                let expected = "78 finite numbers, or 21 of a spring to the ground";
+                self.require(right, &key, format_args!("a list of {}", matrix.len()), expected)?;
+                let definite = semidefinite(matrix, if count == 78 { 12 } else { 6 });
+                let expected = "a matrix under which no motion gives energy back";
+                self.require(definite, &key, Words("not positive semidefinite"), expected)?;
+                let key = format!("spring[{i}].axes");
+                self.require(spring.axes.is_none(), &key, Words("beside `matrix`"), "none")?;
+            }
+            if let Some(axes) = spring.axes {
                 let expected = "two perpendicular directions";
-                self.require(right, &format!("spring[{i}].axes"), [first, second], expected)?;
+                self.require(perpendicular(axes), &format!("spring[{i}].axes"), axes, expected)?;
             }
         }
+        self.check_dashpots()?;
         self.check_beside_attachments()
+    }
+
+    fn check_dashpots(&self) -> Result<(), ProblemError> {
+        for (i, dashpot) in self.dashpots.iter().enumerate() {
+            let key = |name: &str| format!("dashpot[{i}].{name}");
+            self.named_point(&key("from"), &dashpot.from)?;
+            if let Some(to) = &dashpot.to {
+                self.named_point(&key("to"), to)?;
+                let other = *to != dashpot.from;
+                self.require(other, &key("to"), to, "another point than `from`")?;
+            }
+            for (name, point) in [("from", Some(&dashpot.from)), ("to", dashpot.to.as_ref())] {
+                let Some(point) = point else { continue };
+                let expected =
+                    "a point that a coupling, an equation, a spring, a mass or `held` moves or holds";
+                self.require(self.moves(point), &key(name), point, expected)?;
+            }
+            let sound = dashpot.damping.iter().all(|c| (0.0..=MAGNITUDE.1).contains(c));
+            let sound = sound && dashpot.damping.iter().any(|c| *c > 0.0);
+            let expected = "numbers from 0 to 1e30, one of them above 0";
+            self.require(sound, &key("damping"), dashpot.damping, expected)?;
+            if let Some(axes) = dashpot.axes {
+                let expected = "two perpendicular directions";
+                self.require(perpendicular(axes), &key("axes"), axes, expected)?;
+            }
+        }
+        if self.dashpots.is_empty() {
+            return Ok(());
+        }
+        let scaled = |kind| matches!(kind, ParameterKind::Stiffness | ParameterKind::Density);
+        let found = if !matches!(self.scheme(), SchemeKind::Exact {}) {
+            "beside a `time.scheme` that is not exact"
+        } else if self.basis_kind() != BasisKind::Modes {
+            "beside a basis that is not of natural modes"
+        } else if self.parameters.iter().any(|parameter| scaled(parameter.kind)) {
+            "beside a live stiffness or density"
+        } else {
+            return Ok(());
+        };
+        self.require(false, "dashpot", Words(found), "natural modes that are moved exactly")
+    }
+
+    /// True if something beside dashpots has a part in the motion of a reference point.
+    fn moves(&self, name: &str) -> bool {
+        let point = self.reference_point(name).map(|place| &self.reference_points[place]);
+        let in_equation = |entry: &EquationEntry| {
+            entry.terms.iter().any(|term| matches!(&term.0, EquationNode::Point(point) if point == name))
+        };
+        point.is_some_and(|point| !point.held.is_empty())
+            || self.couplings.iter().any(|coupling| coupling.reference == name)
+            || self.point_masses.iter().any(|mass| mass.reference == name)
+            || self.springs.iter().any(|spring| spring.from == name || spring.to.as_deref() == Some(name))
+            || self.equations.iter().any(in_equation)
     }
 
     /// Keys that attachments exclude.
@@ -121,6 +221,7 @@ impl Problem {
             ("tie", self.ties.len()),
             ("equation", self.equations.len()),
             ("spring", self.springs.len()),
+            ("dashpot", self.dashpots.len()),
             ("point_mass", self.point_masses.len()),
             ("reference_point", self.reference_points.len()),
         ];

@@ -28,6 +28,8 @@ impl Problem {
             "large-displacement beside snapshots of another program"
         } else if self.parameters.iter().any(|parameter| parameter.region != "*") {
             "large-displacement beside a live parameter of a region"
+        } else if self.materials.iter().any(|m| m.orthotropic.is_some() || m.stiffness.is_some()) {
+            "large-displacement beside a material that is not isotropic"
         } else if self.damping.modal.is_some() || self.damping.ratio.is_some() {
             "large-displacement beside `damping.modal` or `damping.ratio`: modes do not move apart"
         } else if self.base.moves {

@@ -68,14 +68,14 @@ const ROWS: &[Row] = &[
     row("mesh.block.divisions", |p| block(p, |b| b.divisions.map(real)), at_least(1.0), "counts", ""),
     row(
         "material[].young",
-        |p| p.materials.iter().map(|m| m.young).collect(),
+        |p| p.materials.iter().map(|m| m.young.unwrap_or(1.0)).collect(),
         POSITIVE,
         "a positive modulus",
         CARRIED,
     ),
     row(
         "material[].poisson",
-        |p| p.materials.iter().map(|m| m.poisson).collect(),
+        |p| p.materials.iter().map(|m| m.poisson.unwrap_or(0.0)).collect(),
         Range(Excluded(-1.0), Excluded(0.5)),
         "a ratio",
         "",

@@ -49,6 +49,11 @@ impl Systems {
         Some(self.frame(system)?.axes_at(at))
     }
 
+    /// True of a system whose axes are the same everywhere.
+    pub fn is_rectangular(&self, system: u64) -> bool {
+        self.frame(system).is_some_and(|frame| matches!(frame.kind, Coordinates::Rectangular))
+    }
+
     fn frame(&self, system: u64) -> Option<&Frame> {
         if system == 0 { Some(&BASIC) } else { self.frames.get(&system) }
     }
