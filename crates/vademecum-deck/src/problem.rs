@@ -112,7 +112,7 @@ impl Deck {
             scenario: tables.scenario().map(str::to_string),
             time_step: self.dynamic().map(|dynamic| dynamic.increment),
             modes: self.modes_of_sum(),
-            probes: self.probe_tables(metre),
+            probes: self.probe_tables(metre, &tables),
             materials,
             material_words: format!("the materials of {}", names.join(", ")),
             supports,
@@ -144,10 +144,12 @@ impl Deck {
     }
 
     /// Probes along the three axes at nodes whose displacements are printed.
-    fn probe_tables(&self, metre: f64) -> String {
+    fn probe_tables(&self, metre: f64, tables: &Tables<'_>) -> String {
         let mut text = String::new();
         let printed = self.dynamic().map_or(&[][..], |dynamic| &dynamic.printed);
-        for &node in printed.iter().filter(|node| (**node as usize) < self.mesh.nodes.len()).take(PROBED) {
+        let moves =
+            |node: &&NodeNumber| (**node as usize) < self.mesh.nodes.len() || tables.has_point(**node);
+        for &node in printed.iter().filter(moves).take(PROBED) {
             let (id, at) = (self.id(node), self.place(node).map(|x| metre * x));
             for (axis, direction) in [("x", [1.0, 0.0, 0.0]), ("y", [0.0, 1.0, 0.0]), ("z", [0.0, 0.0, 1.0])]
             {

@@ -83,6 +83,11 @@ impl<'a> Tables<'a> {
         &self.patterns
     }
 
+    /// True of a node that is a reference point.
+    pub(crate) fn has_point(&self, node: NodeNumber) -> bool {
+        self.points.contains(&node)
+    }
+
     fn leave_out(&mut self, words: &'static str) {
         *self.left_out.entry(words).or_default() += 1;
     }

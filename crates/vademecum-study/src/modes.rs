@@ -103,20 +103,24 @@ impl Shapes {
     }
 }
 
-/// The `count` lowest modes, and their shapes; the discretisation error of the lowest six, and of the
+/// Modes that are found where no number is given.
+const COUNT: usize = 12;
+
+/// The `count` lowest modes, 12 or as many as there are without a number, and their shapes; the discretisation error of the lowest six, and of the
 /// displacement under a traction, where it is asked for.
 ///
 /// # Errors
 /// [`StudyError::Build`]: a problem that cannot be computed with, modes that do not converge.
 pub fn natural_modes(
     problem: &Problem,
-    count: usize,
+    count: Option<usize>,
     mesh_error: Option<DiscRequest>,
     listener: &dyn Listener,
 ) -> Result<(NaturalModes, Shapes), StudyError> {
     let prepared = prepare(problem, &mut Stopwatch::new(listener), listener)?;
     listener.stage("natural modes");
     let pencil = prepared.body.model.pencil();
+    let count = count.unwrap_or(COUNT.min(pencil.n_elastic()));
     let modes = lowest_modes(pencil, &prepared.symbolic, count)?;
     let mesh_error = mesh_error
         .map(|disc| {
@@ -125,10 +129,11 @@ pub fn natural_modes(
         })
         .transpose()?;
     let frequencies_hz = modes.frequencies_hz();
+    let ratios = prepared.ratios_along(&modes.eigenvalues, modes.vectors.as_ref());
     let material_damping: Vec<f64> = frequencies_hz
         .iter()
         .enumerate()
-        .map(|(k, &f)| prepared.rayleigh().ratio(f) + prepared.ratios.of(k))
+        .map(|(k, &f)| prepared.rayleigh().ratio(f) + ratios.of(k))
         .collect();
     let damping = |(&value, &ratio): (&f64, &f64)| {
         numerical_damping(prepared.file_scheme(), value.sqrt() * prepared.step.time_step, ratio)

@@ -157,12 +157,14 @@ const DASHPOT1: [f64; 40] = [
 
 #[test]
 fn modal_dynamic_steps_are_built_and_run_as_by_their_program() {
-    check_modal_dynamics("calculix/beamdy1.inp", "N100.y", &BEAMDY1);
-    check_modal_dynamics("calculix/dashpot1.inp", "N2.x", &DASHPOT1);
+    // Seven digits are printed.
+    check_modal_dynamics("calculix/beamdy1.inp", "N100.y", &BEAMDY1, 5e-7);
+    // Theirs integrates the dashpot step by step: with a tenth of its step it is 1e-5 from this one.
+    check_modal_dynamics("calculix/dashpot1.inp", "N2.x", &DASHPOT1, 5e-4);
 }
 
 /// A probe of a deck that is built and run, at the printed instants \[mm\].
-fn check_modal_dynamics(name: &str, probe: &str, expected: &[f64]) {
+fn check_modal_dynamics(name: &str, probe: &str, expected: &[f64], tolerance: f64) {
     let Some(deck) = deck(name) else { return };
     let folder = tempfile::tempdir().unwrap();
     let at = |name: &str| folder.path().join(name).display().to_string();
@@ -182,7 +184,6 @@ fn check_modal_dynamics(name: &str, probe: &str, expected: &[f64]) {
     let every = (found.len() - 1) / expected.len();
     assert_eq!(found.len(), 1 + every * expected.len(), "{name}");
     for (found, expected) in found[every..].iter().step_by(every).zip(expected) {
-        // Seven digits are printed.
-        assert!((found / expected - 1.0).abs() < 5e-7, "{name}: {found:e}, not {expected:e}");
+        assert!((found / expected - 1.0).abs() < tolerance, "{name}: {found:e}, not {expected:e}");
     }
 }

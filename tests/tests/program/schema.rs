@@ -177,7 +177,7 @@ fn fixtures_and_examples_fit_the_schema_and_slips_do_not() {
         ("[4, 1, 1]", "[-4, 1, 1]"),
         ("{ group = \"x_min\" }", "{ grup = \"x_min\" }"),
         ("{ group = \"x_min\" }", "{ group = \"x_min\", nodes = [1] }"),
-        ("poisson = 0.3\n", ""),
+        ("density = 1200\n", ""),
         ("poisson = 0.3", "poisson = 0.5"),
         ("2e9", "0.0"),
         ("[4, 1, 1]", "[4, 0, 1]"),

@@ -5,7 +5,6 @@
 
 use faer::{Mat, MatRef};
 
-use crate::fem::Dampers;
 use crate::linalg::{NoConvergence, solve_dense, symmetric_eigen};
 
 /// Eigenvalues closer than this share are those of modes that may be turned among each other.
@@ -14,13 +13,16 @@ const ALIKE: f64 = 1e-6;
 /// Modes at whose frequencies the coupling is measured.
 const MEASURED: usize = 64;
 
-/// Turns modes of one frequency, columns of `vectors`, so that dashpots do not couple them. `eigenvalues`
-/// ascend.
+/// A mode whose damping is a smaller share of the largest is not damped.
+const UNDAMPED: f64 = 1e-9;
+
+/// Turns modes of one frequency, columns of `vectors`, so that dashpots do not couple them: `along` gives the
+/// rows of dashpots along some of the columns. `eigenvalues` ascend.
 ///
 /// # Errors
 /// [`NoConvergence`]: numbers that double precision does not hold.
 pub(crate) fn uncouple(
-    dampers: &Dampers,
+    along: impl Fn(MatRef<'_, f64>) -> Mat<f64>,
     eigenvalues: &[f64],
     vectors: &mut Mat<f64>,
 ) -> Result<(), NoConvergence> {
@@ -30,7 +32,8 @@ pub(crate) fn uncouple(
         let count = eigenvalues[first..].iter().take_while(alike).count();
         if count > 1 {
             let modes = vectors.subcols(first, count).to_owned();
-            let (_, turn) = symmetric_eigen(dampers.project(modes.as_ref()).as_ref())?;
+            let rows = along(modes.as_ref());
+            let (_, turn) = symmetric_eigen((rows.transpose() * &rows).as_ref())?;
             vectors.subcols_mut(first, count).copy_from(&modes * &turn);
         }
         first += count.max(1);
@@ -43,9 +46,10 @@ pub(crate) fn uncouple(
 /// \[1/s\].
 pub(crate) fn coupling_error(eigenvalues: &[f64], damping: MatRef<'_, f64>) -> f64 {
     let r = eigenvalues.len();
+    let largest = (0..r).map(|k| damping[(k, k)]).fold(0.0, f64::max);
     let of_mode = |k: usize| -> f64 {
         let (omega, own) = (eigenvalues[k].sqrt(), damping[(k, k)]);
-        if own <= 0.0 || omega <= 0.0 {
+        if own <= UNDAMPED * largest || omega <= 0.0 {
             return 0.0;
         }
         // (Λ − ω² + iωC) q = e, real and imaginary parts.

@@ -50,7 +50,8 @@ impl ReducedModel {
         let (mut basis, snapshots) = watch.stage("snapshots and basis", find)?;
         let dampers = prepared.body.model.pencil().dampers();
         if let Some(eigenvalues) = basis.eigenvalues.as_deref().filter(|_| !dampers.is_empty()) {
-            uncouple(dampers, eigenvalues, &mut basis.vectors).map_err(BasisError::from)?;
+            uncouple(|modes| dampers.along(modes), eigenvalues, &mut basis.vectors)
+                .map_err(BasisError::from)?;
         }
         let loadable = wants_residual(problem, prepared) && context.order.n_load > 0;
         let has_residual = loadable && basis.eigenvalues.is_some();

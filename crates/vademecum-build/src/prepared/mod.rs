@@ -23,7 +23,7 @@ pub use parameters::{LiveParameter, ParameterSpace, Setting};
 pub use proposed::{STEPS_PER_PERIOD, proposed_time_step};
 pub use time_step::TimeStepError;
 
-use faer::Mat;
+use faer::{Mat, MatRef};
 use vademecum_format::scheme::{SchemeTable, StepParameters, TableError};
 
 use crate::basis::Basis;
@@ -103,14 +103,22 @@ impl Prepared {
         Rayleigh { alpha: self.step.alpha, beta: self.step.beta }
     }
 
-    /// Damping ratios of the modes of a basis in addition to Rayleigh's: those of the problem, and those by
-    /// dashpots.
+    /// Damping ratios of the modes of a basis in addition to Rayleigh's.
     pub(crate) fn file_ratios(&self, basis: &Basis) -> ModalRatios {
+        match &basis.eigenvalues {
+            Some(eigenvalues) => self.ratios_along(eigenvalues, basis.vectors.as_ref()),
+            None => self.ratios.clone(),
+        }
+    }
+
+    /// Damping ratios of natural modes, columns of `vectors`, in addition to Rayleigh's: those of the problem,
+    /// and `φᵀCφ / (2 ω)` by dashpots.
+    pub fn ratios_along(&self, eigenvalues: &[f64], vectors: MatRef<'_, f64>) -> ModalRatios {
         let dampers = self.body.model.pencil().dampers();
-        let Some(eigenvalues) = basis.eigenvalues.as_deref().filter(|_| !dampers.is_empty()) else {
+        if dampers.is_empty() {
             return self.ratios.clone();
-        };
-        let damping = dampers.project(basis.vectors.as_ref());
+        }
+        let damping = dampers.project(vectors);
         let ratio = |(k, value): (usize, &f64)| self.ratios.of(k) + 0.5 * damping[(k, k)] / value.sqrt();
         ModalRatios(eigenvalues.iter().enumerate().map(ratio).collect())
     }

@@ -31,9 +31,9 @@ pub(crate) struct Modes {
     problem: PathBuf,
     #[command(flatten)]
     deck: DeckArguments,
-    /// Number of modes.
-    #[arg(long, default_value_t = 12)]
-    count: usize,
+    /// Number of modes [default: 12, or as many as there are].
+    #[arg(long)]
+    count: Option<usize>,
     /// Write the shapes here (VTU); the largest displacement of each is 1.
     #[arg(long, value_name = "FILE.vtu")]
     shapes: Option<PathBuf>,
@@ -129,7 +129,7 @@ impl Modes {
         console.stage("read the deck");
         let deck = read(&self.problem, &self.deck.options())?;
         console.stage("natural modes");
-        let modes = FullOrder::new(&deck).modes(self.count)?;
+        let modes = FullOrder::new(&deck).modes(self.count.unwrap_or(12))?;
         if let Some(path) = &self.shapes {
             let mesh = &deck.mesh;
             let names: Vec<String> = field_names(&modes.frequencies_hz);

@@ -6,7 +6,7 @@ use faer::{Accum, Mat, MatRef, Par};
 use super::motion::Motion;
 use super::space::{ProjectedModes, RitzSpace, ritz};
 use crate::dynamics::orthonormal::DEPENDENT;
-use crate::dynamics::{History, Rayleigh, TimedLoad};
+use crate::dynamics::{History, Rayleigh, TimedLoad, uncouple};
 use crate::fem::{FactorError, Pencil, Symbolic};
 use crate::linalg::{Columns, NoConvergence, project};
 use crate::progress::{Cancelled, Listener};
@@ -181,14 +181,14 @@ impl<'a> ReferenceSolution<'a> {
             space.project();
             let loads = ModalLoads::new(space.vectors(), loads);
             let dashpots = pencil.dampers().along(space.vectors());
-            let modes = ModalPencil::new(space.ritz(space.used())?, decay, dashpots.as_ref());
+            let modes = ModalPencil::new(space.ritz(space.used())?, decay, dashpots.as_ref())?;
             let closed = space.is_closed();
             let errors = if closed {
                 // What is missing was taken for rounding.
                 vec![DEPENDENT; loads.columns()]
             } else {
                 let fewer = space.ritz(fewer(space.used(), given))?;
-                let fewer = ModalPencil::new(fewer, decay, dashpots.as_ref());
+                let fewer = ModalPencil::new(fewer, decay, dashpots.as_ref())?;
                 estimate(&modes, &fewer, &loads, time_step, steps, listener)?
             };
             let converged = errors.iter().all(|&error| error <= options.tolerance);
@@ -228,11 +228,11 @@ impl<'a> ReferenceSolution<'a> {
     ) -> Result<ReferenceSolution<'a>, ReferenceError> {
         let (vectors, projected) = (self.vectors(), self.stiffness.as_ref());
         let dashpots = self.pencil.dampers().along(self.space());
-        let modes = ModalPencil::new(ritz(projected, vectors)?, decay, dashpots.as_ref());
+        let modes = ModalPencil::new(ritz(projected, vectors)?, decay, dashpots.as_ref())?;
         let mut errors = self.errors;
         if !self.closed {
             let fewer = ritz(projected, fewer(vectors, self.given))?;
-            let fewer = ModalPencil::new(fewer, decay, dashpots.as_ref());
+            let fewer = ModalPencil::new(fewer, decay, dashpots.as_ref())?;
             errors = estimate(&modes, &fewer, &self.loads, self.time_step, self.steps, listener)?;
         }
         Ok(ReferenceSolution { modes, errors, ..self })
@@ -371,13 +371,23 @@ impl Iterator for Windows<'_> {
 
 impl ModalPencil {
     /// `dashpots` are the rows of dashpots along the vectors of the space, or more.
-    fn new(ritz: ProjectedModes, decay: Decay<'_>, dashpots: MatRef<'_, f64>) -> ModalPencil {
+    ///
+    /// # Errors
+    /// [`NoConvergence`]: numbers that double precision does not hold.
+    fn new(
+        mut ritz: ProjectedModes,
+        decay: Decay<'_>,
+        dashpots: MatRef<'_, f64>,
+    ) -> Result<ModalPencil, NoConvergence> {
         let m = ritz.vectors.nrows();
+        if dashpots.nrows() > 0 {
+            uncouple(|modes| dashpots.subcols(0, m) * modes, &ritz.values, &mut ritz.vectors)?;
+        }
         let along = dashpots.subcols(0, m) * &ritz.vectors;
         let own = |k: usize| 0.5 * along.col(k).squared_norm_l2();
         let values = ritz.values.iter().enumerate();
         let modes = values.map(|(k, &lambda)| [lambda, decay(lambda, k) + own(k)]).collect();
-        ModalPencil { modes, vectors: ritz.vectors }
+        Ok(ModalPencil { modes, vectors: ritz.vectors })
     }
 }
 
