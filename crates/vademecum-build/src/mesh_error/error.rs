@@ -18,6 +18,6 @@ pub enum MeshErrorFailure {
     #[error(transparent)]
     NoConvergence(#[from] NoConvergence),
     /// The user wants to stop.
-    #[error(transparent)]
+    #[error("the search in the raised space")]
     Cancelled(#[from] Cancelled),
 }

@@ -2,6 +2,7 @@
 
 use super::*;
 use vademecum_build::fem::{EngineError, FactorError, ModelError, Resource};
+use vademecum_build::mesh_error::MeshErrorFailure;
 use vademecum_build::progress::Cancelled;
 
 /// The exit code is that of who can act, and the remedy is theirs, in whichever stage it was met.
@@ -47,4 +48,7 @@ fn what_ran_short_is_told_with_a_remedy_for_it() {
 fn a_search_that_is_stopped_is_no_failure_of_it() {
     let error = BuildError::from(BasisError::Modes(Cancelled.into()));
     assert_eq!(Failure::from(error).cause, Cause::Stopped);
+    let error = || MeshErrorFailure::from(Cancelled);
+    assert_eq!(Failure::from(BuildError::from(error())).cause, Cause::Stopped);
+    assert_eq!(Failure::from(StudyError::from(error())).cause, Cause::Stopped);
 }
