@@ -327,8 +327,8 @@ kinds! {
     /// without discretisation error \[Hz\], and what the relative error does not exceed in 95 %;
     /// `f64 (any, 3)`. Since version 1.8.
     MeshError = 67: 8, optional, F64, [Any, Of(3)];
-    /// Compliance of each region of the mesh as built, over the stresses xx, yy, zz, xy, yz, zx to the strains
-    /// with engineering shear, its upper triangle row by row \[1/Pa\]; in place of
+    /// Compliance of each region of the mesh as built, over the stresses xx, yy, zz, xy, yz, zx to the
+    /// strains with engineering shear, its upper triangle row by row \[1/Pa\]; in place of
     /// [`SectionKind::ElasticConstants`] where a region is not isotropic; `f64 (any, 21)`. Since version 1.9.
     Compliance = 75: 9, optional, F64, [Any, Of(21)];
 }

@@ -67,8 +67,8 @@ pub fn own_rows(part: &AssemblyPart, places: &[i64]) -> Vec<u32> {
     rows
 }
 
-/// Numbers of a material: its density; Young's modulus and Poisson's ratio; a stiffness, zeros of an isotropic
-/// one.
+/// Numbers of a material: its density; Young's modulus and Poisson's ratio; a stiffness, zeros of an
+/// isotropic one.
 fn constants_of(material: &Material) -> [f64; 39] {
     let mut numbers = [0.0; 39];
     numbers[0] = material.density;

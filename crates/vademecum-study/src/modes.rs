@@ -106,8 +106,8 @@ impl Shapes {
 /// Modes that are found where no number is given.
 const COUNT: usize = 12;
 
-/// The `count` lowest modes, 12 or as many as there are without a number, and their shapes; the discretisation error of the lowest six, and of the
-/// displacement under a traction, where it is asked for.
+/// The `count` lowest modes, 12 or as many as there are without a number, and their shapes; the
+/// discretisation error of the lowest six, and of the displacement under a traction, where it is asked for.
 ///
 /// # Errors
 /// [`StudyError::Build`]: a problem that cannot be computed with, modes that do not converge.

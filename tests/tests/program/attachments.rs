@@ -275,7 +275,8 @@ fn a_dashpot_gives_each_mode_its_ratio() {
     // Of the two modes of one frequency, one moves along the dashpot.
     let (least, most) = (ratios[0].min(ratios[1]), ratios[0].max(ratios[1]));
     assert!(least < 1e-9 && most > 1e-3, "{ratios:?}");
-    // A soft spring in its place adds k φ² to the square of the frequency, the dashpot c φ² / (2 ω) to the ratio.
+    // A soft spring in its place adds k φ² to the square of the frequency, the dashpot c φ² / (2 ω) to the
+    // ratio.
     let spring = format!("[[spring]]\nfrom = \"hub\"\nstiffness = [0.0, {k}, 0.0, 0.0, 0.0, 0.0]");
     let omega = |of: &str, mode: usize| std::f64::consts::TAU * frequencies(of)[mode];
     let stiffer = square(folder.path(), "spring.toml", &spring);
@@ -296,4 +297,18 @@ fn a_dashpot_gives_each_mode_its_ratio() {
     let compared = ["--problem", &problem, "--compare", "5", "-o", &at("frf.csv")];
     let refused = vademecum(&[&response[..], &compared[..]].concat());
     assert!(refused.code != Some(0) && refused.stderr.contains("dashpots"), "{}", refused.stderr);
+}
+
+#[test]
+fn a_probe_on_a_long_arm_is_sound() {
+    let folder = tempfile::tempdir().unwrap();
+    let at = |name: &str| folder.path().join(name).display().to_string();
+    let probe = "[[point_mass]]\nreference = \"hub\"\nmass = 1.0\n\
+                 [[output.probe]]\nname = \"hub\"\npoint = [4.0, 0.05, 0.05]\ndirection = [0.0, 0.0, 1.0]";
+    let problem = square(folder.path(), "arm.toml", probe);
+    let text = std::fs::read_to_string(&problem).unwrap();
+    std::fs::write(&problem, text.replace("at = [1.0, 0.05", "at = [4.0, 0.05")).unwrap();
+    assert_eq!(vademecum(&["build", &problem, "-o", &at("arm.vdm")]).code, Some(0));
+    let checked = vademecum(&["verify", &at("arm.vdm"), "--file-only"]);
+    assert_eq!(checked.code, Some(0), "{}", checked.stderr);
 }

@@ -1,8 +1,8 @@
 //! Stress at nodes, as rows over the displacements.
 //!
-//! The stress of an element, by the law of its material from `ε`, the symmetric part of `∇u`, is taken at its own
-//! nodes; a linear tetrahedron has one stress, and that of a straight quadratic one is linear, so that this
-//! is what its four points of integration say, extrapolated. At a node the mean over the elements of one
+//! The stress of an element, by the law of its material from `ε`, the symmetric part of `∇u`, is taken at its
+//! own nodes; a linear tetrahedron has one stress, and that of a straight quadratic one is linear, so that
+//! this is what its four points of integration say, extrapolated. At a node the mean over the elements of one
 //! region is taken (Hinton and Campbell 1974): across an interface of two materials stress jumps, so a node
 //! there has a stress for each region.
 

@@ -3,7 +3,7 @@
 use vademecum_eval::{SceneOptions, StructureChoice};
 use vademecum_format::{File, SectionKind};
 
-use super::file::{CertifiedFile, FileStep, encode_file};
+use super::file::{CertifiedFile, FileStep, encode_file, ratios_of};
 use super::reduced::{ReducedModel, factor, factor_bytes};
 use super::{BuildContext, BuildError};
 use crate::basis::Basis;
@@ -33,7 +33,7 @@ pub(super) fn certified(
 ) -> Result<CertifiedFile, BuildError> {
     check_ratios(problem, &context.prepared.ratios, &model.basis)?;
     note_coupling(context, &model.basis);
-    let ratios = context.prepared.file_ratios(&model.basis);
+    let ratios = ratios_of(context.prepared, &model.basis);
     let ratios = damping_section(&ratios, model.basis.n_modes());
     let mut measured = None;
     if !model.has_factor {
@@ -132,7 +132,7 @@ fn certify(
             options.set(file.metadata(), &[(parameter, value)]).map_err(CertificateError::from)?;
         }
         let inputs = |inputs: Inputs| {
-            let step = (&setting, problem.output.precision, name, prepared.file_ratios(basis));
+            let step = (&setting, problem.output.precision, name, ratios_of(prepared, basis));
             inputs.value(&step).with(basis).with(unseen)
         };
         let measure = || -> Result<_, CertificateError> {

@@ -5,10 +5,11 @@ use vademecum_format::{Certificate, SectionKind};
 use super::{BuildContext, BuildError, Built};
 use crate::basis::Basis;
 use crate::certificate::{FIGURES, FileFigures, LargeReport, StructureMeasured};
-use crate::dynamics::{ModeRow, mode_table, table_matrix};
+use crate::dynamics::{ModalRatios, ModeRow, mode_table, table_matrix};
 use crate::export::{Draft, Parts, encode, mesh_error_section, program};
 use crate::input::Problem;
 use crate::parametric::SeparationRecord;
+use crate::prepared::Prepared;
 use crate::progress::Stopwatch;
 use crate::report::{BuildPlan, BuildReport, CertificateReport};
 use crate::response::BlockTerms;
@@ -105,11 +106,19 @@ pub fn encode_file<'d>(
     Ok(encode(&parts)?)
 }
 
+/// Damping ratios of the modes of a basis in addition to Rayleigh's.
+pub(super) fn ratios_of(prepared: &Prepared, basis: &Basis) -> ModalRatios {
+    match &basis.eigenvalues {
+        Some(eigenvalues) => prepared.ratios_along(eigenvalues, basis.vectors.as_ref()),
+        None => prepared.ratios.clone(),
+    }
+}
+
 /// One row per mode.
 fn modes(context: &BuildContext<'_>, basis: &Basis) -> Vec<ModeRow> {
     let prepared = context.prepared;
     let (time_step, rayleigh) = (prepared.step.time_step, prepared.rayleigh());
-    let ratios = prepared.file_ratios(basis);
+    let ratios = ratios_of(prepared, basis);
     let damping = (&rayleigh, &ratios);
     mode_table(&basis.quotients(), &basis.energy, prepared.file_scheme(), damping, time_step)
 }

@@ -26,7 +26,6 @@ pub use time_step::TimeStepError;
 use faer::{Mat, MatRef};
 use vademecum_format::scheme::{SchemeTable, StepParameters, TableError};
 
-use crate::basis::Basis;
 use crate::dynamics::schemes::bathe;
 use crate::dynamics::{
     DampingError, FirstMode, FullOrder, FullOrderError, ModalRatios, ModesError, Rayleigh, SchemeError,
@@ -103,16 +102,8 @@ impl Prepared {
         Rayleigh { alpha: self.step.alpha, beta: self.step.beta }
     }
 
-    /// Damping ratios of the modes of a basis in addition to Rayleigh's.
-    pub(crate) fn file_ratios(&self, basis: &Basis) -> ModalRatios {
-        match &basis.eigenvalues {
-            Some(eigenvalues) => self.ratios_along(eigenvalues, basis.vectors.as_ref()),
-            None => self.ratios.clone(),
-        }
-    }
-
-    /// Damping ratios of natural modes, columns of `vectors`, in addition to Rayleigh's: those of the problem,
-    /// and `φᵀCφ / (2 ω)` by dashpots.
+    /// Damping ratios of natural modes, columns of `vectors`, in addition to Rayleigh's: those of the
+    /// problem, and `φᵀCφ / (2 ω)` by dashpots.
     pub fn ratios_along(&self, eigenvalues: &[f64], vectors: MatRef<'_, f64>) -> ModalRatios {
         let dampers = self.body.model.pencil().dampers();
         if dampers.is_empty() {

@@ -36,7 +36,8 @@ pub(super) fn check(file: &File<'_>) -> Result<(), RewriteError> {
     }
     zero_columns(&rows)?;
     rank(&rows)?;
-    reals_of(file, S::ProbeRows)?.map_or(Ok(()), |probes| reach(&rows, &probes))
+    let units = file.section(S::ProbeUnits).map(|section| section.text()).transpose()?.unwrap_or("");
+    reals_of(file, S::ProbeRows)?.map_or(Ok(()), |probes| reach(&rows, &probes, units))
 }
 
 /// The rows of the basis that the file has: those of the surface, then those inside.
@@ -157,10 +158,13 @@ fn rank(rows: &Rows<'_>) -> Result<(), RewriteError> {
     Ok(())
 }
 
-/// A probe is a node's motion along a direction of length 1, or between nodes: in no mode it moves further
-/// than the node that moves furthest. Rows in binary32 are off by 2⁻²⁴ of themselves, quantised ones by half
-/// a step in each component; a tenth of a per cent and three steps are allowed.
-fn reach(rows: &Rows<'_>, probes: &[f64]) -> Result<(), RewriteError> {
+/// A probe may lie outside the nodes, at a reference point that moves further than all of them.
+const OUTSIDE: f64 = 1e3;
+
+/// A displacement is that of a node along a direction of length 1, or of a reference point: in no mode it is
+/// [`OUTSIDE`] times that of the node that moves furthest. Strains have no such bound. Rows in binary32 are
+/// off by 2⁻²⁴ of themselves, quantised ones by half a step in each component.
+fn reach(rows: &Rows<'_>, probes: &[f64], units: &str) -> Result<(), RewriteError> {
     let r = rows.r;
     let (mut furthest, mut squares, mut place) = (vec![0.0f64; r], vec![0.0f64; r], 0);
     rows.each(|row| {
@@ -172,13 +176,15 @@ fn reach(rows: &Rows<'_>, probes: &[f64]) -> Result<(), RewriteError> {
         }
     })?;
     let steps = steps(rows)?;
-    let allowed = |k: usize| 1.001 * furthest[k] + 3.0 * steps[k];
-    match probes.iter().enumerate().find(|&(i, x)| x.abs() > allowed(i % r)) {
+    let allowed = |k: usize| OUTSIDE * (furthest[k] + 3.0 * steps[k]);
+    let units: Vec<&str> = units.lines().collect();
+    let length = |i: usize| units.get(i / r).is_none_or(|unit| *unit == "m");
+    match probes.iter().enumerate().find(|&(i, x)| length(i) && x.abs() > allowed(i % r)) {
         None => Ok(()),
         Some((i, value)) => {
             let (probe, mode) = (i / r, i % r);
             let reason = format!(
-                "probe {probe} moves by {value:e} in mode {mode}, and no node by more than {:e}",
+                "probe {probe} moves by {value:e} in mode {mode}, more than a thousand times any node, {:e}",
                 furthest[mode]
             );
             Err(unsound(SectionKind::ProbeRows, Fault::Disagrees, reason))
