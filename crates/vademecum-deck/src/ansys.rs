@@ -14,11 +14,11 @@ use crate::left_out::leave_out;
 
 /// Commands without a meaning for linear answers, by their beginnings.
 const SILENT: &[&str] = &[
-    "ET", "KEYOP", "R", "RL", "RMOR", "TYPE", "MAT", "REAL", "SECN", "SECT", "SECD", "NBLO", "EBLO", "CMBL",
+    "ET", "KEYO", "R", "RL", "RMOR", "TYPE", "MAT", "REAL", "SECN", "SECT", "SECD", "NBLO", "EBLO", "CMBL",
     "N", "EXTO", "TREF", "BFUN", "ERES", "FINI", "NUMO", "MODO", "MODC", "QRDO", "DOF", "MPTE", "MPDA", "MP",
-    "LSEL", "LOCA", "CSYS", "ESYS", "NSEL", "ESEL", "CMSE", "ALLS", "NROP", "NEQI", "AUTO", "DELT", "TIME",
-    "KBC", "OUTR", "OUTP", "NSUB", "LUMP", "EQSL", "SOLV", "SAVE", "RESU", "CNVT", "NCNV", "LNSR", "PRED",
-    "IRLF", "CGOM", "CGLO", "DCGO",
+    "LSEL", "CSYS", "ESYS", "NSEL", "ESEL", "CMSE", "ALLS", "NROP", "NEQI", "AUTO", "DELT", "TIME", "KBC",
+    "OUTR", "OUTP", "NSUB", "LUMP", "EQSL", "SOLV", "SAVE", "RESU", "CNVT", "NCNV", "LNSR", "PRED", "IRLF",
+    "CGOM", "CGLO", "DCGO",
 ];
 
 /// Labels of displacements and of forces, by component.
@@ -33,6 +33,8 @@ struct Reader<'a> {
     constants: BTreeMap<u64, Constants>,
     kind: StepKind,
     loads: Vec<Load>,
+    /// Line of the first coordinate system of the deck's own.
+    local: Option<usize>,
 }
 
 /// Elastic constants and density as far as they were read.
@@ -50,15 +52,19 @@ struct Constants {
 }
 
 impl Constants {
+    /// True if a constant belongs to one of several axes.
+    fn is_orthotropic(&self) -> bool {
+        self.young[1] != 0.0 || self.young[2] != 0.0 || self.shear != [0.0; 3]
+    }
+
     /// `None` of no solid.
     fn elasticity(&self) -> Option<Elasticity> {
         let [ex, ey, ez] = self.young;
-        let isotropic = ey == 0.0 && ez == 0.0 && self.shear == [0.0; 3];
         let major = |k: usize, first: f64, second: f64| match self.minor[k] {
             0.0 => self.poisson[k],
             minor => minor * first / second,
         };
-        if isotropic {
+        if !self.is_orthotropic() {
             let poisson = major(0, 1.0, 1.0);
             let sound = ex > 0.0 && poisson > -1.0 && poisson < 0.5;
             return sound.then_some(Elasticity::Isotropic { young: ex, poisson });
@@ -84,7 +90,7 @@ pub(crate) fn read(file: &Path) -> Result<Deck, DeckError> {
         }
     }
     let (constants, kind) = (BTreeMap::new(), StepKind::Static);
-    let mut reader = Reader { raw: &raw, deck, numbers, constants, kind, loads: vec![] };
+    let mut reader = Reader { raw: &raw, deck, numbers, constants, kind, loads: vec![], local: None };
     for command in commands(file, &bytes)? {
         reader.take(&command)?;
     }
@@ -97,7 +103,12 @@ impl Reader<'_> {
         let short: String = name.chars().take(4).collect();
         match short.as_str() {
             "MP" => self.property(command, [0, 1, 2])?,
+            // A table over temperatures goes on in further blocks.
+            "MPDA" if number(command, 4).is_ok_and(|first| first > 1.0) => {
+                self.leave(command, "temperature is not computed: the first value of the table is taken");
+            }
             "MPDA" => self.property(command, [2, 3, 5])?,
+            "LOCA" | "CS" | "CLOC" | "CSKP" | "CSWP" => self.local = self.local.or(Some(command.line)),
             "D" => self.support(command)?,
             "F" => self.force(command)?,
             "ACEL" => {
@@ -239,10 +250,18 @@ impl Reader<'_> {
         for region in &self.deck.mesh.regions {
             let found = self.constants.get(&(region.tag as u64)).filter(|found| found.young[0] > 0.0);
             let found = found.ok_or_else(|| DeckError::NoMaterial { region: region.name.clone() })?;
-            let elasticity = found.elasticity().ok_or_else(|| DeckError::Incomplete {
-                material: region.name.clone(),
-                quantity: "positive definite stiffness",
-                card: "EX, EY, EZ, PRXY, PRXZ, PRYZ, GXY, GXZ and GYZ",
+            let missing =
+                |quantity, card| DeckError::Incomplete { material: region.name.clone(), quantity, card };
+            if found.is_orthotropic() && found.shear.contains(&0.0) {
+                return Err(missing("shear modulus in each plane", "GXY, GXZ and GYZ beside EY and EZ"));
+            }
+            // Their axes are those of the elements, whose systems are not read.
+            if found.is_orthotropic() && self.local.is_some() {
+                return Err(missing("axes that are known", "elements in system 0, without LOCAL,"));
+            }
+            let elasticity = found.elasticity().ok_or_else(|| {
+                let card = "EX, EY, EZ, PRXY, PRXZ, PRYZ, GXY, GXZ and GYZ";
+                missing("positive definite stiffness", card)
             })?;
             self.deck.materials.push(Material { elasticity, density: found.density });
         }

@@ -59,6 +59,15 @@ pub enum DeckError {
         /// Card that gives it.
         card: &'static str,
     },
+    /// Rotations or moments along axes of a node that are not those of space.
+    #[error(
+        "node {node}: a rotation that is held, or a moment, along own axes of the node; expected it along the axes \
+         of space"
+    )]
+    OwnRotations {
+        /// Number of the node.
+        node: u64,
+    },
     /// Constraints that cannot hold at once.
     #[error(transparent)]
     Contradiction(#[from] Contradiction),

@@ -6,7 +6,7 @@ use std::fmt::Write;
 use vademecum_build::fem::{Elasticity, Material, Stiffness};
 use vademecum_build::mesh::{ElementKind, Hexahedra};
 
-use crate::deck::{Deck, Dynamic, NodeNumber, Step, StepKind};
+use crate::deck::{Deck, Dynamic, Load, NodeNumber, Step, StepKind};
 use crate::error::DeckError;
 use crate::tables::Tables;
 
@@ -187,6 +187,32 @@ impl Deck {
                 (0..3).map(|c| (c, share(c))).filter(|term| term.1 != 0.0).collect()
             }
             None => vec![(component, 1.0)],
+        }
+    }
+
+    /// Rotations of reference nodes are along the axes of space.
+    ///
+    /// # Errors
+    /// [`DeckError::OwnRotations`]: some of the rotations are held, or a moment acts, along own axes.
+    pub(crate) fn check_rotations(&self) -> Result<(), DeckError> {
+        let solid = self.mesh.nodes.len() as NodeNumber;
+        let own = |node: NodeNumber| node >= solid && (0..3).any(|c| self.along(node, c) != [(c, 1.0)]);
+        let mut held: BTreeMap<NodeNumber, u8> = BTreeMap::new();
+        let of_steps = self.steps.iter().flat_map(|step| &step.supports);
+        for support in self.supports.iter().chain(of_steps) {
+            if support.component >= 3 && own(support.node) {
+                *held.entry(support.node).or_default() |= 1 << support.component;
+            }
+        }
+        // All three are held whatever the axes are.
+        let some = held.into_iter().find(|(_, components)| *components != 0b111_000);
+        let moments = self.steps.iter().flat_map(|step| &step.loads).find_map(|load| match load {
+            Load::Force { node, component: 3.., value } if *value != 0.0 && own(*node) => Some(*node),
+            _ => None,
+        });
+        match some.map(|(node, _)| node).or(moments) {
+            Some(node) => Err(DeckError::OwnRotations { node: self.id(node) }),
+            None => Ok(()),
         }
     }
 

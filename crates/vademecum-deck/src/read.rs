@@ -37,6 +37,7 @@ pub fn read(file: &Path, options: &ReadOptions) -> Result<Deck, DeckError> {
         "cdb" => ansys::read(file)?,
         _ => abaqus::read(file, options.dialect)?,
     };
+    deck.check_rotations()?;
     deck.units = match options.units {
         Some(system) => Units(Some(system)),
         None => {

@@ -200,6 +200,12 @@ impl<'a> Tables<'a> {
     fn skew_supports(&mut self) {
         let outside: Vec<(NodeNumber, u8)> = self.supports().filter(|of| !self.is_solid(of.0)).collect();
         for (node, c) in outside {
+            if self.turns.contains_key(&node) {
+                if self.deck.along(node, c).len() > 1 {
+                    self.leave_out("rotations held along own axes of their node");
+                }
+                continue;
+            }
             let terms: Vec<_> = self.deck.along(node, c).into_iter().map(|(c, a)| (node, c, a)).collect();
             if terms.len() > 1 {
                 self.points.insert(node);
@@ -354,7 +360,9 @@ impl<'a> Tables<'a> {
                         if self.turns.contains_key(node) =>
                     {
                         let moments = at_points.entry(self.turns[node]).or_default();
-                        moments[3 + usize::from(*component)] += self.newton * self.metre * value;
+                        for (c, share) in deck.along(*node, *component) {
+                            moments[3 + usize::from(c)] += self.newton * self.metre * share * value;
+                        }
                     }
                     Load::Force { node, component, value } if self.points.contains(node) => {
                         let arm = if *component < 3 { 1.0 } else { self.metre };
@@ -446,7 +454,11 @@ impl<'a> Tables<'a> {
             let at = self.deck.place(node).map(|x| self.metre * x);
             let _ = writeln!(text, "[[reference_point]]\nname = {:?}\nat = {at:?} # m", self.name(node));
             let motion = |(at, c): (NodeNumber, u8)| match self.turns.get(&at) {
-                Some(&reference) => (reference, c + 3),
+                // A rotation about an axis that is none of space is left out.
+                Some(&reference) => match self.deck.along(at, c)[..] {
+                    [(c, _)] => (reference, c + 3),
+                    _ => (reference, u8::MAX),
+                },
                 // A direction that is none of space is held by an equation.
                 None => match self.deck.along(at, c)[..] {
                     [(c, _)] => (at, c),

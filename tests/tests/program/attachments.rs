@@ -166,6 +166,25 @@ fn supports_along_own_axes_and_unequal_weights_are_those_of_the_deck() {
 }
 
 #[test]
+fn springs_along_lines_between_nodes_are_those_of_the_deck() {
+    let Bar { text, ends, .. } = bar(0.0, 1, "bar");
+    let [left, right] = ends;
+    // From nodes of the middle of the bar to nodes of its end, in no direction of space.
+    let lines = [(3, right[0]), (25, right[4]), (18, right[8])];
+    let springs: String =
+        lines.iter().enumerate().map(|(i, (a, b))| format!("{},{a},{b}\n", 9800 + i)).collect();
+    let deck = format!(
+        "{text}{}{MATERIAL}*SOLID SECTION,ELSET=bar,MATERIAL=steel\n*BOUNDARY\nleft,1,3\n\
+         *ELEMENT,TYPE=SPRINGA,ELSET=ties\n{springs}*SPRING,ELSET=ties\n\n3e7\n\
+         *STEP\n*FREQUENCY\n6\n*END STEP\n",
+        set("left", &left),
+    );
+    let (folder, problem) = check("springs", &deck);
+    let text = std::fs::read_to_string(&problem).unwrap();
+    steps_as_the_full_order(folder.path(), &problem, &text);
+}
+
+#[test]
 fn a_bar_between_reference_points_is_that_of_the_deck() {
     let Some(deck) = shared("decks/nastran/rigid_rbe2.bdf") else { return };
     let folder = tempfile::tempdir().unwrap();

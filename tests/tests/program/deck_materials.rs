@@ -177,6 +177,10 @@ fn laws_of_one_solid_in_several_forms_have_one_answer() {
         let alike = found.iter().zip(&expected).all(|(a, b)| (a / b - 1.0).abs() < 1e-9);
         assert!(alike && found.len() == expected.len(), "{material}: {found:?} {expected:?}");
     }
+    // An isotropic material needs no axes, and none are judged that no section names.
+    let odd = beam("C3D8", "*ELASTIC\n1e9,0.3\n").replace(ORIENTATION, "*ORIENTATION,NAME=grain\nfield\n");
+    std::fs::write(path, odd).expect("written");
+    assert_eq!(frequencies(&json(&["modes", path, "--json"])).len(), 12);
     // Axes that turn from place to place are refused by name.
     let turning = beam("C3D8", ELASTIC).replace("SYSTEM=RECTANGULAR", "SYSTEM=CYLINDRICAL");
     std::fs::write(path, turning).expect("written");

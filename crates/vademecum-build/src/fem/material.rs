@@ -294,11 +294,17 @@ impl Law {
         }
     }
 
-    /// Mean stiffness against a strain along one axis \[Pa\].
+    /// Stiffness against a strain along one direction, of all directions the mean (Voigt) \[Pa\].
     pub(crate) fn normal(&self) -> f64 {
         match self {
             Law::Isotropic { lambda, mu } => lambda + 2.0 * mu,
-            Law::Anisotropic(Stiffness(c)) => (c[0][0] + c[1][1] + c[2][2]) / 3.0,
+            Law::Anisotropic(Stiffness(c)) => {
+                let own = c[0][0] + c[1][1] + c[2][2];
+                let across = c[0][1] + c[0][2] + c[1][2];
+                let (bulk, shear) =
+                    ((own + 2.0 * across) / 9.0, (own - across + 3.0 * (c[3][3] + c[4][4] + c[5][5])) / 15.0);
+                bulk + 4.0 / 3.0 * shear
+            }
         }
     }
 }
@@ -333,6 +339,7 @@ mod tests {
             assert!(a.iter().zip(b).all(|(a, b)| (a - b).abs() < 1e-12 * most), "{a:?} {b:?}");
         };
         alike(law.block(p, q).as_flattened(), same.block(p, q).as_flattened());
+        alike(&[law.normal()], &[same.normal()]);
         alike(law.stress(&h).as_flattened(), same.stress(&h).as_flattened());
         alike(law.stress_block(p, 0.5).as_flattened(), same.stress_block(p, 0.5).as_flattened());
         let strain = strain_block(q);
@@ -350,6 +357,8 @@ mod tests {
     #[test]
     fn a_turned_stiffness_gives_the_turned_stress() {
         let (stiffness, axes) = (spruce(), [[1.0, 2.0, -0.5], [2.0, -1.0, 0.7]]);
+        let [own, turned] = [stiffness, stiffness.along(axes)].map(|c| Law::Anisotropic(c).normal());
+        assert!((turned / own - 1.0).abs() < 1e-12, "{own} {turned}");
         let first = unit(axes[0]);
         let third = unit(cross(first, axes[1]));
         let frame = [first, cross(third, first), third];

@@ -21,7 +21,8 @@ pub use attachments::{
 };
 pub use body::{
     BaseEntry, BlockSource, Component, DampingEntry, LoadEntry, MaterialEntry, MatricesSource, MeshSource,
-    NodalForce, OrderEntry, PatternEntry, RaisedOrder, RegionEntry, SupportEntry, TablesSource,
+    NodalForce, OrderEntry, OrthotropicEntry, PatternEntry, RaisedOrder, RegionEntry, SupportEntry,
+    TablesSource,
 };
 pub(crate) use chapter::Representation;
 pub use chapter::{ChapterEntry, Projection, Repair};

@@ -6,7 +6,7 @@ use super::body_error::BodyError;
 use super::places::{facets_within, located, select};
 use crate::fem::{Attachments, Block, DampingBlock, anchors, mean_rows, rigid_row, surface_facets};
 use crate::input::{CouplingEntry, CouplingKind, EquationNode, EquationTerm, Problem};
-use crate::linalg::vec3::{cross, sub};
+use crate::linalg::vec3::{cross, norm, sub};
 use crate::linalg::{from_upper, unit};
 use crate::mesh::Mesh;
 use crate::mesh::select::numbered;
@@ -14,6 +14,9 @@ use crate::mesh::surface::Surface;
 
 /// Motions of a reference point: three displacements and three rotations.
 const MOTIONS: usize = 6;
+
+/// Share of the stiffness times the square of the arm that is the rounding of a product of directions.
+const ROUNDING: f64 = 1e-24;
 
 /// First dof of a reference point.
 pub(super) fn first_dof(mesh: &Mesh, point: usize) -> u32 {
@@ -242,7 +245,14 @@ fn between(
     let n = MOTIONS * ends.len();
     let motion = Mat::from_fn(MOTIONS, n, |i, j| row(j / MOTIONS, i, j % MOTIONS));
     let product = motion.transpose() * &own * &motion;
-    (dofs_of(mesh, ends), Mat::from_fn(n, n, |i, j| 0.5 * (product[(i, j)] + product[(j, i)])))
+    // A rotation about an arm along the spring moves it by rounding alone.
+    let arm = places.iter().map(|&place| norm(sub(places[0], place))).fold(0.0, f64::max);
+    let largest = numbers[..3].iter().fold(0.0, |most: f64, k| most.max(*k)) * arm * arm;
+    let moves = |i: usize| i % MOTIONS < 3 || product[(i, i)] > ROUNDING * largest;
+    (dofs_of(mesh, ends), {
+        let entry = |i: usize, j: usize| 0.5 * (product[(i, j)] + product[(j, i)]);
+        Mat::from_fn(n, n, |i, j| if moves(i) && moves(j) { entry(i, j) } else { 0.0 })
+    })
 }
 
 /// Holds motions of reference points that nothing has a part in.

@@ -96,7 +96,10 @@ pub(crate) fn take(reader: &mut Reader<'_>, card: &InpCard) -> Result<(), DeckEr
         "MATERIAL" => material::begin(reader, card),
         "ELASTIC" => material::elastic(reader, card),
         "DENSITY" => material::density(reader, card),
-        "ORIENTATION" => material::orientation(reader, card),
+        "ORIENTATION" => {
+            material::orientation(reader, card);
+            Ok(())
+        }
         "SOLID SECTION" => {
             let of = |key: &str| card.parameter(key).unwrap_or("").to_string();
             let [set, material, orientation] = ["ELSET", "MATERIAL", "ORIENTATION"].map(of);

@@ -89,48 +89,45 @@ fn elasticity(law: &str, numbers: &[f64]) -> Option<Elasticity> {
     stiffness.is_definite().then_some(Elasticity::Anisotropic(stiffness))
 }
 
-/// Axes of a material.
-pub(crate) fn orientation(reader: &mut Reader<'_>, card: &InpCard) -> Result<(), DeckError> {
-    let Some(name) = card.parameter("NAME") else {
-        return Err(reader.fault(card, None, "no NAME", "NAME=orientation"));
-    };
-    let name = name.to_ascii_uppercase();
-    let system = card.parameter("SYSTEM").unwrap_or("RECTANGULAR").to_ascii_uppercase();
+/// Axes of a material: whatever they are, they matter where a section of an anisotropic one names them.
+pub(crate) fn orientation(reader: &mut Reader<'_>, card: &InpCard) {
+    let Some(name) = card.parameter("NAME") else { return };
+    let axes = rectangular(reader, card);
+    reader
+        .orientations
+        .insert(name.to_ascii_uppercase(), axes.map_or(Orientation::Other, Orientation::Fixed));
+}
+
+/// First and second axis by coordinates of points; none where they are given otherwise.
+fn rectangular(reader: &Reader<'_>, card: &InpCard) -> Option<[[f64; 3]; 2]> {
+    let system = card.parameter("SYSTEM").unwrap_or("RECTANGULAR");
     let by_points = card.parameter("DEFINITION").is_none_or(|how| how.eq_ignore_ascii_case("COORDINATES"));
-    if !system.starts_with('R') || !by_points {
-        reader.orientations.insert(name, Orientation::Turning);
-        return Ok(());
+    if !system.eq_ignore_ascii_case("RECTANGULAR") || !by_points {
+        return None;
     }
-    let Some(line) = card.data.first() else {
-        return Err(reader.fault(card, None, "no data", "six coordinates"));
-    };
-    let numbers = reader.reals(card, line)?;
+    let numbers = reader.reals(card, card.data.first()?).ok()?;
     let at =
         |from: usize| -> [f64; 3] { std::array::from_fn(|c| numbers.get(from + c).copied().unwrap_or(0.0)) };
     let origin = at(6);
     let (a, b) = (sub(at(0), origin), sub(at(3), origin));
     let third = cross(a, b);
     if norm(third) <= 1e-9 * norm(a) * norm(b) || !norm(third).is_finite() {
-        return Err(reader.fault(card, Some(line), &line.text, "two points that are not on one line"));
+        return None;
     }
     let (first, third) = (unit(a), unit(third));
     let mut axes = [first, cross(third, first), third];
-    // A second line turns the axes about one of them.
+    // A second line turns the axes about one of them, the first one if it names none.
     if let Some(line) = card.data.get(1) {
-        let turn = reader.reals(card, line)?;
-        let (about, angle) = (turn.first().copied().unwrap_or(1.0), turn.get(1).copied().unwrap_or(0.0));
-        let about = [1.0, 2.0, 3.0].iter().position(|axis| *axis == about);
-        let Some(about) = about else {
-            return Err(reader.fault(card, Some(line), &line.text, "an axis, 1 to 3, and an angle"));
-        };
+        let turn = reader.reals(card, line).ok()?;
+        let (about, angle) = (turn.first().copied().unwrap_or(0.0), turn.get(1).copied().unwrap_or(0.0));
+        let about = [1.0, 2.0, 3.0].iter().position(|axis| *axis == about.max(1.0))?;
         let (sine, cosine) = angle.to_radians().sin_cos();
         let (i, j) = ((about + 1) % 3, (about + 2) % 3);
         let [p, q] = [axes[i], axes[j]];
         axes[i] = std::array::from_fn(|c| cosine * p[c] + sine * q[c]);
         axes[j] = std::array::from_fn(|c| cosine * q[c] - sine * p[c]);
     }
-    reader.orientations.insert(name, Orientation::Fixed([axes[0], axes[1]]));
-    Ok(())
+    Some([axes[0], axes[1]])
 }
 
 /// The density.

@@ -3,7 +3,7 @@
 use std::collections::{BTreeMap, BTreeSet, HashMap, HashSet};
 use std::path::Path;
 
-use vademecum_build::fem::Material;
+use vademecum_build::fem::{Elasticity, Material};
 use vademecum_build::mesh::inp::{DataLine, Dialect, InpCard, InpContents, InpElement};
 use vademecum_build::mesh::{ElementKind, Hexahedra, Mesh, RawMesh};
 
@@ -345,7 +345,8 @@ impl<'a> Reader<'a> {
                 find(&region.name).ok_or_else(|| DeckError::NoMaterial { region: region.name.clone() })?;
             let name = section.orientation.as_str();
             let axes = self.orientations.get(&name.to_ascii_uppercase()).copied();
-            if axes.is_none() && !name.is_empty() {
+            let anisotropic = matches!(solid.elasticity, Some(Elasticity::Anisotropic(_)));
+            if axes.is_none() && !name.is_empty() && anisotropic {
                 return Err(DeckError::Incomplete {
                     material: section.material.clone(),
                     quantity: "orientation",

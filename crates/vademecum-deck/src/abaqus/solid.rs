@@ -17,8 +17,8 @@ pub(crate) struct Solid {
 pub(crate) enum Orientation {
     /// The first and the second one.
     Fixed([[f64; 3]; 2]),
-    /// Those of a cylinder or a sphere, which turn from place to place.
-    Turning,
+    /// Those that are given in another way, or turn from place to place.
+    Other,
 }
 
 impl Solid {
@@ -34,11 +34,11 @@ impl Solid {
             (Elasticity::Anisotropic(own), Some(Orientation::Fixed(axes))) => {
                 Elasticity::Anisotropic(own.along(axes))
             }
-            (_, Some(Orientation::Turning)) => {
+            (_, Some(Orientation::Other)) => {
                 return Err(DeckError::Incomplete {
                     material: name.into(),
-                    quantity: "axis that is the same everywhere",
-                    card: "SYSTEM=RECTANGULAR of *ORIENTATION",
+                    quantity: "axes that are read",
+                    card: "*ORIENTATION with SYSTEM=RECTANGULAR and the coordinates of two points",
                 });
             }
         };

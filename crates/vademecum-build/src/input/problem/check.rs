@@ -1,16 +1,21 @@
 //! The checks a problem file passes before anything is read: the numbered refusals of `formats/problem-1.md`.
 
 use super::{
-    BasisKind, Fields, MaterialEntry, ParameterKind, ParameterScale, Problem, ProblemError, Representation,
+    BasisKind, Fields, MaterialEntry, OrthotropicEntry, ParameterKind, ParameterScale, Problem, ProblemError,
+    Representation,
 };
 use crate::dynamics::SchemeKind;
+use crate::fem::Stiffness;
 use crate::input::toml_file::TomlError;
+use crate::limits::MAGNITUDE;
 
 /// True of two directions at a right angle.
 pub(super) fn perpendicular([first, second]: [[f64; 3]; 2]) -> bool {
     let dot = |a: [f64; 3], b: [f64; 3]| a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>();
     let (one, two) = (dot(first, first), dot(second, second));
-    let some = one > 0.0 && two > 0.0 && one.is_finite() && two.is_finite();
+    // Squares of lengths between the magnitudes that a problem may have.
+    let length = |square: f64| (MAGNITUDE.0.powi(2)..=MAGNITUDE.1.powi(2)).contains(&square);
+    let some = length(one) && length(two);
     some && dot(first, second).abs() <= 1e-6 * (one * two).sqrt()
 }
 
@@ -136,6 +141,19 @@ impl Problem {
         if let Some(axes) = m.axes {
             self.require(others == 1, &key(".axes"), axes, "none beside `young` and `poisson`")?;
             self.require(perpendicular(axes), &key(".axes"), axes, "two perpendicular directions")?;
+        }
+        let size = |x: &f64| (MAGNITUDE.0..=MAGNITUDE.1).contains(x);
+        if let Some(OrthotropicEntry { young, shear, .. }) = &m.orthotropic {
+            let expected = "moduli from 1e-30 to 1e30";
+            self.require(young.iter().all(size), &key(".orthotropic.young"), *young, expected)?;
+            self.require(shear.iter().all(size), &key(".orthotropic.shear"), *shear, expected)?;
+        }
+        if let Some(stiffness) = &m.stiffness {
+            let whole = Stiffness::from_upper(stiffness).0;
+            let sound =
+                (0..6).all(|i| size(&whole[i][i])) && stiffness.iter().all(|c| c.abs() <= MAGNITUDE.1);
+            let expected = "finite constants, those on the diagonal from 1e-30 to 1e30";
+            self.require(sound, &key(".stiffness"), Words("constants beyond that"), expected)?;
         }
         let expected = "the constants of a solid: every strain has a positive energy";
         let sound = m.elasticity().is_some();
