@@ -236,7 +236,10 @@ fn check_counts(mesh: &Mesh, materials: &[Material], constrained: &[bool]) -> Re
     check_support_count(mesh, constrained)?;
     for (material, region) in materials.iter().zip(&mesh.regions) {
         if !material.is_sound() {
-            return Err(ModelError::UnsoundMaterial { region: region.name.clone(), material: *material });
+            return Err(ModelError::UnsoundMaterial {
+                region: region.name.clone(),
+                material: Box::new(*material),
+            });
         }
     }
     Ok(())

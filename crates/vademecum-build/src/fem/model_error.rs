@@ -26,7 +26,7 @@ pub enum ModelError {
         /// Name of the region.
         region: String,
         /// The material found.
-        material: Material,
+        material: Box<Material>,
     },
     /// A dashpot with numbers that are not finite.
     #[error("a dashpot")]
