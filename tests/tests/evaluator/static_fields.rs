@@ -14,7 +14,7 @@ use vademecum_eval::{
     SurfacePoint,
 };
 use vademecum_format::{Element, File, FormatError, SectionKind as S};
-use vademecum_rewrite::{Keep, RewriteError, check, pack, strip, unpack};
+use vademecum_rewrite::{Keep, RewriteError, check, pack, pack_within, strip, unpack};
 use vademecum_tests::needed_minor;
 use vademecum_tests::program::{repository, vademecum};
 use vademecum_tests::stage::with_scene;
@@ -74,6 +74,15 @@ fn double() -> &'static [u8] {
 fn single() -> &'static [u8] {
     static BYTES: OnceLock<Vec<u8>> = OnceLock::new();
     BYTES.get_or_init(|| built("static_fields = true\nprecision = \"f32\""))
+}
+
+#[test]
+fn a_rounded_basis_is_not_held_against_the_factor() {
+    for (bytes, tolerance) in [(double(), 5e-2), (single(), 5e-2), (double(), 1e-6)] {
+        let packed = pack_within(bytes, 3, tolerance).expect("packed");
+        let whole = unpack(&packed, 1 << 30).expect("unpacked");
+        check(&whole).expect("a sound file");
+    }
 }
 
 fn present(bytes: &[u8]) -> Vec<S> {

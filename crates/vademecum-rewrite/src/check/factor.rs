@@ -137,10 +137,13 @@ fn columns<'a>(
     Err(unsound(kind, Fault::Disagrees, reason))
 }
 
-/// `‖Lᵀb‖² = λ` of the first and the last mode, where the basis is not quantised.
+/// `‖Lᵀb‖² = λ` of the first and the last mode, where the basis was not rounded within a tolerance.
 fn energies(file: &File<'_>, order: &[u32], columns: &[Column<'_>]) -> Result<(), RewriteError> {
     let kinds = [SectionKind::SurfaceBasis, SectionKind::InteriorBasis];
-    let quantised = |kind| file.section(kind).is_none_or(|section| section.element() == Element::I16);
+    let losses = reals_of(file, SectionKind::Losses)?.unwrap_or_default();
+    let lost = |kind: SectionKind| losses.chunks_exact(4).any(|row| row[0] == f64::from(kind.number()));
+    let quantised =
+        |kind| file.section(kind).is_none_or(|section| section.element() == Element::I16) || lost(kind);
     let r = file.metadata().n_modes as usize;
     let interior = file.metadata().n_nodes > file.metadata().n_surface_nodes;
     if r == 0 || quantised(kinds[0]) || (interior && quantised(kinds[1])) {
