@@ -104,7 +104,7 @@ impl Shapes {
 }
 
 /// Modes that are found where no number is given.
-const COUNT: usize = 12;
+pub const COUNT: usize = 12;
 
 /// The `count` lowest modes, 12 or as many as there are without a number, and their shapes; the
 /// discretisation error of the lowest six, and of the displacement under a traction, where it is asked for.

@@ -139,31 +139,12 @@ fn laws_of_one_solid_in_several_forms_have_one_answer() {
     // The stiffness of the same spruce, by constants of ORTHO and of ANISO.
     let (e, nu, g) = ([11.6e9, 0.9e9, 0.5e9], [0.37, 0.42, 0.47], [0.75e9, 0.72e9, 39e6]);
     let wood = vademecum_build::fem::Stiffness::orthotropic(e, nu, g).expect("a solid").0;
-    let n = |i: usize, j: usize| format!("{:e}", wood[i][j]);
-    let ortho = format!(
-        "*ELASTIC,TYPE=ORTHO\n{},{},{},{},{},{},{:e},{:e}\n{:e}\n",
-        n(0, 0),
-        n(0, 1),
-        n(1, 1),
-        n(0, 2),
-        n(1, 2),
-        n(2, 2),
-        g[0],
-        g[1],
-        g[2]
-    );
-    let aniso = format!(
-        "*ELASTIC,TYPE=ANISO\n{},{},{},{},{},{},0.,0.\n0.,{:e},0.,0.,0.,0.,{:e},0.\n0.,0.,0.,0.,{:e}\n",
-        n(0, 0),
-        n(0, 1),
-        n(1, 1),
-        n(0, 2),
-        n(1, 2),
-        n(2, 2),
-        g[0],
-        g[1],
-        g[2]
-    );
+    let block =
+        [[0, 0], [0, 1], [1, 1], [0, 2], [1, 2], [2, 2]].map(|[i, j]| format!("{:e}", wood[i][j])).join(",");
+    let [g12, g13, g23] = g.map(|shear| format!("{shear:e}"));
+    let ortho = format!("*ELASTIC,TYPE=ORTHO\n{block},{g12},{g13}\n{g23}\n");
+    let aniso =
+        format!("*ELASTIC,TYPE=ANISO\n{block},0.,0.\n0.,{g12},0.,0.,0.,0.,{g13},0.\n0.,0.,0.,0.,{g23}\n");
     let folder = tempfile::tempdir().expect("a folder");
     let path = folder.path().join("beam.inp");
     let path = path.to_str().expect("a path in UTF-8");

@@ -9,7 +9,7 @@ use faer::Mat;
 use serde::{Deserialize, Serialize};
 
 use crate::linalg::vec3::cross;
-use crate::linalg::{symmetric_eigen, unit};
+use crate::linalg::{from_upper, symmetric_eigen, unit};
 
 /// Rows and columns of the components of a symmetric tensor.
 const PLACES: [[usize; 2]; 6] = [[0, 0], [1, 1], [2, 2], [0, 1], [1, 2], [2, 0]];
@@ -53,15 +53,8 @@ pub struct Stiffness(pub [[f64; 6]; 6]);
 impl Stiffness {
     /// From its 21 constants, the upper triangle row by row.
     pub fn from_upper(constants: &[f64; 21]) -> Stiffness {
-        let mut all = [[0.0; 6]; 6];
-        let mut next = constants.iter();
-        for i in 0..6 {
-            for j in i..6 {
-                let value = *next.next().expect("as many constants as the triangle has");
-                (all[i][j], all[j][i]) = (value, value);
-            }
-        }
-        Stiffness(all)
+        let all = from_upper(constants, 6);
+        Stiffness(std::array::from_fn(|i| std::array::from_fn(|j| all[(i, j)])))
     }
 
     /// From engineering constants along its own axes: Young's moduli `E₁ E₂ E₃`, Poisson's ratios

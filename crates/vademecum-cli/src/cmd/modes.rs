@@ -7,7 +7,7 @@ use vademecum_build::mesh_error::DiscRequest;
 use vademecum_build::progress::Listener;
 use vademecum_build::store::Kind;
 use vademecum_deck::{FullOrder, LeftOut, is_deck, read};
-use vademecum_study::modes::{NaturalModes, natural_modes};
+use vademecum_study::modes::{COUNT, NaturalModes, natural_modes};
 
 use crate::arguments::{DeckArguments, OutputArguments, positive};
 use crate::console::Console;
@@ -129,7 +129,7 @@ impl Modes {
         console.stage("read the deck");
         let deck = read(&self.problem, &self.deck.options())?;
         console.stage("natural modes");
-        let modes = FullOrder::new(&deck).modes(self.count.unwrap_or(12))?;
+        let modes = FullOrder::new(&deck).modes(self.count.unwrap_or(COUNT))?;
         if let Some(path) = &self.shapes {
             let mesh = &deck.mesh;
             let names: Vec<String> = field_names(&modes.frequencies_hz);

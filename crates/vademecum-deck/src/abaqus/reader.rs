@@ -30,6 +30,7 @@ pub(crate) struct Reader<'a> {
     pub(crate) materials: BTreeMap<String, Solid>,
     /// Material that cards of properties belong to.
     pub(crate) material: Option<String>,
+    /// Sections in the order of the deck; the last one of a set holds.
     pub(crate) sections: Vec<Section>,
     /// Axes of materials by name.
     pub(crate) orientations: BTreeMap<String, Orientation>,
