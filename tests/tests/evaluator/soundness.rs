@@ -238,7 +238,7 @@ fn modes_are_independent_and_probes_move_like_nodes() {
 
     let large = changed(built(), ProbeRows, |_, _| 1e308);
     refused(&large, ProbeRows, Fault::Magnitude, &["number 0"]);
-    let further = changed(built(), ProbeRows, |_, x| 3.0 * x);
+    let further = changed(built(), ProbeRows, |_, x| 3e3 * x);
     refused(&further, ProbeRows, Fault::Disagrees, &["probe 0"]);
 }
 
