@@ -4,7 +4,7 @@
 mod seal;
 
 use libfuzzer_sys::fuzz_target;
-use vademecum_eval::{Contact, Field, Loads, Scalar, Scene, SceneOptions, State, StructureChoice, Place};
+use vademecum_eval::{Contact, Field, Loads, Place, Scalar, Scene, SceneOptions, State, StructureChoice};
 use vademecum_format::{File, FormatError};
 
 /// Numbers lent at most: a file that asks for more is one a caller would turn down by its sizes.
