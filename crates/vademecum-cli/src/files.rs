@@ -204,7 +204,7 @@ fn instead(looks: Looks) -> &'static str {
         Looks::Mesh => {
             "`vademecum init MESH` writes a problem file for the mesh, and `vademecum build` a vademecum file of that"
         }
-        Looks::Surface => "mesh its volume first; `vademecum init MESH` goes on from there",
+        Looks::Solid => "mesh its volume first; `vademecum init MESH` goes on from there",
         _ => "give a file that `vademecum build` has written",
     }
 }

@@ -15,8 +15,8 @@ pub(crate) enum Looks {
     Vademecum,
     /// A page in HTML.
     Page,
-    /// A surface or a shape.
-    Surface,
+    /// CAD geometry.
+    Solid,
     /// A mesh, sound or not.
     Mesh,
     /// A problem file.
@@ -38,7 +38,7 @@ impl Looks {
             Self::Empty => "it is empty",
             Self::Vademecum => "it looks like a vademecum file",
             Self::Page => "it looks like a page, such as `report` and `view --export` write",
-            Self::Surface => "it looks like a surface or a CAD file",
+            Self::Solid => "it looks like a CAD file",
             Self::Mesh => "it looks like a mesh",
             Self::Problem => "it looks like a problem file (TOML)",
             Self::Scenario => "it looks like a scenario file (TOML)",
@@ -69,7 +69,7 @@ pub(crate) fn look_at(path: &Path, bytes: &[u8]) -> Looks {
     }
     match mesh::parse(path) {
         Err(MeshError::UnknownFormat { .. }) => {}
-        Err(MeshError::Geometry { .. }) => return Looks::Surface,
+        Err(MeshError::Geometry { .. }) => return Looks::Solid,
         _ => return Looks::Mesh,
     }
     let extension = path.extension().and_then(|e| e.to_str()).unwrap_or_default().to_ascii_lowercase();

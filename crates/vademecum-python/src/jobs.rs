@@ -6,7 +6,7 @@ use std::sync::Arc;
 
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
-use vademecum_build::mesh::{inspect, parse};
+use vademecum_build::mesh::{CELLS, inspect, parse};
 use vademecum_build::mesh_error::DiscRequest;
 use vademecum_build::pipeline::BuildOptions;
 use vademecum_build::prepared::prepare;
@@ -293,6 +293,7 @@ pub fn init(
     mesh: PathBuf,
     material: Option<&str>,
     scale: Option<f64>,
+    cells: Option<u32>,
     support: (Option<String>, Option<String>),
     progress: Option<&Bound<'_, PyAny>>,
 ) -> PyResult<String> {
@@ -303,6 +304,11 @@ pub fn init(
         axis.ok_or_else(|| Refusal::usage(format!("up is `{name}`; expected x, y or z")))
     };
     let up = up.as_ref().map(axis).transpose()?;
+    if cells.is_some_and(|cells| !CELLS.contains(&cells)) {
+        return Err(
+            Refusal::usage("cells is not from 4 to 400; expected cells along the longest side").into()
+        );
+    }
     if scale.is_some_and(|scale| !(scale > 0.0 && scale.is_finite())) {
         return Err(
             Refusal::usage("scale is not a positive number; expected metres in a unit of the mesh").into()
@@ -310,7 +316,8 @@ pub fn init(
     }
     watched(py, Told { progress, warn: false }, |listener| {
         let (mesh_name, smallest_part) = (mesh.display().to_string(), SMALLEST_PART);
-        let options = StarterOptions { material, scale, hold, up, smallest_part, mesh_name, known: None };
+        let options =
+            StarterOptions { material, scale, hold, up, smallest_part, cells, mesh_name, known: None };
         json(&starter(&mesh, &options, listener)?)
     })
 }

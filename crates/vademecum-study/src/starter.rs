@@ -71,6 +71,8 @@ pub struct StarterOptions {
     pub up: Option<usize>,
     /// Parts that share no facet with the rest and have less than this share of the elements are left out.
     pub smallest_part: f64,
+    /// Cells along the longest side of a surface; as many as its volume asks for if `None`.
+    pub cells: Option<u32>,
     /// The mesh file as the problem file shall name it.
     pub mesh_name: String,
     /// Materials and supports of a deck.
@@ -145,6 +147,7 @@ pub fn starter(
         known: options.known.as_ref(),
         scale,
         raised,
+        cells: options.cells,
         smallest_part,
         supports: &supports,
     };
@@ -173,7 +176,8 @@ pub fn starter(
         // To a billionth of the body: what is left of a zero after rounding is not a coordinate.
         let grain = 1e-9 * longest;
         let point = mesh.nodes[node].map(|x| scale * ((x / grain).round() * grain));
-        (point, moved[node].map(|x| (1000.0 * x / size).round() / 1000.0))
+        // A zero has no sign here.
+        (point, moved[node].map(|x| (1000.0 * x / size).round() / 1000.0 + 0.0))
     });
     let text = draft.text(time_step, modes, &probe.into_iter().collect::<Vec<_>>());
     let linear_mesh_error = match linear {
@@ -248,7 +252,7 @@ enum Linear {
 }
 
 fn read(path: &Path, options: &StarterOptions) -> Result<ReadMesh, StarterError> {
-    let raw = mesh::parse(path)?;
+    let raw = mesh::parse_with_cells(path, options.cells)?;
     let parts = mesh::part_sizes(&raw);
     let elements: usize = parts.iter().sum();
     // Couplings and ties join the parts of a deck.

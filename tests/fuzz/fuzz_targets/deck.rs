@@ -9,7 +9,8 @@ use vademecum_build::mesh;
 use vademecum_deck::{FullOrder, ReadOptions, read};
 
 /// Formats, by the end of the name of their files.
-const FORMATS: [&str; 8] = ["inp", "bdf", "cdb", "msh", "vtk", "vtu", "mesh", "node"];
+const FORMATS: [&str; 13] =
+    ["inp", "bdf", "cdb", "msh", "vtk", "vtu", "mesh", "node", "stl", "obj", "ply", "off", "glb"];
 
 /// Nodes of a deck that is answered: a factor in microseconds.
 const MOST_NODES: usize = 60;
@@ -23,7 +24,7 @@ fuzz_target!(|bytes: &[u8]| {
     let format = FORMATS[usize::from(first) % FORMATS.len()];
     let path: PathBuf = std::env::temp_dir().join(format!("vademecum-fuzz-{}.{format}", std::process::id()));
     std::fs::write(&path, text).expect("a file of a few kilobytes");
-    let meshed = mesh::parse(&path).map(|raw| mesh::repaired(raw, 0.0));
+    let meshed = mesh::parse_with_cells(&path, Some(6)).map(|raw| mesh::repaired(raw, 0.0));
     if let Err(error) = &meshed {
         assert!(!error.to_string().is_empty());
     }

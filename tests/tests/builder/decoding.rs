@@ -214,7 +214,7 @@ fn a_file_that_is_no_vademecum_is_called_what_it_looks_like() {
         (push.clone(), "scenario file (TOML)"),
         (page, "page"),
         (made("empty.vdm", b""), "empty"),
-        (made("surface.stl", b"solid x\nendsolid x\n"), "CAD"),
+        (made("surface.step", b"ISO-10303-21;\n"), "CAD"),
         (made("noise.bin", &[7, 200, 1, 255, 3, 9, 0, 77, 4]), "first eight bytes"),
         (made("short.bin", &[7]), "text"),
     ];

@@ -83,7 +83,7 @@ fn what_is_proposed_for_a_bar_builds_and_says_why() {
     init(&folder.path().join("none.msh"), &problem, &[]).fails(4, &["none.msh"]);
     let surface = folder.path().join("a.stl");
     std::fs::write(&surface, "solid a\nfacet normal 0 0 1\n").expect("written");
-    init(&surface, &problem, &[]).fails(4, &["an STL file"]);
+    init(&surface, &problem, &[]).fails(4, &["a.stl: the surface cannot be filled"]);
     assert_eq!(std::fs::read_to_string(&problem).expect("a problem"), text);
     assert_eq!(init(&bar, &problem, &["--force"]).code, Some(0));
     init(&bar, &bar, &["--force"]).fails(2, &["gmsh41.msh"]);

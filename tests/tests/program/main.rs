@@ -27,5 +27,6 @@ mod scenarios;
 mod schema;
 #[cfg(unix)]
 mod soak;
+mod surfaces;
 mod sweep;
 mod tutorial;

@@ -4,6 +4,7 @@ use std::path::Path;
 
 use super::check::check;
 use super::error::{MeshError, shown};
+use super::filled::{self, Format};
 use super::flaw::Flaw;
 use super::foreign::foreign;
 use super::load::load;
@@ -69,12 +70,21 @@ fn sound(raw: &RawMesh) -> Result<Mesh, MeshError> {
 /// # Errors
 /// [`MeshError`] if the file cannot be read, its format is unknown, or it breaks the rules of its format.
 pub fn parse(path: &Path) -> Result<RawMesh, MeshError> {
+    parse_with_cells(path, None)
+}
+
+/// The same; a surface is filled with this number of cells along its longest side, else with one that fits
+/// its volume. Other files have no use for it, and a note says so.
+///
+/// # Errors
+/// As [`parse`].
+pub fn parse_with_cells(path: &Path, cells: Option<u32>) -> Result<RawMesh, MeshError> {
     let bytes = load(path)?;
-    parse_bytes(path, &bytes)
+    parse_bytes(path, &bytes, cells)
 }
 
 /// The same, for content at hand; `path` gives the extension, neighbours and the name in messages.
-pub(crate) fn parse_bytes(path: &Path, bytes: &[u8]) -> Result<RawMesh, MeshError> {
+pub(crate) fn parse_bytes(path: &Path, bytes: &[u8], cells: Option<u32>) -> Result<RawMesh, MeshError> {
     // A byte order mark of some editors.
     let bytes = bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(bytes);
     let head = bytes.trim_ascii_start();
@@ -83,7 +93,7 @@ pub(crate) fn parse_bytes(path: &Path, bytes: &[u8]) -> Result<RawMesh, MeshErro
     let extension = path.extension().and_then(|e| e.to_str()).unwrap_or("").to_ascii_lowercase();
     // Comments of other programs begin like that too.
     let gmsh_1 = starts("$NOD") && head.get(4).is_none_or(u8::is_ascii_whitespace);
-    if starts("$MeshFormat") || gmsh_1 {
+    let raw = if starts("$MeshFormat") || gmsh_1 {
         gmsh::parse(path, bytes)
     } else if starts("# vtk DataFile") {
         vtk::parse(path, bytes)
@@ -108,14 +118,27 @@ pub(crate) fn parse_bytes(path: &Path, bytes: &[u8]) -> Result<RawMesh, MeshErro
         inp::parse(path, bytes)
     } else if extension == "mesh" {
         medit::parse(path, bytes)
-    } else if let Some((found, cad)) = geometry(bytes, head, &extension) {
-        Err(MeshError::Geometry { file: path.to_path_buf(), found, cad })
+    } else if let Some((found, shape)) = geometry(bytes, head, &extension) {
+        return match shape {
+            Shape::Surface(format) => filled::parse(path, bytes, format, cells),
+            Shape::Solid => Err(MeshError::Geometry { file: path.to_path_buf(), found }),
+            Shape::Archive => {
+                let remedy = "write the surface as STL, OBJ or PLY";
+                Err(MeshError::Foreign { file: path.to_path_buf(), found, remedy })
+            }
+        };
     } else if has_line(bytes, nastran_line) {
         nastran::parse(path, bytes)
     } else {
         let first = head.split(|&b| b == b'\n').next().unwrap_or(b"");
         Err(MeshError::UnknownFormat { file: path.to_path_buf(), found: shown(first) })
-    }
+    };
+    raw.map(|mut raw| {
+        if cells.is_some() {
+            raw.notes.push("`cells` is for surfaces: the file has elements of its own".into());
+        }
+        raw
+    })
 }
 
 /// True if one of the first lines of a text is like this; comments of both programs are left out.
@@ -146,26 +169,39 @@ fn nastran_line(line: &[u8]) -> bool {
     starts(b"BEGIN BULK") || is_grid
 }
 
-/// The kind of a file that describes a surface or a shape, by its first words, else by its extension, and
-/// whether it is CAD geometry.
-fn geometry(bytes: &[u8], head: &[u8], extension: &str) -> Option<(&'static str, bool)> {
-    type Kind = ((&'static str, bool), &'static [&'static str], &'static [&'static str]);
+/// What a file describes that is no mesh of a volume.
+#[derive(Clone, Copy)]
+enum Shape {
+    /// CAD geometry, which Gmsh meshes.
+    Solid,
+    /// A surface, which is filled here.
+    Surface(Format),
+    /// A surface in a packed file.
+    Archive,
+}
+
+/// The kind of a file that describes a surface or a shape, by its first words, else by its extension.
+fn geometry(bytes: &[u8], head: &[u8], extension: &str) -> Option<(&'static str, Shape)> {
+    type Kind = ((&'static str, Shape), &'static [&'static str], &'static [&'static str]);
+    const fn filled(name: &'static str, format: Format) -> (&'static str, Shape) {
+        (name, Shape::Surface(format))
+    }
     const KINDS: [Kind; 10] = [
-        (("an STL file", false), &["solid "], &["stl"]),
-        (("a STEP file", true), &["ISO-10303-21"], &["step", "stp"]),
-        (("an OBJ file", false), &[], &["obj"]),
-        (("an IGES file", true), &[], &["iges", "igs"]),
-        (("a PLY file", false), &["ply\n", "ply\r"], &["ply"]),
-        (("an OFF file", false), &["OFF\n", "OFF\r", "COFF\n", "NOFF\n"], &["off"]),
-        (("a glTF file", false), &["glTF"], &["glb", "gltf"]),
-        (("a BREP file", true), &["DBRep_DrawableShape", "CASCADE Topology"], &["brep"]),
-        (("a 3MF file", false), &[], &["3mf"]),
-        (("a geometry script of Gmsh", true), &[], &["geo", "geo_unrolled"]),
+        (filled("an STL file", Format::StlText), &["solid "], &["stl"]),
+        (("a STEP file", Shape::Solid), &["ISO-10303-21"], &["step", "stp"]),
+        (filled("an OBJ file", Format::Obj), &[], &["obj"]),
+        (("an IGES file", Shape::Solid), &[], &["iges", "igs"]),
+        (filled("a PLY file", Format::Ply), &["ply\n", "ply\r"], &["ply"]),
+        (filled("an OFF file", Format::Off), &["OFF\n", "OFF\r", "COFF\n", "NOFF\n"], &["off"]),
+        (filled("a glTF file", Format::Glb), &["glTF"], &["glb", "gltf"]),
+        (("a BREP file", Shape::Solid), &["DBRep_DrawableShape", "CASCADE Topology"], &["brep"]),
+        (("a 3MF file", Shape::Archive), &[], &["3mf"]),
+        (("a geometry script of Gmsh", Shape::Solid), &[], &["geo", "geo_unrolled"]),
     ];
     // A binary STL file: 80 bytes of anything, the number of triangles, 50 bytes for each.
     let triangles = bytes.get(80..84).and_then(|count| Some(u32::from_le_bytes(count.try_into().ok()?)));
     if triangles.is_some_and(|count| bytes.len() as u64 == 84 + 50 * u64::from(count)) {
-        return Some(("an STL file", false));
+        return Some(filled("an STL file", Format::StlBinary));
     }
     let by_words = KINDS.iter().find(|(_, words, _)| words.iter().any(|w| head.starts_with(w.as_bytes())));
     let by_name = || KINDS.iter().find(|(_, _, extensions)| extensions.contains(&extension));

@@ -33,8 +33,6 @@ impl fmt::Display for Fault {
 
 /// Remedy for CAD geometry; without the last option curved faces fold quadratic elements.
 const CAD: &str = "for example with Gmsh: gmsh -3 -order 2 -optimize_ho";
-/// Remedy for a surface, which Gmsh does not fill by itself.
-const SURFACE: &str = "for example with Python's pytetwild: docs/how-to/from-a-surface.md has the six lines";
 
 /// Why a mesh could not be read. The file is at fault in all of them but `Io`.
 #[derive(Debug, thiserror::Error)]
@@ -48,22 +46,28 @@ pub enum MeshError {
         source: std::io::Error,
     },
     /// Neither content nor extension tells the format.
-    #[error("{}: the format is not recognised (the file starts with {found}); known are Gmsh 1.0, MSH 2.2 and 4.1, Abaqus/CalculiX .inp, Nastran .bdf, Ansys .cdb, VTK legacy, VTU, TetGen .node/.ele, Medit .mesh, MFEM mesh v1.0", .file.display())]
+    #[error("{}: the format is not recognised (the file starts with {found}); known are Gmsh 1.0, MSH 2.2 and 4.1, Abaqus/CalculiX .inp, Nastran .bdf, Ansys .cdb, VTK legacy, VTU, TetGen .node/.ele, Medit .mesh, MFEM mesh v1.0, and the surfaces STL, OBJ, PLY, OFF, glTF", .file.display())]
     UnknownFormat {
         /// The file.
         file: PathBuf,
         /// Its first characters.
         found: String,
     },
-    /// The file describes a surface or a shape, which no mesh of the volume has been made of yet.
-    #[error("{}: {found}, which is {} and no mesh of the volume; mesh its volume first, {}", .file.display(), if *.cad { "CAD geometry" } else { "a surface" }, if *.cad { CAD } else { SURFACE })]
+    /// The file describes a solid, which no mesh has been made of yet.
+    #[error("{}: {found}, which is CAD geometry and no mesh of the volume; mesh its volume first, {CAD}", .file.display())]
     Geometry {
         /// The file.
         file: PathBuf,
         /// Kind of the file, with its article.
         found: &'static str,
-        /// True for the geometry of a solid, which Gmsh meshes; false for a surface, which has to be filled.
-        cad: bool,
+    },
+    /// The surface of the file could not be filled with tetrahedra.
+    #[error("{}: the surface cannot be filled: {reason}", .file.display())]
+    Unfilled {
+        /// The file.
+        file: PathBuf,
+        /// The reason and the remedy.
+        reason: String,
     },
     /// The file is of a format that is known and not read.
     #[error("{}: {found}, which is not read; {remedy}", .file.display())]

@@ -3,7 +3,7 @@
 //! [`parse`] turns a file into a [`RawMesh`]: the content of the file, unchecked. [`read`] repairs what is
 //! harmless (with a note), refuses what is not, and gives the [`Mesh`] everything else is built on;
 //! [`inspect`] gives a report on any raw mesh without refusing it. Files are untrusted: no input makes a
-//! parser panic or allocate beyond the file's own size.
+//! parser panic or allocate beyond the file's own size. A surface is filled with tetrahedra.
 
 pub mod ansys;
 mod block;
@@ -12,6 +12,7 @@ pub(crate) mod check;
 mod degenerate;
 mod detect;
 mod error;
+mod filled;
 mod flaw;
 mod foreign;
 mod fortran;
@@ -48,9 +49,10 @@ pub(crate) mod vtk;
 use std::collections::BTreeMap;
 
 pub use block::block;
-pub use detect::{parse, read, read_without, repaired, repaired_apart};
+pub use detect::{parse, parse_with_cells, read, read_without, repaired, repaired_apart};
 pub use error::{Fault, MeshError};
 pub(crate) use error::{FaultSite, shown};
+pub use filled::CELLS;
 pub use flaw::{Flaw, UnsupportedCells};
 pub use hash::hash;
 pub use hexahedra::Hexahedra;

@@ -244,7 +244,7 @@ impl Body {
 pub fn read_mesh(problem: &Problem) -> Result<Mesh, BodyError> {
     let source = &problem.mesh;
     let mut mesh = if let Some(file) = &source.file {
-        let mut raw = mesh::parse(&problem.resolve(file))?;
+        let mut raw = mesh::parse_with_cells(&problem.resolve(file), source.cells)?;
         raw.drop_small_parts(source.smallest_part);
         // Attachments join parts.
         if problem.has_attachments() { mesh::repaired_apart(&raw)? } else { mesh::repaired(raw, 0.0)? }

@@ -2,6 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
+use vademecum_build::mesh::CELLS;
 use vademecum_build::mesh_error::MeshEstimate;
 use vademecum_build::store::Kind;
 use vademecum_deck::{DeckError, LeftOut, is_deck, read};
@@ -16,21 +17,26 @@ use crate::files::{check_output, outputs, write_bytes};
 use crate::print::print_json;
 use crate::words::{duration, hertz, percent, quantity};
 
-/// Writes a problem file for a mesh: unit, support, material, time step and modes are proposed and explained.
+/// Writes a problem file for a mesh or a surface: unit, support, material, time step and modes are proposed
+/// and explained.
 #[derive(clap::Args)]
 #[command(after_help = "Examples:
   vademecum init liver.vtu --material liver -o liver.toml
   vademecum init fork.msh --view                    build it and push it in the browser
+  vademecum init part.stl --cells 40 --view         the surface is filled with tetrahedra
   vademecum init part.inp --scale 0.001             the mesh is in millimetres
   vademecum init frog.vtu --up z --hold bottom      it stands on its feet
 Materials: steel, stainless, aluminium, titanium, brass, concrete, glass, wood, pla, abs, nylon, rubber,
 silicone, foam, bone, liver. Keys of the problem file: `vademecum help problem`")]
 pub(crate) struct Init {
-    /// The mesh file.
+    /// The mesh file, or a surface: STL, OBJ, PLY, OFF, GLB.
     mesh: PathBuf,
     /// The problem file to write [default: the mesh's name with `.toml`].
     #[arg(short, long)]
     output: Option<PathBuf>,
+    /// Cells along the longest side of a surface, 4 to 400 [default: as many as its volume asks for].
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(CELLS_ASKED))]
+    cells: Option<u32>,
     /// Material of the body [default: steel, or rubber where no face is flat].
     #[arg(long, value_parser = NamedMaterial::find)]
     material: Option<NamedMaterial>,
@@ -58,6 +64,9 @@ pub(crate) struct Init {
     #[command(flatten)]
     outputs: OutputArguments,
 }
+
+/// The range of `--cells`, as clap takes it.
+const CELLS_ASKED: std::ops::RangeInclusive<i64> = *CELLS.start() as i64..=*CELLS.end() as i64;
 
 /// Parts of a deck that a problem file and a scenario take.
 struct DeckParts {
@@ -106,6 +115,7 @@ impl Init {
             hold: self.hold.clone(),
             up: self.up.map(|axis| axis as usize),
             smallest_part: self.smallest_part,
+            cells: self.cells,
             mesh_name: seen_from(&self.mesh, &problem).display().to_string(),
         };
         let proposed = starter(&self.mesh, &options, console)?;

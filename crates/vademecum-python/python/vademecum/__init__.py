@@ -432,18 +432,21 @@ def init(
     *,
     material: Optional[str] = None,
     scale: Optional[float] = None,
+    cells: Optional[int] = None,
     hold: Optional[str] = None,
     up: Optional[str] = None,
     progress: Optional[Progress] = None,
 ) -> Starter:
-    """Proposes a problem for a mesh, as `vademecum init` does: unit, support, material, time step and modes.
+    """Proposes a problem for a mesh or a surface, as `vademecum init` does: unit, support, material, time step and modes.
 
     `scale` is how many metres a unit of the mesh has; without it, it is guessed from the size of the body.
     `material` is steel by default, or rubber where no face is flat. `hold` is `bottom`, `x_min` to `z_max`,
     `none` or the name of a group, `up` the axis that points up; both are proposed without them.
+    A surface (STL, OBJ, PLY, OFF, GLB) is filled with tetrahedra, `cells` of them along its longest side, 4 to
+    400; without it, as many as its volume asks for.
     """
     path = os.path.abspath(os.fspath(mesh))
-    return read(Starter, json.loads(_native.init(path, material, scale, (hold, up), progress)))
+    return read(Starter, json.loads(_native.init(path, material, scale, cells, (hold, up), progress)))
 
 
 def problem_from_meshio(

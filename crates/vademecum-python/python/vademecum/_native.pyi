@@ -316,6 +316,7 @@ def init(
     mesh: str,
     material: Optional[str],
     scale: Optional[float],
+    cells: Optional[int],
     support: tuple[Optional[str], Optional[str]],
     progress: _Progress,
 ) -> str: ...

@@ -26,6 +26,7 @@ pub(super) struct Draft<'a> {
     pub(super) scale: f64,
     /// True if mid-side nodes are added.
     pub(super) raised: bool,
+    pub(super) cells: Option<u32>,
     /// Smallest share of the elements that a part must have, where parts are left out.
     pub(super) smallest_part: Option<f64>,
     pub(super) supports: &'a Supports,
@@ -96,6 +97,12 @@ impl Draft<'_> {
              title = {}\n\n[mesh]\nfile = {name}\n",
             quoted(&title)
         );
+        if let Some(cells) = self.cells {
+            let _ = writeln!(
+                text,
+                "cells = {cells} # along the longest side; the surface is filled with tetrahedra"
+            );
+        }
         if self.raised {
             text +=
                 "order = \"quadratic\" # the mesh has linear tetrahedra, which are too stiff in bending\n";

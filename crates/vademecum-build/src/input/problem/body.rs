@@ -23,6 +23,9 @@ pub struct MeshSource {
     pub matrices: Option<MatricesSource>,
     /// Order to which linear elements are raised, by straight mid-side nodes; absent: as the mesh has them.
     pub order: Option<RaisedOrder>,
+    /// Cells along the longest side of a surface file, which is filled with tetrahedra; absent: as many as
+    /// its volume asks for.
+    pub cells: Option<u32>,
     /// Parts that share no facet with the rest and have less than this share of the elements are left out.
     #[serde(default)]
     pub smallest_part: f64,

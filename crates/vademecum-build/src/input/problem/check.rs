@@ -94,6 +94,8 @@ impl Problem {
         self.require(regions, "mesh.region", BESIDE, "none: matrices have one region, `body`")?;
         let order = self.mesh.order.is_none();
         self.require(order, "mesh.order", BESIDE, "none: matrices have no elements to raise")?;
+        let cells = self.mesh.cells.is_none();
+        self.require(cells, "mesh.cells", BESIDE, "none: matrices have no surface to fill")?;
         let whole = self.mesh.smallest_part == 0.0;
         self.require(whole, "mesh.smallest_part", BESIDE, "none: matrices have no elements to leave out")?;
         let materials = self.materials.is_empty();

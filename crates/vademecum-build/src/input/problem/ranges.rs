@@ -58,6 +58,13 @@ const CARRIED: &str = "double precision can hold its products";
 const ROWS: &[Row] = &[
     row("mesh.scale", |p| vec![p.mesh.scale], POSITIVE, "a positive factor", CARRIED),
     row(
+        "mesh.cells",
+        |p| p.mesh.cells.map(f64::from).into_iter().collect(),
+        between(4.0, 400.0),
+        "cells along the longest side of a surface",
+        "",
+    ),
+    row(
         "mesh.smallest_part",
         |p| vec![p.mesh.smallest_part],
         between(0.0, 1.0),
