@@ -44,6 +44,8 @@ struct Constants {
     young: [f64; 3],
     /// Major ratios 12, 13, 23.
     poisson: [f64; 3],
+    /// True if the deck has a ratio 12, in either form.
+    has_poisson: bool,
     /// Minor ratios 12, 13, 23: contraction along the first axis under a pull along the second one.
     minor: [f64; 3],
     /// Shear moduli 12, 13, 23.
@@ -54,7 +56,8 @@ struct Constants {
 impl Constants {
     /// True if a constant belongs to one of several axes.
     fn is_orthotropic(&self) -> bool {
-        self.young[1] != 0.0 || self.young[2] != 0.0 || self.shear != [0.0; 3]
+        // A shear modulus 12 alone stands beside isotropic constants, and agrees with them.
+        self.young[1] != 0.0 || self.young[2] != 0.0 || self.shear[1..] != [0.0; 2]
     }
 
     /// `None` of no solid.
@@ -65,7 +68,7 @@ impl Constants {
             minor => minor * first / second,
         };
         if !self.is_orthotropic() {
-            let poisson = major(0, 1.0, 1.0);
+            let poisson = if self.has_poisson { major(0, 1.0, 1.0) } else { DEFAULT_POISSON };
             let sound = ex > 0.0 && poisson > -1.0 && poisson < 0.5;
             return sound.then_some(Elasticity::Isotropic { young: ex, poisson });
         }
@@ -75,6 +78,9 @@ impl Constants {
         stiffness.is_definite().then_some(Elasticity::Anisotropic(stiffness))
     }
 }
+
+/// Poisson's ratio of an isotropic material that has none in its deck, as Ansys takes it.
+const DEFAULT_POISSON: f64 = 0.3;
 
 /// Reads a deck.
 pub(crate) fn read(file: &Path) -> Result<Deck, DeckError> {
@@ -153,6 +159,7 @@ impl Reader<'_> {
         let number_of = self.whole(command, material)?;
         let value = number(command, value).map_err(|error| self.at(command, error))?;
         let constants = self.constants.entry(number_of).or_default();
+        constants.has_poisson |= matches!(&label[..], "PRXY" | "NUXY");
         match label.as_str() {
             "EX" => constants.young[0] = value,
             "EY" => constants.young[1] = value,

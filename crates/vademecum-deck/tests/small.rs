@@ -430,3 +430,37 @@ fn a_motion_over_time_has_its_course_and_loads_of_another_one_do_not_act() {
         deck.left_out
     );
 }
+
+#[test]
+fn an_ansys_material_without_a_ratio_has_that_of_its_program() {
+    let brick = |constants: &str| {
+        let corners = ["0 0 0", "1 0 0", "1 1 0", "0 1 0", "0 0 1", "1 0 1", "1 1 1", "0 1 1"];
+        let mut text = String::from("ET,1,185\nNBLOCK,6,SOLID,8,8\n(3i9,6e21.13e3)\n");
+        for (at, corner) in corners.iter().enumerate() {
+            text += &format!("{:9}{:9}{:9}", at + 1, 0, 0);
+            corner.split(' ').for_each(|x| text += &format!("{x:>21}"));
+            text += "\n";
+        }
+        text += "N,R5.3,LOC,       -1,\nEBLOCK,19,SOLID,1,1\n(19i9)\n";
+        let row = [1, 1, 1, 1, 0, 0, 0, 0, 8, 0, 1, 1, 2, 3, 4, 5, 6, 7, 8];
+        row.iter().for_each(|number| text += &format!("{number:9}"));
+        text += &format!("\n       -1\n{constants}");
+        // A unit pull along x on a brick that is free to contract.
+        text += "D,1,ALL,0.\nD,4,UX,0.\nD,4,UZ,0.\nD,5,UX,0.\nD,5,UY,0.\nD,8,UX,0.\n";
+        [2, 3, 6, 7].iter().for_each(|node| text += &format!("F,{node},FX,0.25\n"));
+        let deck = deck_of("brick.cdb", &text).unwrap_or_else(|error| panic!("{error}"));
+        let answers = FullOrder::new(&deck).static_answers().unwrap_or_else(|error| panic!("{error}"));
+        let [x, y, _] = at(&deck, &answers[0], 7);
+        (x, -y / x)
+    };
+    let modulus = "MPDATA,R5.0,1,EX,1,1,100.,\n";
+    for (more, ratio) in [
+        ("", 0.3),
+        ("MPDATA,R5.0,1,NUXY,1,1,0.,\n", 0.0),
+        ("MPDATA,R5.0,1,PRXY,1,1,0.25,\nMPDATA,R5.0,1,GXY,1,1,40.,\n", 0.25),
+    ] {
+        let (stretch, found) = brick(&format!("{modulus}{more}"));
+        close(100.0 * stretch, 1.0);
+        close(found, ratio);
+    }
+}

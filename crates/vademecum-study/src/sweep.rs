@@ -196,7 +196,7 @@ impl Sweep {
         for problem in &self.problems {
             let from = folder.join(problem);
             let found = Problem::read(&from)?;
-            let mut table: Table = toml_file::parse(&found.text, &found.path)?;
+            let mut table: Table = toml_file::table(&found.text, &found.path)?;
             for key in FILE_KEYS {
                 with_whole_paths(&mut table, key, &found);
             }

@@ -1,5 +1,6 @@
 //! Problem files, and the reading of TOML files in general.
 
+mod lengths;
 mod problem;
 pub mod toml_file;
 

@@ -4,9 +4,12 @@
 use std::io::ErrorKind;
 use std::path::Path;
 
+use schemars::JsonSchema;
 use serde::de::DeserializeOwned;
+use toml::Table;
 use toml::de::{DeTable, DeValue};
 
+use super::lengths::too_long;
 use crate::store::{read_text, read_text_within};
 use crate::suggest::did_you_mean;
 
@@ -72,7 +75,31 @@ pub(super) fn check_length(length: usize, most: usize, path: &str) -> Result<(),
 }
 
 /// Parses a text; messages name `path`.
-pub fn parse<T: DeserializeOwned>(text: &str, path: &str) -> Result<T, TomlError> {
+pub fn parse<T: DeserializeOwned + JsonSchema>(text: &str, path: &str) -> Result<T, TomlError> {
+    let value = parsed(text, path)?;
+    check_lists::<T>(&table(text, path)?, |key| place(path, text, key))?;
+    Ok(value)
+}
+
+/// The table that a text is.
+pub fn table(text: &str, path: &str) -> Result<Table, TomlError> {
+    parsed(text, path)
+}
+
+/// Refuses lists that are longer than their keys take.
+fn check_lists<T: JsonSchema>(table: &Table, place: impl Fn(&str) -> String) -> Result<(), TomlError> {
+    match too_long(table, schemars::schema_for!(T).as_value()) {
+        None => Ok(()),
+        Some((key, found, most)) => Err(TomlError::Impossible {
+            path: place(&key),
+            key,
+            found: format!("a list of {found}"),
+            expected: format!("a list of {most}"),
+        }),
+    }
+}
+
+fn parsed<T: DeserializeOwned>(text: &str, path: &str) -> Result<T, TomlError> {
     toml::from_str(text).map_err(|error| {
         let mut message = excerpt(error.to_string().trim_end());
         let (said, span) = (error.message(), error.span().unwrap_or_default());
@@ -98,7 +125,8 @@ fn excerpt(message: &str) -> String {
 }
 
 /// A value of a table that another program has made, whose keys stand in no line; messages name `path`.
-pub fn of_table<T: DeserializeOwned>(table: toml::Table, path: &str) -> Result<T, TomlError> {
+pub fn of_table<T: DeserializeOwned + JsonSchema>(table: Table, path: &str) -> Result<T, TomlError> {
+    check_lists::<T>(&table, |_| path.into())?;
     table.try_into().map_err(|error: toml::de::Error| {
         let words: Vec<String> = error.to_string().lines().map(|line| line.trim().to_string()).collect();
         let message = words.join(" ") + &hint(error.message(), "", 0);

@@ -29,6 +29,19 @@ fn the_smallest_problem_has_the_documented_defaults() {
 }
 
 #[test]
+fn a_list_that_is_longer_than_its_key_takes_is_refused_with_its_line() {
+    let axes = SMALL.replace("density", "axes = [[1, 0, 0, 5], [0, 1, 0]]\n    density");
+    let three = SMALL.replace("[4, 1, 1]", "[4, 1, 1, 9]");
+    for (text, place, key, found) in [
+        (axes, "p.toml:7", "`material[0].axes[0]`", "a list of 4; expected a list of 3"),
+        (three, "p.toml:3", "`mesh.block.divisions`", "a list of 4; expected a list of 3"),
+    ] {
+        let message = parse(&text).unwrap_err().to_string();
+        assert!([place, key, found].iter().all(|part| message.contains(part)), "{message}");
+    }
+}
+
+#[test]
 fn an_unknown_key_is_refused_with_its_line() {
     let text = SMALL.replace("poisson = 0.3", "poison = 0.3");
     let message = parse(&text).unwrap_err().to_string();
