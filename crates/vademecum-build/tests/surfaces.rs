@@ -247,9 +247,9 @@ fn a_box_keeps_its_edges_and_volume() {
     let surface = block();
     for cells in [6, 9, 12, 15, 20, 31] {
         let mesh = filled("a.obj", &surface.obj(), Some(cells));
-        assert!((mesh.volume() / surface.volume() - 1.0).abs() < 0.01, "{cells}: {}", mesh.volume());
+        assert!((mesh.volume() / surface.volume() - 1.0).abs() < 0.003, "{cells}: {}", mesh.volume());
         let (smallest, largest) = angles(&mesh);
-        assert!(smallest > 10.0 && largest < 160.0, "{cells}: {smallest} {largest}");
+        assert!(smallest > 5.0 && largest < 168.0, "{cells}: {smallest} {largest}");
     }
 }
 

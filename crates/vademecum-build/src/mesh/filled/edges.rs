@@ -3,7 +3,7 @@
 //! A lattice cuts off what lies between its points. The nearest node of each corner moves there, then the
 //! nodes close to an edge move onto it, each as far as its tetrahedra stay well shaped.
 
-use std::collections::HashMap;
+use std::collections::{HashMap, HashSet};
 
 use super::lattice::Filled;
 use super::winding::Point;
@@ -14,9 +14,11 @@ const SHARP: f64 = 0.8;
 /// Reach of an edge and of a corner, in sides of a cube.
 const NEAR_EDGE: f64 = 0.75;
 const NEAR_CORNER: f64 = 1.0;
-/// Shape of a tetrahedron below which a node stays: volume over the cube of the mean edge, 1 of a regular
-/// one.
-const SHAPE: f64 = 0.25;
+/// Shapes of tetrahedra below which a node stays, at first and for what is left: volume over the cube of the
+/// mean edge, 1 of a regular one.
+const SHAPES: [f64; 2] = [0.25, 0.1];
+/// Least change of the volume by a node that moves onto an edge, in cubes.
+const GAIN: f64 = 1e-4;
 
 /// Sharp edges and corners.
 #[derive(Default)]
@@ -81,21 +83,24 @@ pub(super) fn sharpen(filled: &mut Filled, edges: &Edges, side: f64) {
             }
         }
     }
-    let mut fixed = std::collections::HashSet::new();
-    let mut wishes =
-        wishes(filled, &boundary, edges.corners.iter().map(|corner| [*corner; 2]), NEAR_CORNER, side);
-    let mut taken = std::collections::HashSet::new();
-    for (_, node, segment, target) in wishes.drain(..) {
-        if !taken.contains(&segment) && !fixed.contains(&node) && moves(filled, &around[&node], node, target)
-        {
-            fixed.insert(node);
-            taken.insert(segment);
+    let corners = edges.corners.iter().map(|corner| [*corner; 2]);
+    let corners = wishes(filled, &boundary, corners, NEAR_CORNER, side);
+    let mut fixed = HashSet::new();
+    let mut taken = HashSet::new();
+    let least_gain = GAIN * side.powi(3);
+    for shape in SHAPES {
+        for (_, node, corner, target) in &corners {
+            let is_free = !taken.contains(corner) && !fixed.contains(node);
+            if is_free && moves(filled, &around[node], *node, *target, shape, 0.0) {
+                fixed.insert(*node);
+                taken.insert(*corner);
+            }
         }
-    }
-    let wishes = self::wishes(filled, &boundary, edges.segments.iter().copied(), NEAR_EDGE, side);
-    for (_, node, _, target) in wishes {
-        if !fixed.contains(&node) && moves(filled, &around[&node], node, target) {
-            fixed.insert(node);
+        for (_, node, _, target) in wishes(filled, &boundary, edges.segments.iter().copied(), NEAR_EDGE, side)
+        {
+            if !fixed.contains(&node) && moves(filled, &around[&node], node, target, shape, least_gain) {
+                fixed.insert(node);
+            }
         }
     }
 }
@@ -182,16 +187,23 @@ fn wishes(
     all
 }
 
-/// Moves a node if its tetrahedra stay well shaped.
-fn moves(filled: &mut Filled, around: &[u32], node: u32, target: Point) -> bool {
+/// Moves a node if its tetrahedra stay this well shaped, and their volume changes by more than this: nodes of a
+/// flat face whose edge is there already stay.
+fn moves(filled: &mut Filled, around: &[u32], node: u32, target: Point, least: f64, gain: f64) -> bool {
+    let corners = |filled: &Filled, at: u32| filled.tetrahedra[at as usize].map(|n| filled.nodes[n as usize]);
+    let volume = |filled: &Filled| around.iter().map(|&at| volume(corners(filled, at))).sum::<f64>();
+    let before = volume(filled);
     let old = std::mem::replace(&mut filled.nodes[node as usize], target);
-    let good = around
-        .iter()
-        .all(|&at| shape(filled.tetrahedra[at as usize].map(|n| filled.nodes[n as usize])) > SHAPE);
-    if !good {
-        filled.nodes[node as usize] = old;
+    let is_good = around.iter().all(|&at| shape(corners(filled, at)) > least);
+    if is_good && (volume(filled) - before).abs() >= gain {
+        return true;
     }
-    good
+    filled.nodes[node as usize] = old;
+    false
+}
+
+fn volume([a, b, c, d]: [Point; 4]) -> f64 {
+    dot(sub(b, a), cross(sub(c, a), sub(d, a))) / 6.0
 }
 
 /// Volume over the cube of the mean edge, 1 of a regular tetrahedron.
