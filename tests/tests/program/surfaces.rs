@@ -44,9 +44,10 @@ fn a_beam_of_triangles_has_the_frequency_of_the_block() {
     assert!((found / expected - 1.0).abs() < 0.01, "{found} Hz, {expected} Hz");
     let built = vademecum(&["build", &at("beam.toml"), "-o", &at("beam.vdm")]);
     assert_eq!(built.code, Some(0), "{}", built.stderr);
-    assert!(built.stderr.contains("filled with 30 cells along the longest side"), "{}", built.stderr);
     // A number of cells that no other mesh has a use for, and one that is none.
     vademecum(&["init", &at("beam.stl"), "--cells", "3"]).fails(2, &["--cells"]);
     let shown = vademecum(&["mesh", &at("beam.stl")]);
-    assert!(shown.stdout.contains("STL surface, filled with tetrahedra"), "{}", shown.stdout);
+    for part in ["STL surface, filled with tetrahedra", "cells along the longest side"] {
+        assert!(shown.stdout.contains(part), "{}", shown.stdout);
+    }
 }

@@ -187,8 +187,8 @@ fn wishes(
     all
 }
 
-/// Moves a node if its tetrahedra stay this well shaped, and their volume changes by more than this: nodes of a
-/// flat face whose edge is there already stay.
+/// Moves a node if its tetrahedra stay this well shaped, and their volume changes by more than this: nodes of
+/// a flat face whose edge is there already stay.
 fn moves(filled: &mut Filled, around: &[u32], node: u32, target: Point, least: f64, gain: f64) -> bool {
     let corners = |filled: &Filled, at: u32| filled.tetrahedra[at as usize].map(|n| filled.nodes[n as usize]);
     let volume = |filled: &Filled| around.iter().map(|&at| volume(corners(filled, at))).sum::<f64>();
