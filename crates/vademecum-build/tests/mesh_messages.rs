@@ -104,7 +104,8 @@ fn shapes_are_told_to_be_meshed_first() {
 
 #[test]
 fn formats_that_are_not_read_are_named_with_what_to_do() {
-    let cases: [(&str, &[u8], &str, &str); 13] = [
+    let cases: [(&str, &[u8], &str, &str); 14] = [
+        ("a.3mf", b"PK\x03\x04", "a 3MF file", "STL"),
         ("a.k", b"*KEYWORD\n*NODE\n", "an LS-DYNA keyword file", "Nastran .bdf"),
         ("a.inp", b"$# made by hand\n*KEYWORD\n*NODE\n", "an LS-DYNA keyword file", "Nastran .bdf"),
         ("a.key", b"$\n*NODE\n", "an LS-DYNA keyword file", "Abaqus .inp"),

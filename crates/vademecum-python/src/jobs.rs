@@ -305,9 +305,9 @@ pub fn init(
     };
     let up = up.as_ref().map(axis).transpose()?;
     if cells.is_some_and(|cells| !CELLS.contains(&cells)) {
-        return Err(
-            Refusal::usage("cells is not from 4 to 400; expected cells along the longest side").into()
-        );
+        let (least, most) = (CELLS.start(), CELLS.end());
+        let words = format!("cells is not from {least} to {most}; expected cells along the longest side");
+        return Err(Refusal::usage(words).into());
     }
     if scale.is_some_and(|scale| !(scale > 0.0 && scale.is_finite())) {
         return Err(

@@ -124,7 +124,7 @@ pub fn starter(
     listener: &dyn Listener,
 ) -> Result<Starter, StarterError> {
     listener.stage("read mesh");
-    let ReadMesh { mesh, linear, raised, smallest_part } = read(path, options)?;
+    let ReadMesh { mesh, cells, linear, raised, smallest_part } = read(path, options)?;
     let shape = Shape::of(&mesh);
     let longest = shape.longest_side();
     let guess = if longest > LARGEST_IN_METRES { 1e-3 } else { 1.0 };
@@ -147,7 +147,7 @@ pub fn starter(
         known: options.known.as_ref(),
         scale,
         raised,
-        cells: options.cells,
+        cells,
         smallest_part,
         supports: &supports,
     };
@@ -235,6 +235,8 @@ fn linear_mesh_error(
 struct ReadMesh {
     /// As it is to be built.
     mesh: Mesh,
+    /// Cells along the longest side of a surface that was filled.
+    cells: Option<u32>,
     linear: Linear,
     raised: bool,
     /// Smallest share of a part, where parts are left out.
@@ -253,6 +255,7 @@ enum Linear {
 
 fn read(path: &Path, options: &StarterOptions) -> Result<ReadMesh, StarterError> {
     let raw = mesh::parse_with_cells(path, options.cells)?;
+    let cells = raw.cells;
     let parts = mesh::part_sizes(&raw);
     let elements: usize = parts.iter().sum();
     // Couplings and ties join the parts of a deck.
@@ -267,14 +270,14 @@ fn read(path: &Path, options: &StarterOptions) -> Result<ReadMesh, StarterError>
     let formulated = raw.format.starts_with(FORMULATED);
     let mesh = if joined { mesh::repaired_apart(&raw)? } else { mesh::repaired(raw, share)? };
     if mesh.tetrahedra() != Some(Order::Linear) {
-        return Ok(ReadMesh { mesh, linear: Linear::None, raised: false, smallest_part });
+        return Ok(ReadMesh { mesh, cells, linear: Linear::None, raised: false, smallest_part });
     }
     let is_small = |mesh: &Mesh| 3 * mesh.nodes.len() < MOST_RAISED_DOFS;
     let raised = is_small(&mesh).then(|| mesh.clone().raised()).filter(is_small);
     let linear = if raised.is_some() { Linear::Small } else { Linear::Large };
     Ok(match raised {
-        Some(mesh) if !formulated => ReadMesh { mesh, linear, raised: true, smallest_part },
-        _ => ReadMesh { mesh, linear, raised: false, smallest_part },
+        Some(mesh) if !formulated => ReadMesh { mesh, cells, linear, raised: true, smallest_part },
+        _ => ReadMesh { mesh, cells, linear, raised: false, smallest_part },
     })
 }
 

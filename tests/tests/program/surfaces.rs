@@ -46,6 +46,9 @@ fn a_beam_of_triangles_has_the_frequency_of_the_block() {
     assert_eq!(built.code, Some(0), "{}", built.stderr);
     // A number of cells that no other mesh has a use for, and one that is none.
     vademecum(&["init", &at("beam.stl"), "--cells", "3"]).fails(2, &["--cells"]);
+    // The number that the volume asks for is written, too.
+    let chosen = vademecum(&["init", &at("beam.stl"), "-o", &at("chosen.toml"), "--json"]).json();
+    assert!(chosen["text"].as_str().expect("a problem").contains("\ncells = "), "{chosen}");
     let shown = vademecum(&["mesh", &at("beam.stl")]);
     for part in ["STL surface, filled with tetrahedra", "cells along the longest side"] {
         assert!(shown.stdout.contains(part), "{}", shown.stdout);

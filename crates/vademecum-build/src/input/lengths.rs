@@ -17,23 +17,13 @@ fn in_table(table: &Table, schema: &Schema, root: &Schema, above: &str) -> Optio
 }
 
 fn in_value(value: &Value, schema: &Schema, root: &Schema, key: &str) -> Option<(String, usize, usize)> {
-    let referred = schema["$ref"].as_str().and_then(|place| root.pointer(place.trim_start_matches('#')));
-    let schema = referred.unwrap_or(schema);
-    let choices = ["anyOf", "oneOf"].into_iter().filter_map(|word| schema[word].as_array()).flatten();
-    let kind = match value {
-        Value::Array(_) => "array",
-        Value::Table(_) => "object",
-        _ => return None,
+    let schema = resolved(schema, root);
+    // Of several forms, those that the value may have; it is too long if it is so for each of them.
+    let in_forms = || {
+        let forms = forms(schema).filter(|form| may_be(value, form, root));
+        let found: Option<Vec<_>> = forms.map(|form| in_value(value, form, root, key)).collect();
+        found.and_then(|found| found.into_iter().next())
     };
-    // Of several forms, those of the value's type; a value that suits one of them is not too long.
-    let mut worst = None;
-    for choice in choices {
-        match in_value(value, choice, root, key) {
-            None if choice["type"] == kind || choice["$ref"].is_string() => return None,
-            None => {}
-            found => worst = found,
-        }
-    }
     match value {
         Value::Array(items) => {
             let most = schema["maxItems"].as_u64().and_then(|most| usize::try_from(most).ok());
@@ -46,7 +36,31 @@ fn in_value(value: &Value, schema: &Schema, root: &Schema, key: &str) -> Option<
         Value::Table(table) => in_table(table, schema, root, key),
         _ => None,
     }
-    .or(worst)
+    .or_else(in_forms)
+}
+
+/// The schema that a reference stands for.
+fn resolved<'a>(schema: &'a Schema, root: &'a Schema) -> &'a Schema {
+    let referred = schema["$ref"].as_str().and_then(|place| root.pointer(place.trim_start_matches('#')));
+    referred.unwrap_or(schema)
+}
+
+/// The forms of which a schema asks for one.
+fn forms(schema: &Schema) -> impl Iterator<Item = &Schema> {
+    ["anyOf", "oneOf"].into_iter().filter_map(|word| schema[word].as_array()).flatten()
+}
+
+/// True if a value is of the type of a form, and a table has no other keys than it.
+fn may_be(value: &Value, form: &Schema, root: &Schema) -> bool {
+    let form = resolved(form, root);
+    let properties = &form["properties"];
+    let is_known = |name: &String| properties.is_null() || !properties[name].is_null();
+    match (value, form["type"].as_str()) {
+        (Value::Array(_), Some("array")) => true,
+        (Value::Table(table), Some("object")) => table.keys().all(is_known),
+        (_, None) => forms(form).any(|form| may_be(value, form, root)),
+        _ => false,
+    }
 }
 
 #[cfg(test)]
@@ -59,6 +73,7 @@ mod tests {
         pair: Option<[f64; 2]>,
         pairs: Vec<[[f64; 2]; 2]>,
         inner: Vec<Inner>,
+        place: Option<Place>,
         any: Vec<f64>,
     }
 
@@ -69,6 +84,14 @@ mod tests {
         One(f64),
         Two([f64; 2]),
         Table { point: [f64; 3] },
+    }
+
+    #[derive(serde::Deserialize, schemars::JsonSchema)]
+    #[serde(tag = "kind", rename_all = "lowercase")]
+    #[allow(dead_code)]
+    enum Place {
+        Point { at: [f64; 3] },
+        Line { from: [f64; 3], to: [f64; 3] },
     }
 
     #[test]
@@ -83,6 +106,8 @@ mod tests {
         assert_eq!(said("pairs = [[[1, 2], [3, 4]], [[1, 2], [3, 4, 5]]]"), "pairs[1][1] 3 2");
         assert_eq!(said("inner = [1, [1, 2, 3]]"), "inner[1] 3 2");
         assert_eq!(said("[[inner]]\npoint = [1, 2, 3, 4]"), "inner[0].point 4 3");
+        assert_eq!(said("place = { kind = \"line\", from = [1, 2, 3], to = [1, 2, 3, 4] }"), "place.to 4 3");
+        assert_eq!(said("place = { kind = \"point\", at = [1, 2, 3, 4] }"), "place.at 4 3");
         let sound = "pair = [1, 2]\npairs = [[[1, 2], [3, 4]]]\ninner = [1, [1, 2]]\nany = [1, 2, 3, 4, 5]";
         assert_eq!(found(sound), None);
     }

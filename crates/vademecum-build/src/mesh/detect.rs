@@ -122,10 +122,6 @@ pub(crate) fn parse_bytes(path: &Path, bytes: &[u8], cells: Option<u32>) -> Resu
         return match shape {
             Shape::Surface(format) => filled::parse(path, bytes, format, cells),
             Shape::Solid => Err(MeshError::Geometry { file: path.to_path_buf(), found }),
-            Shape::Archive => {
-                let remedy = "write the surface as STL, OBJ or PLY";
-                Err(MeshError::Foreign { file: path.to_path_buf(), found, remedy })
-            }
         };
     } else if has_line(bytes, nastran_line) {
         nastran::parse(path, bytes)
@@ -169,15 +165,13 @@ fn nastran_line(line: &[u8]) -> bool {
     starts(b"BEGIN BULK") || is_grid
 }
 
-/// What a file describes that is no mesh of a volume.
+/// Content of a file that is no mesh of a volume.
 #[derive(Clone, Copy)]
 enum Shape {
     /// CAD geometry, which Gmsh meshes.
     Solid,
     /// A surface, which is filled here.
     Surface(Format),
-    /// A surface in a packed file.
-    Archive,
 }
 
 /// The kind of a file that describes a surface or a shape, by its first words, else by its extension.
@@ -186,7 +180,7 @@ fn geometry(bytes: &[u8], head: &[u8], extension: &str) -> Option<(&'static str,
     const fn filled(name: &'static str, format: Format) -> (&'static str, Shape) {
         (name, Shape::Surface(format))
     }
-    const KINDS: [Kind; 10] = [
+    const KINDS: [Kind; 9] = [
         (filled("an STL file", Format::StlText), &["solid "], &["stl"]),
         (("a STEP file", Shape::Solid), &["ISO-10303-21"], &["step", "stp"]),
         (filled("an OBJ file", Format::Obj), &[], &["obj"]),
@@ -195,7 +189,6 @@ fn geometry(bytes: &[u8], head: &[u8], extension: &str) -> Option<(&'static str,
         (filled("an OFF file", Format::Off), &["OFF\n", "OFF\r", "COFF\n", "NOFF\n"], &["off"]),
         (filled("a glTF file", Format::Glb), &["glTF"], &["glb", "gltf"]),
         (("a BREP file", Shape::Solid), &["DBRep_DrawableShape", "CASCADE Topology"], &["brep"]),
-        (("a 3MF file", Shape::Archive), &[], &["3mf"]),
         (("a geometry script of Gmsh", Shape::Solid), &[], &["geo", "geo_unrolled"]),
     ];
     // A binary STL file: 80 bytes of anything, the number of triangles, 50 bytes for each.

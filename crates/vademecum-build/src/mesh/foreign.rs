@@ -10,6 +10,9 @@ const GMSH: &str = "write it as Gmsh .msh, VTU or Abaqus .inp, for example with 
 const DYNA: &str = "write the mesh as Nastran .bdf, Abaqus .inp, Gmsh .msh or VTU with the preprocessor that \
                     made it";
 
+/// Remedy for a packed surface.
+const SURFACE: &str = "write the surface as STL, OBJ, PLY or GLB";
+
 const LS_DYNA: (&str, &str) = ("an LS-DYNA keyword file", DYNA);
 const MED: (&str, &str) = ("a MED file", MESHIO);
 const EXODUS: (&str, &str) = ("an Exodus file", MESHIO);
@@ -27,6 +30,7 @@ pub(super) fn foreign(head: &[u8], extension: &str) -> Option<(&'static str, &'s
         "cgns" => Some(CGNS),
         "unv" => Some(UNV),
         "xdmf" | "xmf" => Some(XDMF),
+        "3mf" => Some(("a 3MF file", SURFACE)),
         _ => None,
     })
 }

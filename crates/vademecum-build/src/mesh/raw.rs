@@ -83,6 +83,8 @@ pub struct RawMesh {
     pub file: std::path::PathBuf,
     /// Format in words.
     pub format: String,
+    /// Cells along the longest side of a surface that was filled.
+    pub cells: Option<u32>,
     /// Coordinates.
     pub nodes: Vec<[f64; 3]>,
     /// Number of each node in the file.

@@ -13,6 +13,7 @@ use vademecum_format::{MAX_MODES, MAX_TERMS};
 
 use super::{ChapterEntry, LargeEntry, Problem, ProblemError};
 use crate::limits::MAGNITUDE;
+use crate::mesh::CELLS;
 
 /// The range of the number, or of every number, at one key.
 struct Row {
@@ -60,7 +61,7 @@ const ROWS: &[Row] = &[
     row(
         "mesh.cells",
         |p| p.mesh.cells.map(f64::from).into_iter().collect(),
-        between(4.0, 400.0),
+        between(*CELLS.start() as f64, *CELLS.end() as f64),
         "cells along the longest side of a surface",
         "",
     ),

@@ -8,20 +8,20 @@ use std::collections::{HashMap, HashSet};
 use super::lattice::Filled;
 use super::winding::Point;
 use crate::linalg::vec3::{cross, dot, norm, sub};
+use crate::mesh::FACES;
+use crate::mesh::quality::{corner_volume, quality};
 
 /// Cosine between the normals of two triangles whose common edge is sharp.
 const SHARP: f64 = 0.8;
 /// Reach of an edge and of a corner, in sides of a cube.
 const NEAR_EDGE: f64 = 0.75;
 const NEAR_CORNER: f64 = 1.0;
-/// Shapes of tetrahedra below which a node stays, at first and for what is left: volume over the cube of the
-/// mean edge, 1 of a regular one.
-const SHAPES: [f64; 2] = [0.25, 0.1];
+/// Qualities of tetrahedra below which a node stays, at first and for what is left.
+const QUALITIES: [f64; 2] = [0.15, 0.05];
 /// Least change of the volume by a node that moves onto an edge, in cubes.
 const GAIN: f64 = 1e-4;
 
 /// Sharp edges and corners.
-#[derive(Default)]
 pub(super) struct Edges {
     segments: Vec<[Point; 2]>,
     corners: Vec<Point>,
@@ -88,17 +88,17 @@ pub(super) fn sharpen(filled: &mut Filled, edges: &Edges, side: f64) {
     let mut fixed = HashSet::new();
     let mut taken = HashSet::new();
     let least_gain = GAIN * side.powi(3);
-    for shape in SHAPES {
+    for least in QUALITIES {
         for (_, node, corner, target) in &corners {
             let is_free = !taken.contains(corner) && !fixed.contains(node);
-            if is_free && moves(filled, &around[node], *node, *target, shape, 0.0) {
+            if is_free && moves(filled, &around[node], *node, *target, least, 0.0) {
                 fixed.insert(*node);
                 taken.insert(*corner);
             }
         }
         for (_, node, _, target) in wishes(filled, &boundary, edges.segments.iter().copied(), NEAR_EDGE, side)
         {
-            if !fixed.contains(&node) && moves(filled, &around[&node], node, target, shape, least_gain) {
+            if !fixed.contains(&node) && moves(filled, &around[&node], node, target, least, least_gain) {
                 fixed.insert(node);
             }
         }
@@ -108,16 +108,10 @@ pub(super) fn sharpen(filled: &mut Filled, edges: &Edges, side: f64) {
 /// Nodes of faces that one tetrahedron has, in order.
 fn boundary(tetrahedra: &[[u32; 4]]) -> Vec<u32> {
     let mut faces: HashMap<[u32; 3], u32> = HashMap::new();
-    for t in tetrahedra {
-        for skipped in 0..4 {
-            let mut face = [
-                t[usize::from(skipped == 0)],
-                t[1 + usize::from(skipped <= 1)],
-                t[2 + usize::from(skipped <= 2)],
-            ];
-            face.sort_unstable();
-            *faces.entry(face).or_default() += 1;
-        }
+    for face in tetrahedra.iter().flat_map(|t| FACES.map(|face| face.map(|corner| t[corner]))) {
+        let mut key = face;
+        key.sort_unstable();
+        *faces.entry(key).or_default() += 1;
     }
     let mut nodes: Vec<u32> =
         faces.into_iter().filter(|(_, count)| *count == 1).flat_map(|(face, _)| face).collect();
@@ -172,13 +166,10 @@ fn wishes(
             if square == 0.0 {
                 all.push(wish);
             } else {
-                best.entry(node)
-                    .and_modify(|old| {
-                        if distance < old.0 {
-                            *old = wish
-                        }
-                    })
-                    .or_insert(wish);
+                let nearest = best.entry(node).or_insert(wish);
+                if distance < nearest.0 {
+                    *nearest = wish;
+                }
             }
         }
     }
@@ -191,24 +182,13 @@ fn wishes(
 /// a flat face whose edge is there already stay.
 fn moves(filled: &mut Filled, around: &[u32], node: u32, target: Point, least: f64, gain: f64) -> bool {
     let corners = |filled: &Filled, at: u32| filled.tetrahedra[at as usize].map(|n| filled.nodes[n as usize]);
-    let volume = |filled: &Filled| around.iter().map(|&at| volume(corners(filled, at))).sum::<f64>();
+    let volume = |filled: &Filled| around.iter().map(|&at| corner_volume(corners(filled, at))).sum::<f64>();
     let before = volume(filled);
     let old = std::mem::replace(&mut filled.nodes[node as usize], target);
-    let is_good = around.iter().all(|&at| shape(corners(filled, at)) > least);
+    let is_good = around.iter().all(|&at| quality(corners(filled, at)) > least);
     if is_good && (volume(filled) - before).abs() >= gain {
         return true;
     }
     filled.nodes[node as usize] = old;
     false
-}
-
-fn volume([a, b, c, d]: [Point; 4]) -> f64 {
-    dot(sub(b, a), cross(sub(c, a), sub(d, a))) / 6.0
-}
-
-/// Volume over the cube of the mean edge, 1 of a regular tetrahedron.
-fn shape([a, b, c, d]: [Point; 4]) -> f64 {
-    let edges = [sub(b, a), sub(c, a), sub(d, a), sub(c, b), sub(d, b), sub(d, c)];
-    let square = edges.iter().map(|e| dot(*e, *e)).sum::<f64>() / 6.0;
-    2.0f64.sqrt() * dot(edges[0], cross(edges[1], edges[2])) / (square * square.sqrt())
 }

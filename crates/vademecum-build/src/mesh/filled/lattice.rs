@@ -8,7 +8,8 @@
 use std::collections::HashMap;
 
 use super::winding::{Point, Winding};
-use crate::linalg::vec3::{cross, dot, sub};
+use crate::mesh::EDGES;
+use crate::mesh::quality::corner_volume;
 use crate::parallel;
 
 /// Lattice points move to a cut of one of their edges that is nearer than this share of it: long edges join
@@ -98,7 +99,7 @@ impl Lattice {
         }
     }
 
-    /// How often the surface encloses each lattice point.
+    /// Winding number of the surface about each lattice point.
     pub(super) fn numbers(&self, surface: &Winding) -> Vec<f32> {
         let count = self.count();
         let chunk = |at: usize| {
@@ -144,7 +145,7 @@ type Cuts = HashMap<(u32, u32), f64>;
 fn cuts(lattice: &Lattice, surface: &Winding, inside: &[bool], points: &[Point]) -> Cuts {
     let mut edges = vec![];
     lattice.each_tetrahedron(|t| {
-        for (a, b) in [(0, 1), (0, 2), (0, 3), (1, 2), (1, 3), (2, 3)] {
+        for [a, b] in EDGES {
             let (a, b) = (t[a].min(t[b]), t[a].max(t[b]));
             if inside[a as usize] != inside[b as usize] {
                 edges.push((a, b));
@@ -217,7 +218,7 @@ impl Cutter<'_> {
 
     fn push(&mut self, mut nodes: [u32; 4]) {
         let [a, b, c, d] = nodes.map(|node| self.filled.nodes[node as usize]);
-        let volume = dot(sub(b, a), cross(sub(c, a), sub(d, a)));
+        let volume = corner_volume([a, b, c, d]);
         if volume < 0.0 {
             nodes.swap(2, 3);
         }

@@ -11,7 +11,7 @@ mod ply;
 mod triangles;
 mod winding;
 
-use std::collections::HashMap;
+use std::collections::{HashMap, HashSet};
 use std::path::Path;
 
 use self::edges::{Edges, sharpen};
@@ -24,7 +24,7 @@ use super::{ElementKind, Location, bounding_box};
 use crate::linalg::vec3::{cross, norm, sub};
 
 /// Cubes in the volume of a body where nobody asks for a number of cells. Quadratic tetrahedra then have some
-/// 60 000 dofs.
+/// 70 000 dofs.
 const CUBES: f64 = 1200.0;
 /// Cells along the longest side that are chosen for a body.
 const CHOSEN: (f64, f64) = (8.0, 120.0);
@@ -36,6 +36,8 @@ pub const CELLS: std::ops::RangeInclusive<u32> = 4..=400;
 const MAX_POINTS: usize = 20_000_000;
 /// Distance below which corners are one, in longest sides: a hundred roundings of single precision.
 const WELDED: f64 = 1e-5;
+/// Most tetrahedra: six for each lattice point inside.
+const MAX_TETRAHEDRA: usize = 20_000_000;
 /// Share of the surface that may be thinner than a cell without a note.
 const THIN: f64 = 0.02;
 
@@ -105,6 +107,12 @@ fn filled(file: &Path, surface: Triangles, cells: Option<u32>) -> Result<RawMesh
         )));
     }
     let inside: Vec<bool> = lattice.numbers(&winding).iter().map(|number| *number > 0.5).collect();
+    if 6 * inside.iter().filter(|inside| **inside).count() > MAX_TETRAHEDRA {
+        let most = MAX_TETRAHEDRA / 1_000_000;
+        return Err(empty(format!(
+            "{cells} cells along its longest side give more than {most} million tetrahedra: use fewer"
+        )));
+    }
     let mut found = fill(&lattice, &winding, &inside);
     if found.tetrahedra.is_empty() {
         return Err(empty(format!(
@@ -112,6 +120,7 @@ fn filled(file: &Path, surface: Triangles, cells: Option<u32>) -> Result<RawMesh
         )));
     }
     sharpen(&mut found, &sharp, lattice.side);
+    raw.cells = Some(cells as u32);
     raw.notes.push(format!("filled with {cells} cells along the longest side"));
     raw.notes.extend(thin(&winding, &lattice, cells));
     raw.node_ids = (1..=found.nodes.len() as u64).collect();
@@ -140,12 +149,12 @@ fn cleaned(corners: &mut Vec<[Point; 3]>, notes: &mut Vec<String>) -> Edges {
     };
     let mut triangles: Vec<[u32; 3]> =
         corners.iter().map(|t| [number(&t[0]), number(&t[1]), number(&t[2])]).collect();
-    let mut seen = HashMap::new();
+    let mut seen = HashSet::new();
     let mut kept = vec![true; triangles.len()];
     for (keep, t) in kept.iter_mut().zip(&triangles) {
         // From the smallest number on: the orientation stays.
         let first = (0..3).min_by_key(|&k| t[k]).unwrap_or(0);
-        *keep = seen.insert([t[first], t[(first + 1) % 3], t[(first + 2) % 3]], ()).is_none();
+        *keep = seen.insert([t[first], t[(first + 1) % 3], t[(first + 2) % 3]]);
     }
     let copies = kept.iter().filter(|keep| !**keep).count();
     let mut keep = kept.iter();
@@ -175,7 +184,7 @@ fn cleaned(corners: &mut Vec<[Point; 3]>, notes: &mut Vec<String>) -> Edges {
     Edges::of(corners, &triangles)
 }
 
-/// What share of the surface has less than a cell of material below it, where that is not little.
+/// A note on the share of the surface that has less than a cell of material below it, unless it is small.
 fn thin(winding: &Winding, lattice: &Lattice, cells: f64) -> Option<String> {
     let share = winding.share_of_area(|point, normal| {
         winding.number(std::array::from_fn(|k| point[k] - lattice.side * normal[k])) <= 0.5

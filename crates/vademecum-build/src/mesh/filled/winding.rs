@@ -73,7 +73,7 @@ impl Winding {
         found / all
     }
 
-    /// How often the surface encloses a point.
+    /// Winding number about a point.
     pub(crate) fn number(&self, point: Point) -> f64 {
         let mut angle = 0.0;
         let mut open = vec![];
