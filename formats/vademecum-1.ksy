@@ -416,6 +416,9 @@ enums:
     66: strain_modes
     67: mesh_error
     75: compliance
+    76: embedded_nodes
+    77: embedded_weights
+    78: embedded_triangles
     40: static_bound
     41: bound_map
   element:

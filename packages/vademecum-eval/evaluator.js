@@ -7,6 +7,7 @@ const PAGE = 65536;
 export const SECTION = {
   coordinates: 2, triangles: 3, stiffness: 4, eigenvalues: 5, surfaceBasis: 6, patternNames: 12, probeNames: 13,
   modeTable: 16, dampingRatios: 33, staticBound: 40, boundMap: 41, stressPoints: 47, elasticConstants: 51, supportNames: 53, rigidBody: 59,
+  embeddedNodes: 76, embeddedWeights: 77, embeddedTriangles: 78,
 };
 
 /** Nodes of a place at most. */

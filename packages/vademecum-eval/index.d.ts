@@ -210,6 +210,11 @@ export class Body {
   readonly positions: Float32Array;
   /** Corners of the triangles of the surface, outward, three numbers each: a copy. */
   readonly triangles: Uint32Array;
+  /**
+   * The surface that is drawn in place of that of the mesh, a copy; null where the file has none. Each vertex follows four nodes of the surface:
+   * it lies at the sum of their positions, and moves by the sum of their displacements, with these weights.
+   */
+  readonly embedded: { nodes: Uint32Array; weights: Float32Array; triangles: Uint32Array } | null;
   /** Node and region of each point of stress, two numbers each: a copy. */
   readonly stressPoints: Uint32Array;
 

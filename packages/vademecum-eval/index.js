@@ -231,6 +231,12 @@ export class Body {
     return this.#section("triangles");
   }
 
+  get embedded() {
+    if (!this.#evaluator.section(SECTION.embeddedTriangles)) return null;
+    const [nodes, weights, triangles] = ["embeddedNodes", "embeddedWeights", "embeddedTriangles"].map((name) => this.#section(name));
+    return { nodes, weights: Float32Array.from(weights), triangles };
+  }
+
   get stressPoints() {
     return this.#section("stressPoints");
   }

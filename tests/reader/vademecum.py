@@ -25,7 +25,8 @@ StressPoints StressBasis StressResidual PatternStress ElasticConstants ProbeUnit
 SupportNames SupportPoints ReactionBasis ReactionLoads PatternReaction BaseFrame RigidBody
 StrainSizes StrainLinear StrainTail StrainQuadratic StrainBox StrainLimits StrainModes
 MeshError""".split()
-KINDS = dict(enumerate(NAMES, start=1)) | {75: "Compliance"}
+MODELS = "Compliance EmbeddedNodes EmbeddedWeights EmbeddedTriangles".split()
+KINDS = dict(enumerate(NAMES, start=1)) | dict(enumerate(MODELS, start=75))
 
 
 class Refused(Exception):

@@ -1,6 +1,6 @@
-//! The golden files: small files of format versions 1.0, 1.1, 1.3 and 1.5 to 1.7 made from numbers alone, the
-//! same bytes on every machine with IEEE 754 arithmetic. No logarithm, power or cosine is taken on the way:
-//! libraries round those differently; `+ − × ÷ √` they do not.
+//! The golden files: small files of format versions 1.0, 1.1, 1.3, 1.5 to 1.7 and 1.9 made from numbers
+//! alone, the same bytes on every machine with IEEE 754 arithmetic. No logarithm, power or cosine is taken on
+//! the way: libraries round those differently; `+ − × ÷ √` they do not.
 
 use crate::canonical::Terms;
 use crate::regions::TwoRegions;
@@ -43,6 +43,33 @@ fn with_separation(bytes: &[u8]) -> Vec<u8> {
     let more = [
         optional(SectionKind::EnrichmentHistory, [3, 2, 1], &history),
         optional(SectionKind::RadiusSamples, [2, 5, 1], &radii),
+    ];
+    rewritten(bytes, |_| (), |_| (), &more)
+}
+
+/// A file with an embedded surface of three vertices more, one of them outside of its nodes.
+fn embedded(bytes: &[u8]) -> Vec<u8> {
+    let nodes: Vec<u8> = [[0u32, 1, 2, 4], [1, 2, 3, 5], [5, 6, 7, 8]]
+        .as_flattened()
+        .iter()
+        .flat_map(|n| n.to_le_bytes())
+        .collect();
+    let weights = [[0.5, 0.25, 0.125, 0.125], [1.25, -0.5, 0.125, 0.125], [0.0, 0.0, 1.0, 0.0]];
+    let weights: Vec<u8> = weights.as_flattened().iter().flat_map(|w: &f64| w.to_le_bytes()).collect();
+    let triangles: Vec<u8> = [0u32, 1, 2].iter().flat_map(|v| v.to_le_bytes()).collect();
+    let section = |kind, element, shape, stored| SectionInput {
+        kind,
+        element,
+        codec: Codec::Raw,
+        required: false,
+        shape,
+        decoded_length: <[u8]>::len(stored) as u64,
+        stored,
+    };
+    let more = [
+        section(SectionKind::EmbeddedNodes, Element::U32, [3, 4, 1], &nodes[..]),
+        section(SectionKind::EmbeddedWeights, Element::F64, [3, 4, 1], &weights[..]),
+        section(SectionKind::EmbeddedTriangles, Element::U32, [1, 3, 1], &triangles[..]),
     ];
     rewritten(bytes, |_| (), |_| (), &more)
 }
@@ -124,6 +151,7 @@ pub fn all() -> Vec<(&'static str, Vec<u8>)> {
     let canonical = crate::canonical::file(&body(LAYOUT, 1), &bathe(), &undamped, &[0, 2, 5], Terms::Apart);
     vec![
         ("canonical.vdm", canonical),
+        ("embedded.vdm", embedded(&fixed)),
         ("fixed-f64.vdm", fixed),
         ("fixed-f32.vdm", body(LAYOUT, 2).file(&newmark(0.25, 0.5), &STEP, Element::F32)),
         ("repairs.vdm", with_repairs(&probes)),

@@ -1156,6 +1156,38 @@ enum VdmStatus vdm_positions(struct VdmBody *body, double *out, size_t numbers);
 enum VdmStatus vdm_triangles(struct VdmBody *body, uint32_t *out, size_t numbers);
 
 /*
+ Vertices and triangles of the embedded surface, which is drawn in place of that of the mesh; zeros where a
+ file has none.
+
+ # Safety
+ `body` is null or a handle of [`vdm_bind`](crate::vdm_bind); `vertices` and `triangles` point to a number
+ each.
+ */
+enum VdmStatus vdm_embedded_sizes(struct VdmBody *body, uint32_t *vertices, uint32_t *triangles);
+
+/*
+ The triangles of the embedded surface, three vertices each, counter-clockwise from outside.
+
+ # Safety
+ `body` is null or a handle of [`vdm_bind`](crate::vdm_bind); `out` points to `numbers` numbers.
+ */
+enum VdmStatus vdm_embedded_triangles(struct VdmBody *body, uint32_t *out, size_t numbers);
+
+/*
+ Positions or displacements at the vertices of the embedded surface, three numbers each, from those at the
+ nodes of the surface of the mesh.
+
+ # Safety
+ `body` is null or a handle of [`vdm_bind`](crate::vdm_bind); `at_nodes` points to `node_numbers` numbers,
+ `out` to `numbers` numbers; they do not overlap.
+ */
+enum VdmStatus vdm_embedded_interpolate(struct VdmBody *body,
+                                        const double *at_nodes,
+                                        size_t node_numbers,
+                                        double *out,
+                                        size_t numbers);
+
+/*
  Steps `steps` times under the loads at hand; stops at the first step that is refused. A body that flies
  moves in space, too; its loads act in the first of the steps.
 

@@ -285,6 +285,23 @@ public:
         return out;
     }
 
+    // The embedded surface, which is drawn in place of that of the mesh: its triangles, none where a file has
+    // none, and positions or displacements at its vertices from those at the nodes of the surface.
+    std::vector<std::uint32_t> embedded_triangles() {
+        std::uint32_t vertices = 0, triangles = 0;
+        check(vdm_embedded_sizes(handle_, &vertices, &triangles));
+        std::vector<std::uint32_t> out(3 * std::size_t{triangles});
+        if (triangles != 0) check(vdm_embedded_triangles(handle_, out.data(), out.size()));
+        return out;
+    }
+    std::vector<double> embedded(const std::vector<double> &at_nodes) {
+        std::uint32_t vertices = 0, triangles = 0;
+        check(vdm_embedded_sizes(handle_, &vertices, &triangles));
+        std::vector<double> out(3 * std::size_t{vertices});
+        check(vdm_embedded_interpolate(handle_, at_nodes.data(), at_nodes.size(), out.data(), out.size()));
+        return out;
+    }
+
     // The static answer of the whole body, of a body bound with Options::static_field, and fields that show it.
     void solve_statics() { check(vdm_solve_statics(handle_)); }
     void surface_with_statics(Field field, float *out, std::size_t count) {

@@ -159,6 +159,8 @@ static void fields(const File &file, bool is_double) {
     Body body(file, options);
     const std::size_t surface = 3 * std::size_t{body.needs().surface_nodes}, all = 3 * std::size_t{body.needs().nodes};
     check(body.positions().size() == surface && body.triangles().size() == 3 * std::size_t{body.needs().triangles}, "the shape");
+    const auto embedded = body.embedded_triangles();
+    if (!embedded.empty()) check(body.embedded(body.positions()).size() % 3 == 0, "the embedded surface");
     // A loadable node that no support holds.
     const std::uint32_t node = body.needs().load_nodes - 1;
     const std::size_t z = 3 * std::size_t{node} + 2;

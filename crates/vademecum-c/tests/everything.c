@@ -295,6 +295,19 @@ static void fields(struct VdmOptions options) {
         CHECK(vdm_triangles(body, nodes, 3 * (size_t)b.needs.triangles) == VDM_OK);
         for (k = 0; k < 3 * b.needs.triangles; k++) CHECK(nodes[k] < b.needs.surface_nodes);
         CHECK(place.position[0] == at[3 * place.nodes[0]] && place.position[2] == at[3 * place.nodes[0] + 2]);
+        uint32_t vertices = 1, triangles = 1;
+        CHECK(vdm_embedded_sizes(body, &vertices, &triangles) == VDM_OK);
+        if (triangles == 0) {
+            CHECK(vertices == 0 && vdm_embedded_triangles(body, nodes, 0) == VDM_OUTPUT);
+            CHECK(vdm_embedded_interpolate(body, at, surface, plain, 0) == VDM_OUTPUT);
+        } else if (3 * (size_t)vertices <= all) {
+            CHECK(vdm_embedded_triangles(body, nodes, 3 * (size_t)triangles) == VDM_OK);
+            CHECK(vdm_embedded_interpolate(body, at, surface, plain, 3 * (size_t)vertices) == VDM_OK);
+            CHECK(vdm_embedded_interpolate(body, at, surface, plain, 3 * (size_t)vertices + 1) == VDM_OUTPUT);
+            CHECK(vdm_embedded_interpolate(body, at, 3, plain, 3 * (size_t)vertices) == VDM_OUTPUT);
+            for (k = 0; k < 3 * vertices; k++) CHECK(plain[k] - plain[k] == 0);
+            printf("embedded\n");
+        }
         printf("shape\n");
     }
     CHECK(vdm_push(body, &place, force) == VDM_OK && vdm_step(body, 20) == VDM_OK);

@@ -135,7 +135,8 @@ fn every_call_does_what_the_header_says_under_sanitizers_and_valgrind() {
     let exact = [("name = \"bathe\"", "name = \"exact\""), ("[snapshots]\npositions = 4\n", "")];
     let whole = ("[[output.probe]]", "[output]\nstatic_fields = true\n\n[[output.probe]]");
     let whole = beam(folder.path(), &[exact[0], exact[1], whole]);
-    let golden = ["fixed-f64", "exact-f64", "parameters", "reactions", "base", "stress", "free", "bent"];
+    let golden =
+        ["fixed-f64", "exact-f64", "parameters", "reactions", "base", "stress", "free", "bent", "embedded"];
     let mut files = golden.map(|name| repository().join(format!("fixtures/golden/{name}.vdm"))).to_vec();
     files.push(whole);
     let source = own("tests/everything.c");
@@ -150,6 +151,7 @@ fn every_call_does_what_the_header_says_under_sanitizers_and_valgrind() {
         "base",
         "batch",
         "body",
+        "embedded",
         "fields",
         "flight",
         "held",

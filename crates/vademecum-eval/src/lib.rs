@@ -157,6 +157,7 @@ pub use scene::loads::Loads;
 pub use scene::scene::Scene;
 pub use scene::state::State;
 pub use sections::contact::Contact;
+pub use sections::embedded::EmbeddedSurface;
 #[cfg(feature = "mmap")]
 pub use sections::mmap::{Mapped, OpenError};
 pub use sections::place::{MAX_PLACE_NODES, Place, PlaceError};

@@ -1,5 +1,5 @@
-//! Numbers of a file that count into it: the nodes of triangles, of pairs, of points of stress and of the
-//! factor. Here each is compared with what it counts, once for every consumer.
+//! Numbers of a file that count into it: the nodes of triangles, of pairs, of points of stress, of the
+//! embedded surface and of the factor. Here each is compared with what it counts, once for every consumer.
 //!
 //! Opening does not read the sections, so it does not look at them; [`File::verify_all`] and
 //! [`File::indices`] do. The positions of the chapter's structure are checked when a file is opened.
@@ -10,8 +10,15 @@ use crate::read::File;
 
 impl SectionKind {
     /// Kinds of sections whose numbers are indices, which [`File::verify_indices`] checks.
-    pub const INDICES: [Self; 5] =
-        [Self::Triangles, Self::ResidualPairs, Self::FactorOrder, Self::FactorRows, Self::StressPoints];
+    pub const INDICES: [Self; 7] = [
+        Self::Triangles,
+        Self::ResidualPairs,
+        Self::FactorOrder,
+        Self::FactorRows,
+        Self::StressPoints,
+        Self::EmbeddedNodes,
+        Self::EmbeddedTriangles,
+    ];
 }
 
 impl<'a> File<'a> {
@@ -57,6 +64,8 @@ impl<'a> File<'a> {
             S::ResidualPairs => (0, loadable, loadable),
             S::FactorOrder => (0, 3 * nodes, 3 * nodes),
             S::FactorRows => (0, rows(S::FactorOrder), rows(S::FactorOrder)),
+            S::EmbeddedNodes => (0, surface, surface),
+            S::EmbeddedTriangles => (0, rows(S::EmbeddedNodes), rows(S::EmbeddedNodes)),
             S::StressPoints => (0, nodes, rows(S::ElasticConstants).min(rows(S::Compliance))),
             _ => return Ok(()),
         };

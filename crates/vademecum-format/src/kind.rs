@@ -2,7 +2,7 @@
 //!
 //! A row holds name, number, the minor version that first has the kind, whether the writer marks it
 //! required, the element types it may have, and its shape. The table is a macro and not a constant, so that a
-//! program contains the columns it uses: a microcontroller has no room for 66 names.
+//! program contains the columns it uses: a microcontroller has no room for 71 names.
 
 use crate::element::Element;
 use crate::metadata::Metadata;
@@ -331,6 +331,13 @@ kinds! {
     /// strains with engineering shear, its upper triangle row by row \[1/Pa\]; in place of
     /// [`SectionKind::ElasticConstants`] where a region is not isotropic; `f64 (any, 21)`. Since version 1.9.
     Compliance = 75: 9, optional, F64, [Any, Of(21)];
+    /// The embedded surface, which is drawn in place of the surface of the mesh: the four nodes, among those
+    /// of the surface, that each vertex follows; `u32 (any, 4)`. Since version 1.9, as all below.
+    EmbeddedNodes = 76: 9, optional, U32, [Any, Of(4)];
+    /// Weights of these nodes: a vertex lies at `Σ w x` and moves by `Σ w u`; `f32|f64 (any, 4)`.
+    EmbeddedWeights = 77: 9, optional, REAL, [Any, Of(4)];
+    /// Triangles of the embedded surface, outward, over its vertices; `u32 (any, 3)`.
+    EmbeddedTriangles = 78: 9, optional, U32, [Any, Of(3)];
 }
 
 impl SectionKind {

@@ -6,7 +6,7 @@ use std::sync::Arc;
 use pyo3::prelude::*;
 use pyo3::types::{PyBytes, PyDict};
 use vademecum_cli::{Limit, contents_json, page};
-use vademecum_eval::{BodyOptions, Precision, SceneOptions, Simulation};
+use vademecum_eval::{BodyOptions, EmbeddedSurface, Precision, SceneOptions, Simulation};
 use vademecum_study::contents::Geometry;
 
 use crate::arrays::owned;
@@ -15,7 +15,7 @@ use crate::body::PyBody;
 use crate::content::{Content, Shared};
 use crate::names::Names;
 use crate::options::{precision, scene_options};
-use crate::refusal::{Refusal, of_missing, of_simulation};
+use crate::refusal::{Refusal, of_missing, of_output, of_simulation};
 use crate::simulation::AnySimulation;
 
 /// A vademecum file in memory.
@@ -84,6 +84,25 @@ impl PyFile {
             owned(py, geometry.nodes.into_flattened(), &[nodes, 3])?,
             owned(py, geometry.triangles.into_flattened(), &[triangles, 3])?,
         ))
+    }
+
+    /// Nodes, weights and triangles of the embedded surface; `None` where the file has none.
+    #[expect(clippy::type_complexity, reason = "three arrays for Python")]
+    fn embedded<'py>(
+        &self,
+        py: Python<'py>,
+    ) -> PyResult<Option<(Bound<'py, PyAny>, Bound<'py, PyAny>, Bound<'py, PyAny>)>> {
+        let file = self.content.file(&self.path)?;
+        let Some(surface) = EmbeddedSurface::new(&file).map_err(of_output)? else { return Ok(None) };
+        let vertices: Vec<_> = (0..surface.n_vertices()).filter_map(|at| surface.vertex(at)).collect();
+        let (nodes, weights): (Vec<_>, Vec<_>) = vertices.into_iter().unzip();
+        let triangles: Vec<[u32; 3]> = surface.triangles().collect();
+        let shapes = [[nodes.len(), 4], [triangles.len(), 3]];
+        Ok(Some((
+            owned(py, nodes.into_flattened(), &shapes[0])?,
+            owned(py, weights.into_flattened(), &shapes[0])?,
+            owned(py, triangles.into_flattened(), &shapes[1])?,
+        )))
     }
 
     fn body(

@@ -66,6 +66,9 @@ impl Keep {
                 | S::PatternStress
                 | S::ElasticConstants
                 | S::Compliance
+                | S::EmbeddedNodes
+                | S::EmbeddedWeights
+                | S::EmbeddedTriangles
                 | S::ReactionLoads
         );
         match self {

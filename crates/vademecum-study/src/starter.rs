@@ -211,6 +211,8 @@ fn prepared(draft: &Draft<'_>, path: &Path, listener: &dyn Listener) -> Result<P
     let name = path.display().to_string();
     let mut problem = Problem::parse(&text, &name, PathBuf::new()).map_err(StarterError::Draft)?;
     problem.mesh.file = Some(path.to_path_buf());
+    // Nothing is drawn yet.
+    problem.output.embedded = None;
     Ok(prepare(&problem, &mut Stopwatch::new(listener), listener).map_err(StudyError::from)?)
 }
 

@@ -135,6 +135,23 @@ fn sound_files_of_every_kind_are_called_sound() {
 }
 
 #[test]
+fn an_embedded_surface_is_whole_and_its_weights_sum_to_one() {
+    use SectionKind::{EmbeddedNodes, EmbeddedTriangles, EmbeddedWeights};
+    let whole = golden::named("embedded.vdm");
+    let heavier = changed(&whole, EmbeddedWeights, |i, x| if i == 5 { x + 1e-3 } else { x });
+    refused(&heavier, EmbeddedWeights, Fault::Disagrees, &["vertex 1", "expected 1"]);
+    for (kind, from) in [(EmbeddedNodes, 76), (EmbeddedTriangles, 78)] {
+        // A node, or a vertex, that there is not.
+        let raw = File::parse(&whole).expect("sound").section(kind).expect("there").stored().len();
+        let damaged = replaced(&whole, kind, &vec![0xff; raw]);
+        let found = verdict(&damaged).expect_err("out of range").to_string();
+        assert!(found.contains(&from.to_string()), "{found}");
+        let parsed = File::parse(&damaged).expect("opens");
+        assert!(vademecum_eval::EmbeddedSurface::new(&parsed).is_err());
+    }
+}
+
+#[test]
 fn eigenvalues_must_not_be_negative_and_agree_with_the_stiffness() {
     use SectionKind::{Eigenvalues, ReducedStiffness};
     refused(&changed(built(), Eigenvalues, |_, x| -x), Eigenvalues, Fault::Negative, &["eigenvalue 0"]);

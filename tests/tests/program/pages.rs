@@ -243,6 +243,7 @@ fn bad_problems() -> Vec<(usize, String)> {
         (87, matrices("").replace("[mesh]", "[mesh]\norder = \"quadratic\"")),
         (118, block("[1, 1, 1]", "[1, 1, 1]") + "cells = 401"),
         (118, matrices("").replace("[mesh]", "[mesh]\ncells = 20")),
+        (119, matrices("[output]\nembedded = \"skin.stl\"")),
         (88, block("[1, 1, 1]", "[1, 1, 1]") + "smallest_part = 1.5"),
         (88, matrices("").replace("[mesh]", "[mesh]\nsmallest_part = 0.1")),
         (59, matrices("[[support]]\non = { group = \"a\" }")),

@@ -1,5 +1,7 @@
 //! A surface becomes a body in one command, with the frequencies of the body.
 
+use vademecum_eval::EmbeddedSurface;
+use vademecum_format::{File, SectionKind};
 use vademecum_tests::program::vademecum;
 
 /// A box of triangles, as text of an STL file.
@@ -52,5 +54,71 @@ fn a_beam_of_triangles_has_the_frequency_of_the_block() {
     let shown = vademecum(&["mesh", &at("beam.stl")]);
     for part in ["STL surface, filled with tetrahedra", "cells along the longest side"] {
         assert!(shown.stdout.contains(part), "{}", shown.stdout);
+    }
+}
+
+/// The given surface is in the file: its corners where they were, its long edges divided, and affine motions
+/// of the nodes are those of its vertices.
+#[test]
+fn the_given_surface_is_embedded() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let at = |name: &str| folder.path().join(name).display().to_string();
+    let sides = [1.0, 0.1, 0.08];
+    std::fs::write(at("beam.stl"), stl(sides)).expect("written");
+    let ran =
+        vademecum(&["init", &at("beam.stl"), "--hold", "x_min", "--cells", "20", "-o", &at("beam.toml")]);
+    assert_eq!(ran.code, Some(0), "{}", ran.stderr);
+    let text = std::fs::read_to_string(at("beam.toml")).expect("a problem");
+    assert!(text.contains("\nembedded = \"beam.stl\""), "{text}");
+    let built = vademecum(&["build", &at("beam.toml"), "-o", &at("beam.vdm")]);
+    assert_eq!(built.code, Some(0), "{}", built.stderr);
+    let bytes = std::fs::read(at("beam.vdm")).expect("a file");
+    let file = File::parse(&bytes).expect("a sound file");
+    let surface = EmbeddedSurface::new(&file).expect("sound").expect("an embedded surface");
+    let numbers = |kind| -> Vec<f64> {
+        file.section(kind).and_then(|s| s.numbers().ok()).expect("numbers").iter().collect()
+    };
+    let count = 3 * file.metadata().n_surface_nodes as usize;
+    let nodes = numbers(SectionKind::NodeCoordinates)[..count].to_vec();
+    let mut places = vec![0.0; 3 * surface.n_vertices()];
+    surface.interpolate_into(&nodes, &mut places).expect("positions");
+    let places = places.as_chunks::<3>().0;
+    let near = |p: [f64; 3]| places.iter().any(|q| (0..3).all(|k| (p[k] - q[k]).abs() < 1e-6));
+    assert!((0..8).all(|i| near(std::array::from_fn(|k| if i >> k & 1 == 1 { sides[k] } else { 0.0 }))));
+    let longest = surface.triangles().flat_map(|[a, b, c]| [[a, b], [b, c], [c, a]]).map(|ends| {
+        let [p, q] = ends.map(|vertex| places[vertex as usize]);
+        (0..3).map(|k| (p[k] - q[k]).powi(2)).sum::<f64>().sqrt()
+    });
+    let longest = longest.fold(0.0, f64::max);
+    assert!(longest < 0.15, "{longest}");
+    // A shear and a turn.
+    let map = |[x, y, z]: [f64; 3]| [0.3 * y - 0.2 * z, 0.1 * z - 0.3 * x, 0.2 * x + 0.5 * y];
+    let at_nodes: Vec<f64> = nodes.as_chunks::<3>().0.iter().flat_map(|p| map(*p)).collect();
+    let mut moved = vec![0.0; 3 * surface.n_vertices()];
+    surface.interpolate_into(&at_nodes, &mut moved).expect("displacements");
+    for (place, moved) in places.iter().zip(moved.as_chunks::<3>().0) {
+        let expected = map(*place);
+        assert!((0..3).all(|k| (moved[k] - expected[k]).abs() < 1e-6), "{place:?}: {moved:?}, {expected:?}");
+    }
+    assert!(surface.interpolate_into(&at_nodes[3..], &mut moved.clone()).is_err());
+    // A stripped file keeps it, one of probes does not.
+    for (keep, kept) in [("surface", true), ("probes", false)] {
+        let to = at(&format!("{keep}.vdm"));
+        let ran = vademecum(&["strip", &at("beam.vdm"), "-o", &to, "--keep", keep]);
+        assert_eq!(ran.code, Some(0), "{}", ran.stderr);
+        let bytes = std::fs::read(&to).expect("a file");
+        assert_eq!(File::parse(&bytes).expect("sound").section(SectionKind::EmbeddedNodes).is_some(), kept);
+    }
+    // Something else than the surface of this body.
+    let problem =
+        |embedded: &str| text.replace("embedded = \"beam.stl\"", &format!("embedded = \"{embedded}\""));
+    std::fs::write(at("far.stl"), stl([2.0, 0.1, 0.08])).expect("written");
+    std::fs::write(at("note.txt"), "no surface\n").expect("written");
+    for (name, said) in
+        [("far.stl", "off the mesh"), ("note.txt", "expected an STL"), ("none.stl", "none.stl")]
+    {
+        std::fs::write(at("wrong.toml"), problem(name)).expect("written");
+        let ran = vademecum(&["build", &at("wrong.toml"), "-o", &at("wrong.vdm")]);
+        assert!(ran.code == Some(4) && ran.stderr.contains(said), "{:?} {}", ran.code, ran.stderr);
     }
 }

@@ -32,6 +32,7 @@ use crate::dynamics::Rayleigh;
 use crate::fem::DofMap;
 use crate::input::{Fields, Problem};
 use crate::linalg::{project, symmetric_part};
+use crate::mesh::Embedded;
 use crate::parametric::SeparationRecord;
 use crate::prepared::{Body, ParameterSpace};
 use crate::response::BlockTerms;
@@ -166,7 +167,7 @@ fn geometry_sections(parts: &Parts<'_>, order: &NodeOrder) -> Vec<Draft> {
     let coordinates = order.nodes.iter().flat_map(|&n| mesh.nodes[n as usize]);
     let triangles = order.triangles.iter().flatten().flat_map(|n| n.to_le_bytes()).collect();
     let n = order.nodes.len();
-    vec![
+    let mut drafts = vec![
         Draft { kind: SectionKind::NodeIds, element: Element::U64, shape: [n as u64, 1, 1], bytes: ids },
         Draft::reals(SectionKind::NodeCoordinates, parts.problem.output.precision, [n, 3, 1], coordinates),
         Draft {
@@ -175,7 +176,19 @@ fn geometry_sections(parts: &Parts<'_>, order: &NodeOrder) -> Vec<Draft> {
             shape: [order.triangles.len() as u64, 3, 1],
             bytes: triangles,
         },
-    ]
+    ];
+    if let Some(Embedded { nodes, weights, triangles }) = &parts.body.embedded {
+        let followed = nodes.iter().flatten().map(|&node| order.file_node[node as usize]);
+        let weights = weights.as_flattened().iter().copied();
+        let corners = triangles.as_flattened().iter().copied();
+        let precision = parts.problem.output.precision;
+        drafts.extend([
+            Draft::u32s(SectionKind::EmbeddedNodes, [nodes.len(), 4, 1], followed),
+            Draft::reals(SectionKind::EmbeddedWeights, precision, [nodes.len(), 4, 1], weights),
+            Draft::u32s(SectionKind::EmbeddedTriangles, [triangles.len(), 3, 1], corners),
+        ]);
+    }
+    drafts
 }
 
 fn basis_sections(parts: &Parts<'_>, order: &NodeOrder) -> Vec<Draft> {

@@ -7,8 +7,8 @@ use crate::prepared::Body;
 /// Nodes and triangles in file order.
 #[derive(Clone, Debug)]
 pub struct NodeOrder {
-    /// Mesh node of each file node: loadable ones, other surface nodes, interior ones; along a Hilbert
-    /// curve in each part.
+    /// Mesh node of each file node: loadable ones, other surface nodes and those that an embedded surface
+    /// follows, interior ones; along a Hilbert curve in each part.
     pub nodes: Vec<u32>,
     /// File node of each mesh node.
     pub file_node: Vec<u32>,
@@ -28,7 +28,8 @@ impl NodeOrder {
         const INTERIOR: u8 = 2;
         let n = body.model.mesh().nodes.len();
         let mut part = vec![INTERIOR; n];
-        body.surface.iter().flatten().for_each(|&node| part[node as usize] = 1);
+        let followed = body.embedded.iter().flat_map(|embedded| embedded.nodes.iter().flatten());
+        body.surface.iter().flatten().chain(followed).for_each(|&node| part[node as usize] = 1);
         body.load_nodes.iter().for_each(|&node| part[node as usize] = 0);
         let mut nodes: Vec<u32> = (0..n as u32).collect();
         let places = curve::places(&body.model.mesh().nodes);

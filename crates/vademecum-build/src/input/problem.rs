@@ -223,7 +223,8 @@ impl Problem {
                 [&m.mass, &m.stiffness, &m.dofs].into_iter().chain(&m.nodes).chain(&m.triangles)
             });
         let snapshots = self.snapshots.npy.iter().chain(self.snapshots.vtu.iter().flatten());
-        let named = tables.chain(matrices).chain(snapshots).map(|file| self.resolve(file));
+        let named = tables.chain(matrices).chain(snapshots).chain(&self.output.embedded);
+        let named = named.map(|file| self.resolve(file));
         mesh.chain(named).collect()
     }
 

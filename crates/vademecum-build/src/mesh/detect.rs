@@ -137,6 +137,15 @@ pub(crate) fn parse_bytes(path: &Path, bytes: &[u8], cells: Option<u32>) -> Resu
     })
 }
 
+/// The format of a surface, by its content and its extension; none of another file.
+pub(super) fn surface_format(path: &Path, bytes: &[u8]) -> Option<Format> {
+    let extension = path.extension().and_then(|e| e.to_str()).unwrap_or("").to_ascii_lowercase();
+    match geometry(bytes, bytes.trim_ascii_start(), &extension) {
+        Some((_, Shape::Surface(format))) => Some(format),
+        _ => None,
+    }
+}
+
 /// True if one of the first lines of a text is like this; comments of both programs are left out.
 fn has_line(bytes: &[u8], is_like: impl Fn(&[u8]) -> bool) -> bool {
     // Binary data are no lines.

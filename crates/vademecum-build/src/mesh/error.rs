@@ -69,6 +69,14 @@ pub enum MeshError {
         /// The reason and the remedy.
         reason: String,
     },
+    /// A surface that is not one, or does not lie on its mesh.
+    #[error("{}: it cannot be embedded: {reason}", .file.display())]
+    NotEmbedded {
+        /// The file.
+        file: PathBuf,
+        /// The reason and the remedy.
+        reason: String,
+    },
     /// The file is of a format that is known and not read.
     #[error("{}: {found}, which is not read; {remedy}", .file.display())]
     Foreign {

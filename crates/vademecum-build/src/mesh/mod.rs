@@ -53,6 +53,7 @@ pub use detect::{parse, parse_with_cells, read, read_without, repaired, repaired
 pub use error::{Fault, MeshError};
 pub(crate) use error::{FaultSite, shown};
 pub use filled::CELLS;
+pub(crate) use filled::Embedded;
 pub use flaw::{Flaw, UnsupportedCells};
 pub use hash::hash;
 pub use hexahedra::Hexahedra;

@@ -5,6 +5,8 @@
 
 use vademecum_format::{BASE_PATTERNS, base_field};
 
+use std::collections::BTreeSet;
+use std::path::PathBuf;
 use std::sync::Arc;
 
 use super::attachments::{attachments, first_dof};
@@ -19,7 +21,7 @@ use crate::input::{
 use crate::limits::MAGNITUDE;
 use crate::mesh::select::numbered;
 use crate::mesh::surface::Surface;
-use crate::mesh::{self, Mesh};
+use crate::mesh::{self, Embedded, Mesh};
 use crate::suggest::did_you_mean;
 
 /// A named value that is linear in the displacements of some nodes.
@@ -68,6 +70,8 @@ pub struct Body {
     pub probes: Vec<Probe>,
     /// Points of the stored stress.
     pub stress: Vec<StressPoint>,
+    /// The surface that is drawn in place of that of the mesh.
+    pub(crate) embedded: Option<Embedded>,
     /// Binds a file to its mesh.
     pub mesh_hash: [u8; 16],
 }
@@ -131,7 +135,10 @@ impl Body {
         let loadable = loadable_triangles(problem, &mesh, &surface, &constrained)?;
         let mut probes = probes(problem, &mesh);
         probes.extend(gauges(problem, &mesh, &surface)?);
-        let stress = stress_places(problem, &mesh, &surface)?;
+        let embed =
+            |file: &PathBuf| Embedded::read(&problem.resolve(file), problem.mesh.scale, &mesh, &surface);
+        let embedded = problem.output.embedded.as_ref().map(embed).transpose()?;
+        let stress = stress_places(problem, &mesh, &surface, embedded.as_ref())?;
         let unusable = |source| BodyError::Model { path: problem.place("support"), source };
         let model = if problem.has_attachments() {
             if engine.is_some() {
@@ -179,6 +186,7 @@ impl Body {
             base,
             probes,
             stress,
+            embedded,
             mesh_hash,
         })
     }
@@ -230,6 +238,7 @@ impl Body {
             base,
             probes,
             stress: vec![],
+            embedded: None,
             mesh_hash,
         })
     }
@@ -504,11 +513,21 @@ fn gauges(problem: &Problem, mesh: &Mesh, surface: &Surface) -> Result<Vec<Probe
 }
 
 /// Points of the stored stress, in the order of the nodes.
-fn stress_places(problem: &Problem, mesh: &Mesh, surface: &Surface) -> Result<Vec<StressPoint>, BodyError> {
+fn stress_places(
+    problem: &Problem,
+    mesh: &Mesh,
+    surface: &Surface,
+    embedded: Option<&Embedded>,
+) -> Result<Vec<StressPoint>, BodyError> {
     let nodes = match &problem.output.stress {
         None => return Ok(vec![]),
         Some(StressPlaces::Every(Fields::Body)) => (0..mesh.nodes.len() as u32).collect(),
-        Some(StressPlaces::Every(Fields::Surface)) => surface.nodes.clone(),
+        Some(StressPlaces::Every(Fields::Surface)) => {
+            // Vertices of an embedded surface follow nodes below the surface too.
+            let followed = embedded.iter().flat_map(|embedded| embedded.nodes.as_flattened());
+            let all: BTreeSet<u32> = surface.nodes.iter().chain(followed).copied().collect();
+            all.into_iter().collect()
+        }
         Some(StressPlaces::Chosen(selection)) => select(problem, selection, mesh, || "output.stress".into())?,
     };
     Ok(stress_points(mesh, &nodes))

@@ -3,12 +3,12 @@
 use core::ffi::c_char;
 
 use vademecum_eval::format::SectionKind;
-use vademecum_eval::{AnyBody, Field, OutputError, Quantity};
+use vademecum_eval::{AnyBody, EmbeddedSurface, Field, OutputError, Quantity};
 
 use crate::handle::{Body, ask, on};
 use crate::message::copy;
 use crate::refusal::{Answer, Refusal, needed};
-use crate::slices::{lent_mut, room, text};
+use crate::slices::{lent, lent_mut, room, text};
 use crate::types::{VdmBody, VdmField, VdmPlace, VdmQuantity, VdmStatus};
 
 /// The field of a number.
@@ -530,6 +530,82 @@ pub unsafe extern "C" fn vdm_triangles(body: *mut VdmBody, out: *mut u32, number
             Ok(VdmStatus::VDM_OK)
         })
     }
+}
+
+/// Vertices and triangles of the embedded surface, which is drawn in place of that of the mesh; zeros where a
+/// file has none.
+///
+/// # Safety
+/// `body` is null or a handle of [`vdm_bind`](crate::vdm_bind); `vertices` and `triangles` point to a number
+/// each.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn vdm_embedded_sizes(
+    body: *mut VdmBody,
+    vertices: *mut u32,
+    triangles: *mut u32,
+) -> VdmStatus {
+    // SAFETY: as the caller promises.
+    unsafe {
+        on(body, |body| {
+            let vertices = needed(vertices.as_mut(), "vertices")?;
+            let triangles = needed(triangles.as_mut(), "triangles")?;
+            let found = EmbeddedSurface::new(body.file())?;
+            let sizes = found.map(|surface| [surface.n_vertices(), surface.n_triangles()]);
+            [*vertices, *triangles] = sizes.unwrap_or_default().map(|count| count as u32);
+            Ok(VdmStatus::VDM_OK)
+        })
+    }
+}
+
+/// The triangles of the embedded surface, three vertices each, counter-clockwise from outside.
+///
+/// # Safety
+/// `body` is null or a handle of [`vdm_bind`](crate::vdm_bind); `out` points to `numbers` numbers.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn vdm_embedded_triangles(
+    body: *mut VdmBody,
+    out: *mut u32,
+    numbers: usize,
+) -> VdmStatus {
+    // SAFETY: as the caller promises.
+    unsafe {
+        on(body, |body| {
+            let (out, surface) = (needed(lent_mut(out, numbers), "out")?, embedded(body)?);
+            length(out.len(), 3 * surface.n_triangles())?;
+            out.iter_mut().zip(surface.triangles().flatten()).for_each(|(out, vertex)| *out = vertex);
+            Ok(VdmStatus::VDM_OK)
+        })
+    }
+}
+
+/// Positions or displacements at the vertices of the embedded surface, three numbers each, from those at the
+/// nodes of the surface of the mesh.
+///
+/// # Safety
+/// `body` is null or a handle of [`vdm_bind`](crate::vdm_bind); `at_nodes` points to `node_numbers` numbers,
+/// `out` to `numbers` numbers; they do not overlap.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn vdm_embedded_interpolate(
+    body: *mut VdmBody,
+    at_nodes: *const f64,
+    node_numbers: usize,
+    out: *mut f64,
+    numbers: usize,
+) -> VdmStatus {
+    // SAFETY: as the caller promises.
+    unsafe {
+        on(body, |body| {
+            let at_nodes = needed(lent(at_nodes, node_numbers), "at_nodes")?;
+            let out = needed(lent_mut(out, numbers), "out")?;
+            embedded(body)?.interpolate_into(at_nodes, out)?;
+            Ok(VdmStatus::VDM_OK)
+        })
+    }
+}
+
+/// The embedded surface of a file that has one.
+fn embedded(body: &Body) -> Result<EmbeddedSurface<'_>, OutputError> {
+    EmbeddedSurface::new(body.file())?.ok_or(OutputError::Missing { kind: SectionKind::EmbeddedTriangles })
 }
 
 /// Refuses numbers that are too few or too many.

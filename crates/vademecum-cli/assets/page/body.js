@@ -1,5 +1,6 @@
 // The surface of a body: what is drawn, what can be pressed, and a force that bends it visibly.
 import { SECTION } from "vademecum/evaluator";
+import { firstMet, skinOf } from "vademecum/skin";
 import { add, cross, dot, norm, scaled, sub, unit } from "vademecum/vectors";
 
 /** Neighbouring triangles closer than this are shaded as one smooth surface. */
@@ -20,8 +21,10 @@ export class Body {
     this.displaced = new Float64Array(this.rest.length);
     this.basis = basis;
     this.held = heldNodes(basis, surfaceNodes, evaluator.counts.modes);
-    this.edges = uniqueEdges(triangles);
-    Object.assign(this, splitAtCreases(this.rest, triangles, loadTriangles));
+    this.evaluator = evaluator;
+    this.skin = skinOf(evaluator, this);
+    this.edges = uniqueEdges(this.skin.triangles);
+    Object.assign(this, splitAtCreases(this.skin));
     this.bound = boundOfPushes(evaluator, this);
     /** The largest of Young's moduli [Pa]; 0 of a file without stress. */
     this.young = Math.max(0, ...(evaluator.section(SECTION.elasticConstants) ?? []).filter((_, i) => i % 2 === 0));
@@ -56,45 +59,43 @@ export class Body {
   /** Positions drawn: rest plus magnified displacement; and the box they lie in. */
   displace(displacement, magnification) {
     for (let i = 0; i < this.rest.length; i++) this.displaced[i] = this.rest[i] + magnification * displacement[i];
-    this.drawn = boundingBox(this.displaced);
+    this.skin.at(this.displaced, this.skin.displaced);
+    this.drawn = boundingBox(this.skin.displaced);
   }
 
-  /** Where a point `{ nodes, weights }` is drawn. */
+  /** Where a point `{ nodes, weights }` is drawn: where it was seen on an embedded surface, else on the mesh. */
   place(point, positions = this.displaced) {
-    return [0, 1, 2].reduce((sum, k) => add(sum, scaled(this.node(point.nodes[k], positions), point.weights[k])), [0, 0, 0]);
+    if (point.seen && positions === this.displaced) return weighted(point.seen, this.skin.displaced);
+    return weighted(point, positions);
   }
 
-  /** The first triangle a ray meets, as `{ triangle, loadable, point }`; null if it passes by. Plain numbers: fine meshes are asked at each move. */
-  pick({ from: [fx, fy, fz], along: [lx, ly, lz] }) {
-    const { triangles, displaced: x } = this;
-    let best = null;
-    for (let t = 0; t < triangles.length; t += 3) {
-      const a = 3 * triangles[t], b = 3 * triangles[t + 1], c = 3 * triangles[t + 2];
-      const bx = x[b] - x[a], by = x[b + 1] - x[a + 1], bz = x[b + 2] - x[a + 2];
-      const cx = x[c] - x[a], cy = x[c + 1] - x[a + 1], cz = x[c + 2] - x[a + 2];
-      const px = ly * cz - lz * cy, py = lz * cx - lx * cz, pz = lx * cy - ly * cx;
-      const determinant = bx * px + by * py + bz * pz;
-      if (determinant === 0) continue;
-      const ax = fx - x[a], ay = fy - x[a + 1], az = fz - x[a + 2];
-      const v = (ax * px + ay * py + az * pz) / determinant;
-      if (v < 0 || v > 1) continue;
-      const qx = ay * bz - az * by, qy = az * bx - ax * bz, qz = ax * by - ay * bx;
-      const w = (lx * qx + ly * qy + lz * qz) / determinant;
-      const distance = (cx * qx + cy * qy + cz * qz) / determinant;
-      if (w < 0 || v + w > 1 || distance <= 0 || (best && distance >= best.distance)) continue;
-      best = { triangle: t / 3, distance, weights: [1 - v - w, v, w] };
-    }
+  /** What a ray meets first, as `{ normal, loadable, point }`; null if it passes by. A point of an embedded surface is pushed at the nearest place of the mesh. */
+  pick(ray) {
+    const { triangles, displaced, rest, loadable, embedded } = this.skin;
+    const best = firstMet(triangles, displaced, ray);
     if (!best) return null;
-    const nodes = [0, 1, 2].map((k) => this.triangles[3 * best.triangle + k]);
-    return { triangle: best.triangle, loadable: best.triangle < this.loadTriangles, point: { nodes, weights: best.weights } };
+    const vertices = [0, 1, 2].map((k) => triangles[3 * best.triangle + k]);
+    const [a, b, c] = vertices.map((vertex) => this.node(vertex, rest));
+    const normal = unit(cross(sub(b, a), sub(c, a)));
+    const seen = { nodes: vertices, weights: best.weights };
+    if (!embedded) return { normal, loadable: loadable(best.triangle), point: seen };
+    if (!loadable(best.triangle)) return { normal, loadable: false, point: null };
+    const { nodes, weights } = this.evaluator.locate(weighted(seen, rest));
+    return { normal, loadable: true, point: { nodes, weights, seen } };
   }
+}
+
+/** Weighted sum of places `{ nodes, weights }` in a list of positions. */
+function weighted({ nodes, weights }, positions) {
+  const at = (k) => Array.from(nodes, (node, i) => weights[i] * positions[3 * node + k]).reduce((sum, x) => sum + x, 0);
+  return [at(0), at(1), at(2)];
 }
 
 /**
  * What the modes leave out of a push at each loadable node in its worst direction, as a share of the push's static answer: `{ low, high,
  * rigorous, field }`, the field as places 0 to 1 between the ends on a logarithmic scale, three numbers a node. Null if the file does not keep it.
  */
-function boundOfPushes(evaluator, { rest, triangles, loadTriangles }) {
+function boundOfPushes(evaluator, { rest, triangles, loadTriangles, skin }) {
   const [map, summary] = [evaluator.section(SECTION.boundMap), evaluator.section(SECTION.staticBound)];
   if (!map || !summary) return null;
   const values = map.filter((_, i) => i % 7 === 6);
@@ -108,6 +109,12 @@ function boundOfPushes(evaluator, { rest, triangles, loadTriangles }) {
   for (let c = 0; c < 3 * loadTriangles; c += 3) {
     const nodes = triangles.subarray(c, c + 3);
     const known = Math.max(...Array.from(nodes, (node) => (values[node] > 0 ? field[3 * node] : 0)));
+    for (const node of nodes) if (!(values[node] > 0)) field[3 * node] = Math.max(field[3 * node], known);
+  }
+  // Nodes inside the body, which an embedded surface follows, have no push.
+  for (let vertex = 0; skin.embedded && vertex < skin.rest.length / 3; vertex++) {
+    const nodes = Array.from(skin.nodesOf(vertex));
+    const known = Math.max(...nodes.map((node) => field[3 * node]));
     for (const node of nodes) if (!(values[node] > 0)) field[3 * node] = Math.max(field[3 * node], known);
   }
   return { low, high, rigorous: summary[0] === 1, field };
@@ -149,8 +156,8 @@ function uniqueEdges(triangles) {
   return Uint32Array.from(edges);
 }
 
-/** One vertex per node and smooth patch: `vertexNode`, `vertexLoadable`, and triangles over vertices (`vertexCorners`). */
-function splitAtCreases(rest, triangles, loadTriangles) {
+/** One corner for each vertex of the drawn surface and smooth patch: `vertexNode`, `vertexLoadable`, and triangles over corners (`vertexCorners`). */
+function splitAtCreases({ rest, triangles, loadable: canBePushed }) {
   const vertexNode = [], vertexLoadable = [], normals = [];
   const patches = new Map();
   const vertexCorners = new Uint32Array(triangles.length);
@@ -158,7 +165,7 @@ function splitAtCreases(rest, triangles, loadTriangles) {
   for (let c = 0; c < triangles.length; c += 3) {
     const [a, b, d] = [at(triangles[c]), at(triangles[c + 1]), at(triangles[c + 2])];
     const normal = unit(cross(sub(b, a), sub(d, a)));
-    const loadable = c / 3 < loadTriangles ? 1 : 0;
+    const loadable = canBePushed(c / 3) ? 1 : 0;
     for (let k = 0; k < 3; k++) {
       const node = triangles[c + k];
       const known = patches.get(node) ?? [];

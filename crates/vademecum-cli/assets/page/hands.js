@@ -48,9 +48,9 @@ export class Hands {
     const hit = event.button === 0 && !event.shiftKey ? this.pick(at) : null;
     if (hit) say(hit.loadable ? "" : this.refused());
     if (hit?.loadable && this.controls.sphere && !this.player.tool) {
-      this.lay(event.pointerId, at, hit.point, this.player.body.normal(hit.triangle));
+      this.lay(event.pointerId, at, hit.point, hit.normal);
     } else if (hit?.loadable) {
-      const normal = this.player.body.normal(hit.triangle);
+      const normal = hit.normal;
       const contact = { kind: "contact", start: at, at, point: hit.point, normal };
       contact.id = this.player.press(hit.point, this.force(contact));
       this.held.set(event.pointerId, contact);
@@ -101,7 +101,7 @@ export class Hands {
     contact.at = at;
     if (find("direction").value !== "drag") {
       const hit = this.pick(at);
-      if (hit?.loadable) Object.assign(contact, { point: hit.point, normal: this.player.body.normal(hit.triangle) });
+      if (hit?.loadable) Object.assign(contact, { point: hit.point, normal: hit.normal });
     }
     this.player.move(contact.id, contact.point, this.force(contact));
   }
@@ -127,7 +127,7 @@ export class Hands {
   /** The sphere goes over the body with the pointer, and stays where it is beside it. */
   drag(at) {
     const hit = this.pick(at);
-    if (hit?.loadable && this.controls.sphere) this.player.moveTool(this.below(hit.point, this.player.body.normal(hit.triangle)), hit.point);
+    if (hit?.loadable && this.controls.sphere) this.player.moveTool(this.below(hit.point, hit.normal), hit.point);
   }
 
   up(event) {

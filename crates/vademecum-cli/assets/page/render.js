@@ -92,7 +92,8 @@ export class Renderer {
     const vertices = body.vertexNode.length;
     this.arrays = { displacement: new Float32Array(3 * vertices), field: new Float32Array(3 * vertices) };
     this.normals = new Float32Array(3 * vertices);
-    const rest = Float32Array.from({ length: 3 * vertices }, (_, i) => body.rest[3 * body.vertexNode[(i / 3) | 0] + (i % 3)]);
+    this.spread = [0, 1].map(() => new Float64Array(body.skin.rest.length));
+    const rest = Float32Array.from({ length: 3 * vertices }, (_, i) => body.skin.rest[3 * body.vertexNode[(i / 3) | 0] + (i % 3)]);
     this.vao = gl.createVertexArray();
     gl.bindVertexArray(this.vao);
     this.buffers = {
@@ -106,7 +107,10 @@ export class Renderer {
     body.vertexNode.forEach((node, vertex) => vertexOf.set(node, vertex));
     this.faces = this.indices(body.vertexCorners);
     this.lines = this.indices(body.edges.map((node) => vertexOf.get(node)));
-    this.points = this.indices(Uint32Array.from(body.held.filter((node) => vertexOf.has(node)), (node) => vertexOf.get(node)));
+    // A vertex of an embedded surface is held with the facet below it.
+    const heldNodes = new Set(body.held);
+    const isHeld = (vertex) => Array.from(body.skin.nodesOf(vertex)).filter((node) => heldNodes.has(node)).length >= (body.skin.embedded ? 3 : 1);
+    this.points = this.indices(Uint32Array.from([...vertexOf.keys()].filter(isHeld), (vertex) => vertexOf.get(vertex)));
     this.ramps = [false, true].map((signed) => this.texture(ramp(signed)));
   }
 
@@ -205,8 +209,9 @@ export class Renderer {
 
   /** Copies surface fields (per node) to the vertices and sums the normals of the drawn shape. */
   fill(displacement, field) {
-    const { vertexNode, displaced, triangles, vertexCorners } = this.body;
+    const { vertexNode, vertexCorners, skin } = this.body;
     const { displacement: u, field: f } = this.arrays;
+    [displacement, field] = [skin.at(displacement, this.spread[0]), skin.at(field, this.spread[1])];
     for (let v = 0; v < vertexNode.length; v++) {
       const node = 3 * vertexNode[v];
       for (let c = 0; c < 3; c++) {
@@ -214,7 +219,7 @@ export class Renderer {
         f[3 * v + c] = field[node + c];
       }
     }
-    sumNormals(displaced, triangles, vertexCorners, this.normals);
+    sumNormals(skin.displaced, skin.triangles, vertexCorners, this.normals);
     const { gl, buffers } = this;
     for (const [name, data] of [["displacement", u], ["field", f], ["normal", this.normals]]) {
       gl.bindBuffer(gl.ARRAY_BUFFER, buffers[name]);

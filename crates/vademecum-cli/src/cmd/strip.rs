@@ -123,7 +123,7 @@ impl StripOutput {
 }
 
 /// Lost uses without a section.
-const LOST: [(SectionKind, &str); 16] = [
+const LOST: [(SectionKind, &str); 17] = [
     (SectionKind::NodeIds, "no way back to the mesh, so `verify` cannot compare with it"),
     (SectionKind::NodeCoordinates, "no geometry"),
     (SectionKind::Triangles, "no surface to show"),
@@ -139,5 +139,6 @@ const LOST: [(SectionKind, &str); 16] = [
     (SectionKind::ContactResidual, "no residual flexibility under a contact"),
     (SectionKind::ProbeResidual, "no residual flexibility of a contact at the probes"),
     (SectionKind::FactorValues, "no static answer in whole fields"),
+    (SectionKind::EmbeddedTriangles, "no embedded surface to draw"),
     (SectionKind::BoundMap, "no map of the bound over the surface"),
 ];

@@ -38,7 +38,7 @@ macro_rules! modules {
 }
 
 /// The page's JavaScript modules by the names they import each other with.
-const MODULES: [(&str, &str); 23] = modules!(
+const MODULES: [(&str, &str); 24] = modules!(
     "body",
     "camera",
     "chart",
@@ -59,6 +59,7 @@ const MODULES: [(&str, &str); 23] = modules!(
     "ring",
     "ringer",
     "share",
+    "skin",
     "sound",
     "vectors",
     "views"

@@ -2,6 +2,7 @@
 
 pub(crate) mod axes;
 pub(crate) mod contact;
+pub(crate) mod embedded;
 pub(crate) mod factor;
 pub(crate) mod filter;
 #[cfg(feature = "mmap")]

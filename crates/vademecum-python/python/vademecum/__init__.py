@@ -22,7 +22,7 @@ import tempfile
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, Optional, Union
+from typing import Any, NamedTuple, Optional, Union
 
 import numpy as np
 from numpy.typing import DTypeLike, NDArray
@@ -94,6 +94,21 @@ Channel = Union[str, tuple[Sequence[float], Union[str, Sequence[float]]]]
 Progress = Callable[[str, int, int], object]
 
 
+class EmbeddedSurface(NamedTuple):
+    """A surface that is drawn in place of that of the mesh: each vertex follows four nodes of the surface."""
+
+    #: Nodes that each vertex follows, shape (vertices, 4).
+    nodes: NDArray[np.uint32]
+    #: Their weights, which sum to 1, shape (vertices, 4).
+    weights: NDArray[np.float64]
+    #: Vertices of each triangle, outward, shape (triangles, 3).
+    triangles: NDArray[np.uint32]
+
+    def interpolate(self, at_nodes: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Positions or displacements at the vertices, shape (vertices, 3), from those at the nodes of the surface."""
+        return np.einsum("vk,vkc->vc", self.weights, np.asarray(at_nodes)[self.nodes])
+
+
 class File:
     """A vademecum file in memory. `open`, `from_bytes` and `build` make one."""
 
@@ -123,6 +138,12 @@ class File:
     def triangles(self) -> NDArray[np.uint32]:
         """Triangles of the surface, shape (triangles, 3); the loadable ones come first. Read-only."""
         return self._geometry[1]
+
+    @functools.cached_property
+    def embedded(self) -> Optional[EmbeddedSurface]:
+        """The surface that is drawn in place of that of the mesh; `None` where the file has none."""
+        found = self._native.embedded()
+        return EmbeddedSurface(*found) if found else None
 
     def body(self, dtype: DTypeLike = np.float64, *, flight: bool = True, **options: Any) -> Body:
         """Binds a body, at rest and without loads.

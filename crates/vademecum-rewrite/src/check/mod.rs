@@ -4,6 +4,7 @@
 
 mod basis;
 mod claims;
+mod embedded;
 mod factor;
 mod geometry;
 mod matrices;
@@ -89,6 +90,7 @@ pub fn check_limited(bytes: &[u8], limit: u64) -> Result<CheckReport, RewriteErr
         check_meaning(&section, raw.metadata())?;
     }
     geometry::check(&raw)?;
+    embedded::check(&raw)?;
     matrices::check(&raw)?;
     basis::check(&raw)?;
     step::check(&raw)?;

@@ -51,6 +51,10 @@ impl Draft<'_> {
              [time]\nstep = {time_step:?} # s; how often a load may change: steps are exact at any length\n\n\
              [basis]\nkind = \"modes\"\nmodes = {modes}\n\n[output]\nprecision = \"{precision}\"\n",
         );
+        if self.cells.is_some() {
+            let name = quoted(self.mesh_name);
+            let _ = writeln!(text, "embedded = {name} # drawn in place of the surface of the tetrahedra");
+        }
         if sum_of_modes {
             text += "# The deck sums so many modes; true adds what the others answer to a static load.\n\
                      residual = false\n";

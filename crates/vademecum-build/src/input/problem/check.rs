@@ -98,6 +98,8 @@ impl Problem {
         self.require(cells, "mesh.cells", BESIDE, "none: matrices have no surface to fill")?;
         let whole = self.mesh.smallest_part == 0.0;
         self.require(whole, "mesh.smallest_part", BESIDE, "none: matrices have no elements to leave out")?;
+        let embedded = self.output.embedded.is_none();
+        self.require(embedded, "output.embedded", BESIDE, "none: matrices have no tetrahedra")?;
         let materials = self.materials.is_empty();
         self.require(materials, "material", BESIDE, "none: the matrices have the materials in them")?;
         let supports = self.supports.is_empty();

@@ -233,6 +233,9 @@ pub struct OutputEntry {
     /// Keep the stress under a contact that the modes leave out; absent: up to
     /// [`STRESS_UNASKED`].
     pub(crate) stress_residual: Option<bool>,
+    /// A surface (STL, OBJ, PLY, OFF, GLB) in the unit of the mesh, which is drawn in place of that of the
+    /// mesh and follows it.
+    pub embedded: Option<PathBuf>,
 }
 
 /// Bytes of the stress under contacts that a file gets without being asked, in double precision.

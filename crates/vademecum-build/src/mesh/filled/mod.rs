@@ -5,6 +5,7 @@
 //! then nodes move onto its sharp [edges].
 
 mod edges;
+mod embedded;
 mod glb;
 mod lattice;
 mod ply;
@@ -15,6 +16,7 @@ use std::collections::{HashMap, HashSet};
 use std::path::Path;
 
 use self::edges::{Edges, sharpen};
+pub(crate) use self::embedded::Embedded;
 use self::lattice::{Lattice, fill};
 use self::triangles::Triangles;
 use self::winding::{Point, Winding};
@@ -59,22 +61,27 @@ pub(super) fn parse(
     format: Format,
     cells: Option<u32>,
 ) -> Result<RawMesh, MeshError> {
-    let surface = match format {
+    filled(file, read(file, bytes, format)?, cells)
+}
+
+/// Reads a surface.
+fn read(file: &Path, bytes: &[u8], format: Format) -> Result<Triangles, MeshError> {
+    match format {
         Format::StlBinary => triangles::stl_binary(file, bytes),
         Format::StlText => triangles::stl_text(file, bytes),
         Format::Obj => triangles::obj(file, bytes),
         Format::Ply => ply::parse(file, bytes),
         Format::Off => triangles::off(file, bytes),
         Format::Glb => glb::parse(file, bytes),
-    }?;
-    filled(file, surface, cells)
+    }
 }
 
 fn filled(file: &Path, surface: Triangles, cells: Option<u32>) -> Result<RawMesh, MeshError> {
     let mut raw = RawMesh::new(file, &format!("{} surface, filled with tetrahedra", surface.format));
     let empty = |reason: String| MeshError::Unfilled { file: file.to_path_buf(), reason };
     let mut corners = surface.corners;
-    let sharp = cleaned(&mut corners, &mut raw.notes);
+    let numbers = cleaned(&mut corners, &mut raw.notes);
+    let sharp = Edges::of(&corners, &numbers);
     let (low, high) = bounding_box(corners.as_flattened());
     let sides: [f64; 3] = std::array::from_fn(|k| high[k] - low[k]);
     let longest = sides.into_iter().fold(0.0, f64::max);
@@ -132,8 +139,8 @@ fn filled(file: &Path, surface: Triangles, cells: Option<u32>) -> Result<RawMesh
     Ok(raw)
 }
 
-/// Drops triangles without area and copies of others, with notes; the sharp edges of the rest.
-fn cleaned(corners: &mut Vec<[Point; 3]>, notes: &mut Vec<String>) -> Edges {
+/// Drops triangles without area and copies of others, with notes; the numbers of the corners of the rest.
+fn cleaned(corners: &mut Vec<[Point; 3]>, notes: &mut Vec<String>) -> Vec<[u32; 3]> {
     let count = corners.len();
     let area = |t: &[Point; 3]| norm(cross(sub(t[1], t[0]), sub(t[2], t[0])));
     corners.retain(|t| area(t) > 0.0);
@@ -181,7 +188,7 @@ fn cleaned(corners: &mut Vec<[Point; 3]>, notes: &mut Vec<String>) -> Edges {
             count(open, "edge")
         ));
     }
-    Edges::of(corners, &triangles)
+    triangles
 }
 
 /// A note on the share of the surface that has less than a cell of material below it, unless it is small.

@@ -4,6 +4,8 @@
 //! sum over surfaces that cross each other (Jacobson, Kavan and Sorkine-Hornung 2013). Far groups of
 //! triangles count as one dipole (Barill, Dickson, Schmidt, Levin and Jacobson 2018).
 
+use vademecum_eval::nearest_in_triangle;
+
 use crate::linalg::vec3::{cross, dot, norm, sub};
 
 /// Triangles in a leaf of the tree.
@@ -31,9 +33,22 @@ struct Group {
     leaf: bool,
 }
 
+impl Group {
+    /// Distance of a point from the box, squared.
+    fn square(&self, point: Point) -> f64 {
+        (0..3).map(|k| (self.low[k] - point[k]).max(point[k] - self.high[k]).max(0.0).powi(2)).sum()
+    }
+}
+
+/// A triangle and its number.
+struct Numbered {
+    corners: [Point; 3],
+    number: u32,
+}
+
 /// Triangles sorted into a tree of groups.
 pub(crate) struct Winding {
-    corners: Vec<[Point; 3]>,
+    triangles: Vec<Numbered>,
     groups: Vec<Group>,
     /// −1 for triangles that are inside out, else 1.
     sign: f64,
@@ -44,13 +59,46 @@ const SAMPLES: usize = 20_000;
 
 impl Winding {
     /// The tree of a surface; the orientation of the triangles tells inside from outside.
-    pub(crate) fn new(mut corners: Vec<[Point; 3]>) -> Self {
-        let mut groups = Vec::with_capacity(corners.len() / (LEAF / 4) + 1);
-        if !corners.is_empty() {
-            let count = corners.len();
-            split(&mut corners, 0, count, &mut groups);
+    pub(crate) fn new(corners: Vec<[Point; 3]>) -> Self {
+        let numbered = corners.into_iter().zip(0..).map(|(corners, number)| Numbered { corners, number });
+        let mut triangles: Vec<Numbered> = numbered.collect();
+        let mut groups = Vec::with_capacity(triangles.len() / (LEAF / 4) + 1);
+        if !triangles.is_empty() {
+            let count = triangles.len();
+            split(&mut triangles, 0, count, &mut groups);
         }
-        Self { corners, groups, sign: 1.0 }
+        Self { triangles, groups, sign: 1.0 }
+    }
+
+    /// The triangle nearest to a point, by its number, and its distance; none of an empty surface.
+    pub(crate) fn nearest(&self, point: Point) -> Option<(u32, f64)> {
+        let mut best: Option<(u32, f64)> = None;
+        let mut open = vec![];
+        open.extend(self.groups.len().checked_sub(1).map(|root| (0.0, root)));
+        while let Some((square, at)) = open.pop() {
+            if best.is_some_and(|(_, best)| square >= best) {
+                continue;
+            }
+            let group = &self.groups[at];
+            if group.leaf {
+                for triangle in &self.triangles[group.range.0 as usize..group.range.1 as usize] {
+                    let [a, b, c] = triangle.corners;
+                    let w = nearest_in_triangle(point, triangle.corners);
+                    let off = std::array::from_fn(|k| w[0] * a[k] + w[1] * b[k] + w[2] * c[k] - point[k]);
+                    let square = dot(off, off);
+                    if best.is_none_or(|(_, best)| square < best) {
+                        best = Some((triangle.number, square));
+                    }
+                }
+            } else {
+                let child = |at: u32| (self.groups[at as usize].square(point), at as usize);
+                let mut children = [child(group.range.0), child(group.range.1)];
+                // The nearer one is on top.
+                children.sort_unstable_by(|a, b| b.0.total_cmp(&a.0));
+                open.extend(children);
+            }
+        }
+        best.map(|(number, square)| (number, square.sqrt()))
     }
 
     /// Takes the triangles the other way round.
@@ -61,7 +109,8 @@ impl Winding {
     /// Share of the area of the surface for which this holds of a point and the outward normal there.
     pub(crate) fn share_of_area(&self, holds: impl Fn(Point, Point) -> bool) -> f64 {
         let (mut all, mut found) = (0.0, 0.0);
-        for t in self.corners.iter().step_by(self.corners.len().div_ceil(SAMPLES).max(1)) {
+        for t in self.triangles.iter().step_by(self.triangles.len().div_ceil(SAMPLES).max(1)) {
+            let t = &t.corners;
             let normal = cross(sub(t[1], t[0]), sub(t[2], t[0]));
             let area = norm(normal);
             let middle = std::array::from_fn(|k| (t[0][k] + t[1][k] + t[2][k]) / 3.0);
@@ -86,7 +135,7 @@ impl Winding {
                 angle += dot(group.dipole, from) / (square * square.sqrt());
             } else if group.leaf {
                 let range = group.range.0 as usize..group.range.1 as usize;
-                angle += self.corners[range].iter().map(|t| solid_angle(t, point)).sum::<f64>();
+                angle += self.triangles[range].iter().map(|t| solid_angle(&t.corners, point)).sum::<f64>();
             } else {
                 open.extend([group.range.0 as usize, group.range.1 as usize]);
             }
@@ -107,7 +156,8 @@ impl Winding {
             }
             if group.leaf {
                 let range = group.range.0 as usize..group.range.1 as usize;
-                found.extend(self.corners[range].iter().filter_map(|t| crossing(t, from, along)));
+                let triangles = self.triangles[range].iter();
+                found.extend(triangles.filter_map(|t| crossing(&t.corners, from, along)));
             } else {
                 open.extend([group.range.0 as usize, group.range.1 as usize]);
             }
@@ -137,11 +187,11 @@ impl Winding {
 }
 
 /// Sorts triangles `first` to `end` into groups, the whole last; its index.
-fn split(corners: &mut [[Point; 3]], first: usize, end: usize, groups: &mut Vec<Group>) -> usize {
-    let part = &mut corners[first..end];
+fn split(triangles: &mut [Numbered], first: usize, end: usize, groups: &mut Vec<Group>) -> usize {
+    let part = &mut triangles[first..end];
     let (mut low, mut high) = ([f64::INFINITY; 3], [f64::NEG_INFINITY; 3]);
     let (mut dipole, mut weighted, mut area, mut plain) = ([0.0; 3], [0.0; 3], 0.0, [0.0; 3]);
-    for t in part.iter() {
+    for Numbered { corners: t, .. } in part.iter() {
         let normal = cross(sub(t[1], t[0]), sub(t[2], t[0])).map(|x| 0.5 * x);
         let own = dot(normal, normal).sqrt();
         area += own;
@@ -158,16 +208,16 @@ fn split(corners: &mut [[Point; 3]], first: usize, end: usize, groups: &mut Vec<
     }
     let centre = if area > 0.0 { weighted.map(|x| x / area) } else { plain };
     let reach = |p: &Point| dot(sub(*p, centre), sub(*p, centre));
-    let radius = part.iter().flatten().map(reach).fold(0.0, f64::max);
+    let radius = part.iter().flat_map(|t| &t.corners).map(reach).fold(0.0, f64::max);
     let mut group =
         Group { low, high, centre, radius, dipole, range: (first as u32, end as u32), leaf: true };
     if part.len() > LEAF {
         let axis = (0..3).max_by(|&a, &b| (high[a] - low[a]).total_cmp(&(high[b] - low[b]))).unwrap_or(0);
-        let key = |t: &[Point; 3]| t[0][axis] + t[1][axis] + t[2][axis];
+        let key = |t: &Numbered| t.corners.iter().map(|corner| corner[axis]).sum::<f64>();
         let half = part.len() / 2;
         part.select_nth_unstable_by(half, |a, b| key(a).total_cmp(&key(b)));
-        let one = split(corners, first, first + half, groups);
-        let other = split(corners, first + half, end, groups);
+        let one = split(triangles, first, first + half, groups);
+        let other = split(triangles, first + half, end, groups);
         group.range = (one as u32, other as u32);
         group.leaf = false;
     }
