@@ -203,15 +203,15 @@ impl BuildReport {
         let line = |name: &str, s: &StructureReport| {
             let shown = |value: f64, text: String| if value.is_finite() { text } else { "unknown".into() };
             let number = |value: f64| shown(value, format!("{value:.3e}"));
+            let map = format!(", map error {:.1e} rms, {:.1e} worst", s.map_error_rms, s.map_error_max);
+            let map = if s.map_error_rms.is_finite() { map } else { String::new() };
             format!(
-                "\n  {name}: error {}, floor {} (ratio {}), spectral radius {}, energy ratio {}, map error {} rms, {} worst",
+                "\n  {name}: error {}, projection error {} (ratio {}), spectral radius {}, energy ratio {}{map}",
                 number(s.trajectory_error),
                 number(s.projection_floor),
                 shown(s.floor_ratio, format!("{:.2}", s.floor_ratio)),
                 shown(s.spectral_radius, format!("1{:+.1e}", s.spectral_radius - 1.0)),
-                shown(s.energy_ratio, format!("{:.6}", s.energy_ratio)),
-                shown(s.map_error_rms, format!("{:.1e}", s.map_error_rms)),
-                shown(s.map_error_max, format!("{:.1e}", s.map_error_max))
+                shown(s.energy_ratio, format!("{:.6}", s.energy_ratio))
             )
         };
         let c = &self.certificate;
@@ -233,7 +233,7 @@ impl BuildReport {
         };
         let places = self.separation.as_ref().map_or(String::new(), place);
         format!(
-            "no structure keeps the tolerance (error ≤ {:e}, and ≤ {} × floor + {:e} in each run; spectral radius ≤ 1 + \
+            "no structure keeps the tolerance (error ≤ {:e}, and ≤ {} × projection error + {:e} in each run; spectral radius ≤ 1 + \
              1e-12; map error ≤ {:e}):{diagonal}{block}{chapter}{places}",
             c.error, c.floor_ratio, c.absolute, c.map
         )

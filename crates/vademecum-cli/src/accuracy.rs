@@ -45,7 +45,7 @@ impl Accuracy {
         Ok(Self {
             bound: bound(file)?,
             measured: (m.block || m.diagonal || large).then_some(measured),
-            loadable: m.n_load_nodes > 0,
+            loadable: m.n_load_nodes > 0 && has(SectionKind::SurfaceBasis),
             residual: has(SectionKind::ContactResidual),
             obstacle,
         })

@@ -14,6 +14,7 @@ use vademecum_build::dynamics::ModesError;
 use vademecum_build::input::ProblemError;
 use vademecum_build::input::toml_file::TomlError;
 use vademecum_build::mesh::MeshError;
+use vademecum_build::mesh_error::MeshErrorFailure;
 use vademecum_build::pipeline::BuildError;
 use vademecum_build::prepared::{BodyError, PrepareError};
 use vademecum_build::printable::{printable, shortened};
@@ -45,8 +46,8 @@ pub(crate) const DAMAGED: &str =
     "the file was damaged after it was written, or not written by this program: copy or build it again";
 
 /// Remedy for a file without a section.
-const STRIPPED: &str = "a file that was stripped has lost what its target did not need: use the one it was made of, or \
-                        strip that one with `--keep surface`";
+const STRIPPED: &str = "either the file was stripped of it: use the one it was made of, or strip that one with `--keep \
+                        surface`; or its problem does not give it, as `mesh.matrices` without `triangles`";
 
 /// Reference of the keys of a problem file.
 const PROBLEM_KEYS: &str = "`vademecum help problem` lists every key and its range";
@@ -339,6 +340,7 @@ impl From<BuildError> for Failure {
             BuildError::Basis(
                 BasisError::Snapshots(_) | BasisError::TooManyModes { .. } | BasisError::BoundMissed { .. },
             ) => (Cause::Input, ""),
+            BuildError::MeshError(MeshErrorFailure::Disc { .. }) => (Cause::Usage, ""),
             BuildError::Format(_) => (Cause::File, ""),
             _ => (Cause::Numerics, ""),
         };
@@ -383,6 +385,7 @@ impl From<StudyError> for Failure {
             error @ (StudyError::TooFast { .. }
             | StudyError::TooManyPlaces { .. }
             | StudyError::NoModalMarch
+            | StudyError::FreeByStages
             | StudyError::LargeDisplacements) => Self::new(Cause::Input, error),
             error @ StudyError::Refused { .. } => Self::new(Cause::File, error),
             error @ StudyError::NothingToPush => {

@@ -17,6 +17,10 @@ fn in_words(value: &RefinedValue, unit: &str, digits: usize) -> String {
     )
 }
 
+/// A support whose region the mesh does not resolve.
+pub(crate) const BETWEEN_NODES: &str = "a support ends between nodes: another mesh holds another part of the body, which these \
+                                        numbers leave out";
+
 /// A line for each frequency.
 pub(crate) fn frequency_lines(frequencies: &[RefinedValue]) -> Vec<String> {
     let line = |(k, value)| format!("  mode {}: {}", k + 1, in_words(value, "Hz", 6));
@@ -37,7 +41,8 @@ pub(crate) fn in_a_line(estimate: &MeshEstimate) -> String {
         0 => String::new(),
         n => format!("; modes 2 to {}: {}", n + 1, others.join(", ")),
     };
-    format!("mesh error: {}{others}", in_words(first, "Hz", 4))
+    let between = if error.support_between_nodes { format!("; {BETWEEN_NODES}") } else { String::new() };
+    format!("mesh error: {}{others}{between}", in_words(first, "Hz", 4))
 }
 
 /// The error of a reduction beside that of its mesh: of the displacement under a traction, else of the first
@@ -79,5 +84,6 @@ pub(crate) fn lines(estimate: &MeshEstimate) -> Vec<String> {
             error.nodes_without_area
         ));
     }
+    lines.extend(error.support_between_nodes.then(|| format!("  {BETWEEN_NODES}")));
     lines
 }

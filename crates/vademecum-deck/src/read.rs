@@ -18,9 +18,13 @@ pub struct ReadOptions {
     pub units: Option<System>,
 }
 
-/// True of the name of a deck: one that ends in `.inp`, `.bdf`, `.nas`, `.dat` or `.cdb`.
+/// Extensions of decks of LS-DYNA, which are refused by name.
+const LS_DYNA: [&str; 3] = ["k", "key", "dyn"];
+
+/// True of the name of a deck: one that ends in `.inp`, `.bdf`, `.nas`, `.dat` or `.cdb`, or of a deck that is
+/// refused by name.
 pub fn is_deck(file: &Path) -> bool {
-    ["inp", "bdf", "nas", "dat", "cdb"].contains(&extension(file).as_str())
+    ["inp", "bdf", "nas", "dat", "cdb"].iter().chain(&LS_DYNA).any(|known| *known == extension(file))
 }
 
 fn extension(file: &Path) -> String {
@@ -32,7 +36,12 @@ fn extension(file: &Path) -> String {
 /// # Errors
 /// [`DeckError`]: a file that cannot be read, cards that cannot be used, elements that are no solids.
 pub fn read(file: &Path, options: &ReadOptions) -> Result<Deck, DeckError> {
-    let mut deck = match extension(file).as_str() {
+    let extension = extension(file);
+    if LS_DYNA.contains(&extension.as_str()) {
+        // The mesh reader names the format.
+        vademecum_build::mesh::parse(file)?;
+    }
+    let mut deck = match extension.as_str() {
         "bdf" | "nas" | "dat" => nastran::read(file)?,
         "cdb" => ansys::read(file)?,
         _ => abaqus::read(file, options.dialect)?,

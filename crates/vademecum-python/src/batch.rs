@@ -2,7 +2,7 @@
 
 use std::sync::{Mutex, MutexGuard};
 
-use pyo3::exceptions::PyIndexError;
+use pyo3::exceptions::{PyIndexError, PyValueError};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use self_cell::{MutBorrow, self_cell};
@@ -41,15 +41,18 @@ self_cell!(
 
 /// A batch that owns its memory.
 pub trait Cell<T: Number>: Send + Sized {
-    fn of(scene: &Scene<'_, T>, n_instances: usize) -> Result<Self, BindError>;
+    fn of(scene: &Scene<'_, T>, n_instances: usize, memory: Vec<T>) -> Result<Self, BindError>;
     fn with<R>(&mut self, run: impl for<'m> FnOnce(&mut Batch<'m, T>) -> R) -> R;
 }
 
 macro_rules! cell {
     ($cell:ident, $number:ty) => {
         impl Cell<$number> for $cell {
-            fn of(scene: &Scene<'_, $number>, n_instances: usize) -> Result<Self, BindError> {
-                let memory = vec![0.0; Batch::len_for(scene, n_instances)];
+            fn of(
+                scene: &Scene<'_, $number>,
+                n_instances: usize,
+                memory: Vec<$number>,
+            ) -> Result<Self, BindError> {
                 Self::try_new(MutBorrow::new(memory), |memory| {
                     Batch::new(scene, n_instances, memory.borrow_mut())
                 })
@@ -80,8 +83,18 @@ struct Instances<T: Number, C> {
 
 impl<T: Number, C: Cell<T>> Instances<T, C> {
     fn new(one: Simulation<T>, n_instances: usize) -> PyResult<Self> {
-        let batch = C::of(one.scene(), n_instances).map_err(of_bind)?;
-        Ok(Self { one, batch, applied: vec![vec![]; n_instances] })
+        let too_many = || PyValueError::new_err(format!("{n_instances} instances do not fit into memory"));
+        let each = Batch::len_for(one.scene(), 1);
+        // A batch of no instances has what all share; each one adds less than a batch of one.
+        each.checked_mul(n_instances).ok_or_else(too_many)?;
+        let (mut memory, mut applied): (Vec<T>, Vec<Vec<Applied>>) = (vec![], vec![]);
+        let needed = Batch::len_for(one.scene(), n_instances);
+        memory.try_reserve_exact(needed).map_err(|_| too_many())?;
+        applied.try_reserve_exact(n_instances).map_err(|_| too_many())?;
+        memory.resize(needed, T::default());
+        applied.resize(n_instances, vec![]);
+        let batch = C::of(one.scene(), n_instances, memory).map_err(of_bind)?;
+        Ok(Self { one, batch, applied })
     }
 
     fn load(&mut self, instance: usize) -> Result<(), LoadError> {

@@ -15,6 +15,7 @@ use crate::body::PyBody;
 use crate::content::{Content, Shared};
 use crate::names::Names;
 use crate::options::{precision, scene_options};
+use crate::point::Count;
 use crate::refusal::{Refusal, of_missing, of_output, of_simulation};
 use crate::simulation::AnySimulation;
 
@@ -119,7 +120,7 @@ impl PyFile {
 
     fn batch(
         &self,
-        instances: usize,
+        instances: Count,
         dtype: &Bound<'_, PyAny>,
         options: Option<&Bound<'_, PyDict>>,
     ) -> PyResult<PyBatch> {
@@ -127,6 +128,6 @@ impl PyFile {
         // The state of an instance does not remember its forces.
         let scene = SceneOptions { residual: false, ..scene_options(file.metadata(), options)? };
         let one = self.bind(dtype, &BodyOptions { scene, flight: false, ..BodyOptions::default() })?;
-        PyBatch::new(one, instances, Names::of(&file)?)
+        PyBatch::new(one, instances.0, Names::of(&file)?)
     }
 }

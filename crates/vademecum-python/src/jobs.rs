@@ -265,6 +265,7 @@ pub fn frf<'py>(
         let frequencies = spacing.grid(&opened, &scene).map_err(about)?;
         let request = ResponseRequest { input, outputs, frequencies, quantity };
         let found = frequency_response(&opened, &scene, &request).map_err(about)?;
+        found.notes.iter().for_each(|note| listener.note(note));
         for &output in &found.by_modes_alone {
             listener.note(&format!(
                 "`{}` is by the modes alone: name a probe there in the problem file, or build it with \

@@ -79,7 +79,14 @@ pub fn of_simulation(error: SimulationError) -> PyErr {
 
 /// A binding that was refused.
 pub fn of_bind(error: BindError) -> PyErr {
-    Refusal::from(FileError::from(error)).into()
+    match error {
+        // Of the arguments alone.
+        BindError::Scheme(_)
+        | BindError::Parameter(_)
+        | BindError::BadScale { .. }
+        | BindError::TooLarge { .. } => PyValueError::new_err(error.to_string()),
+        error => Refusal::from(FileError::from(error)).into(),
+    }
 }
 
 /// An output that cannot be given.

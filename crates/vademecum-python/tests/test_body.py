@@ -542,3 +542,13 @@ def test_large_displacements_are_stepped_by_their_own_structure():
     assert kept > finer > lost > 0.0
     with pytest.raises(vademecum.Error, match="sub-steps"):
         vademecum.open(file).body(substeps=1025)
+
+
+def test_sizes_that_no_memory_has_are_errors_of_the_argument(live_beam):
+    for instances in (10**12, 10**19, -1):
+        with pytest.raises((ValueError, TypeError)):
+            live_beam.batch(instances)
+    with pytest.raises(ValueError, match="1 000 000 points"):
+        live_beam.frf("gravity", "tip", (1, 100), points=10**12)
+    with pytest.raises(ValueError, match="positive"):
+        live_beam.body(stiffness=-1.0)

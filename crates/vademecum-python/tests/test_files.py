@@ -386,3 +386,15 @@ def test_the_page_is_the_programs(beam, program, tmp_path):
     frame = page._repr_html_()
     inside = frame.partition('srcdoc="')[2].removesuffix('"></iframe>')
     assert '"' not in inside and html.unescape(inside) == page.html and "height:300px" in frame
+
+
+GOLDEN = Path(__file__).resolve().parents[3] / "fixtures/golden"
+
+
+def test_an_embedded_surface_follows_the_nodes_of_the_surface():
+    assert vademecum.open(GOLDEN / "fixed-f64.vdm").embedded is None
+    file = vademecum.open(GOLDEN / "embedded.vdm")
+    surface = file.embedded
+    assert surface.nodes.shape == surface.weights.shape == (3, 4) and surface.triangles.tolist() == [[0, 1, 2]]
+    expected = [sum(w * file.nodes[n] for n, w in zip(*vertex)) for vertex in zip(surface.nodes, surface.weights)]
+    assert np.allclose(surface.interpolate(file.nodes), expected, rtol=0, atol=1e-15)

@@ -19,7 +19,7 @@ pub enum RewriteError {
         count: usize,
     },
     /// The file does not have the sections to keep.
-    #[error("to keep {keep}, the file needs section {kind}, which it does not have")]
+    #[error("to keep {keep}, the file needs section {kind}, which it does not have{}", Self::cure(*kind))]
     Absent {
         /// The section.
         kind: SectionKind,
@@ -127,6 +127,16 @@ pub enum RewriteError {
         /// The axis, counted from 0.
         axis: usize,
     },
+}
+
+impl RewriteError {
+    /// The way to a file that has a section.
+    const fn cure(kind: SectionKind) -> &'static str {
+        match kind {
+            SectionKind::ProbeRows => ": build it with an `[[output.probe]]`",
+            _ => "",
+        }
+    }
 }
 
 /// Faults of sections whose every number is finite.

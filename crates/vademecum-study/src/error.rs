@@ -115,6 +115,12 @@ pub enum StudyError {
          dofs of its nodes"
     )]
     AttachedMatrices,
+    /// Schemes that march by stages take no body without supports.
+    #[error(
+        "a body without supports is not marched by stages, which matrices for other programs and comparisons of \
+         schemes are made for: hold it by a `[[support]]`; `build`, `run`, `verify` and `frf` take it as it is"
+    )]
+    FreeByStages,
     /// The stress of an element cannot be taken.
     #[error("the stress of an element")]
     Stress(#[from] ElementError),

@@ -7,6 +7,8 @@
 
 mod channel;
 
+use std::f64::consts::TAU;
+
 use faer::linalg::triangular_solve::solve_lower_triangular_in_place;
 use faer::{Mat, Par, c64};
 use serde::Serialize;
@@ -23,6 +25,7 @@ use channel::{ResponsePoint, Side, place, row};
 
 use crate::contents::{lines, numbers};
 use crate::error::{FileError, StudyError};
+use crate::near::FAR;
 use crate::parameters::setting;
 use crate::player::{Playable, elastic, elastic_with_fields, with_body};
 use crate::verify::file_nodes;
@@ -55,7 +58,7 @@ pub enum Quantity {
 impl Quantity {
     /// `(iω)ⁿ`.
     fn factor(self, frequency: f64) -> c64 {
-        let omega = std::f64::consts::TAU * frequency;
+        let omega = TAU * frequency;
         match self {
             Self::Displacement => c64::new(1.0, 0.0),
             Self::Velocity => c64::new(0.0, omega),
@@ -63,6 +66,9 @@ impl Quantity {
         }
     }
 }
+
+/// Frequencies that may be asked for \[Hz\]: their squares times any mass stay far from overflow.
+pub const FREQUENCIES: std::ops::RangeInclusive<f64> = 1e-12..=1e12;
 
 /// Frequencies from the first to the last \[Hz\], in equal steps or in equal ratios.
 pub fn frequencies([first, last]: [f64; 2], count: usize, ratios: bool) -> Vec<f64> {
@@ -91,13 +97,15 @@ pub struct FrequencyResponse {
     /// Highest natural frequency among the modes \[Hz\].
     pub highest_mode_hz: f64,
     /// Largest amplitude of each output between the first and the last frequency, refined between those
-    /// asked for.
-    pub peaks: Vec<Peak>,
+    /// asked for; none where a mode without damping lies there.
+    pub peaks: Vec<Option<Peak>>,
     /// Outputs without the contribution of the truncated modes: points of the surface away from the force,
     /// in a file without the factor of its stiffness.
     pub by_modes_alone: Vec<usize>,
     /// True of a load pattern as the input; false of a force of 1 N.
     pub by_pattern: bool,
+    /// Points that are not where they were asked for, and outputs that are held, in sentences.
+    pub notes: Vec<String>,
 }
 
 /// Largest amplitude of an output.
@@ -246,7 +254,8 @@ fn static_rest(
     let ((whole, solved), (modes, _)) = (shown(true)?, shown(false)?);
     let mut unknown = vec![];
     if let (ResponsePoint::Point(at, _), false) = (input, solved) {
-        let same = |other: &SurfacePoint| other.place.entries().all(|(node, _)| has(at, node));
+        let same =
+            |other: &SurfacePoint| other.place.entries().all(|(node, weight)| weight == 0.0 || has(at, node));
         unknown.extend(points(outputs).filter(|(_, other)| !same(other)).map(|(i, _)| i));
     }
     // The two move alike, and differ by what is shown beside the modes.
@@ -301,6 +310,7 @@ struct BoundResponse {
     /// Outputs whose `R` the file does not have.
     unknown: Vec<usize>,
     by_pattern: bool,
+    notes: Vec<String>,
     /// Time constant of the truncated modes \[s\].
     beta: f64,
     quantity: Quantity,
@@ -313,16 +323,22 @@ impl BoundResponse {
         let outputs = question.outputs.iter().map(|output| place(file, output, Side::Output));
         let outputs: Vec<ResponsePoint> = outputs.collect::<Result<_, _>>()?;
         let force = row(file, &input, Side::Input)?;
-        let rows = outputs.iter().map(|output| row(file, output, Side::Output)).collect::<Result<_, _>>()?;
+        let rows = outputs.iter().map(|output| row(file, output, Side::Output));
+        let rows: Vec<Vec<f64>> = rows.collect::<Result<_, _>>()?;
+        let channels = [(&question.input, &input)].into_iter().chain(question.outputs.iter().zip(&outputs));
+        let mut notes: Vec<String> = channels.filter_map(|(asked, found)| moved(asked, found)).collect();
+        let held = question.outputs.iter().zip(&rows).filter(|(_, row)| row.iter().all(|x| *x == 0.0));
+        notes.extend(held.map(|(output, _)| format!("`{output}` is held: no mode moves it")));
         let (rest, unknown) = static_rest(file, options, &input, &outputs)?;
         let beta = options.beta.unwrap_or(file.metadata().beta);
         let by_pattern = matches!(input, ResponsePoint::Named(_));
-        Ok(Self { reduced, force, rows, rest, unknown, by_pattern, beta, quantity: question.quantity })
+        let quantity = question.quantity;
+        Ok(Self { reduced, force, rows, rest, unknown, by_pattern, notes, beta, quantity })
     }
 
     /// Answer of each output at a frequency \[Hz\], and the same by the modes alone.
     fn at(&self, frequency: f64) -> Vec<[c64; 2]> {
-        let omega = std::f64::consts::TAU * frequency;
+        let omega = TAU * frequency;
         let zeta = self.reduced.answer(&self.force, omega);
         let factor = self.quantity.factor(frequency);
         let behind = c64::new(1.0, omega * self.beta);
@@ -334,14 +350,18 @@ impl BoundResponse {
     }
 
     /// The largest amplitude of an output, from its amplitudes at ascending frequencies. Each local maximum
-    /// of at least half of the largest is refined between its neighbours. A body without damping has no
-    /// largest amplitude: that of the frequencies is given.
+    /// of at least half of the largest is refined between its neighbours. Where a mode without damping lies
+    /// between the first and the last frequency, there is no largest amplitude.
     fn peak(&self, output: usize, frequencies: &[f64], values: &[c64]) -> Option<Peak> {
         let amplitude = |frequency: f64| self.at(frequency)[output][0].norm();
         let known: Vec<f64> = polar(values).map(|(amplitude, _)| amplitude).collect();
         let largest = known.iter().copied().fold(0.0, f64::max);
         let last = known.len().checked_sub(1)?;
-        let undamped = self.reduced.modes().iter().any(is_undamped);
+        let within = frequencies[0]..=frequencies[last];
+        let infinite = |mode: &[f64; 2]| is_undamped(mode) && within.contains(&(mode[0] / TAU));
+        if self.reduced.modes().iter().any(infinite) {
+            return None;
+        }
         let local = (0..=last).filter(|&i| {
             let (before, after) = (known[i.saturating_sub(1)], known[last.min(i + 1)]);
             known[i] >= 0.5 * largest && known[i] >= before && known[i] >= after
@@ -349,7 +369,7 @@ impl BoundResponse {
         let refined = local.flat_map(|i| {
             let ends = [frequencies[i.saturating_sub(1)], frequencies[last.min(i + 1)]];
             let own = Peak { amplitude: known[i], frequency_hz: frequencies[i] };
-            [own, if undamped { own } else { highest_between(ends, amplitude) }]
+            [own, highest_between(ends, amplitude)]
         });
         refined.max_by(|a, b| a.amplitude.total_cmp(&b.amplitude))
     }
@@ -378,6 +398,20 @@ fn highest_between([mut low, mut high]: [f64; 2], amplitude: impl Fn(f64) -> f64
     Peak { amplitude: found[i], frequency_hz: at[i] }
 }
 
+/// A note about a point that lies off the loadable surface.
+fn moved(asked: &Channel, found: &ResponsePoint) -> Option<String> {
+    let (Channel::Point(..), ResponsePoint::Point(at, _)) = (asked, found) else { return None };
+    let size = at.position.iter().fold(0.0, |size: f64, x| size.max(x.abs()));
+    let [x, y, z] = at.position;
+    (at.distance > FAR * size).then(|| {
+        format!(
+            "`{asked}` is taken at the nearest point of the loadable surface, ({x:.6}, {y:.6}, {z:.6}), {:.3e} away \
+             from the point given",
+            at.distance
+        )
+    })
+}
+
 /// True of a mode `[ω, σ]` whose answer at its own frequency is infinite, or lost in rounding.
 fn is_undamped(&[omega, sigma]: &[f64; 2]) -> bool {
     sigma <= 1e-12 * omega
@@ -401,7 +435,7 @@ pub fn with_poles(
     let poles = modes.flat_map(|[omega, sigma]| {
         // An overdamped mode has no peak.
         let damped = (omega * omega - sigma * sigma).max(0.0).sqrt();
-        [damped - sigma, damped, damped + sigma].map(|omega| omega / std::f64::consts::TAU)
+        [damped - sigma, damped, damped + sigma].map(|omega| omega / TAU)
     });
     frequencies.extend(poles.filter(|&frequency| frequency > first && frequency < last));
     frequencies.sort_by(f64::total_cmp);
@@ -429,12 +463,13 @@ pub fn frequency_response(
         }
     }
     let peaks = values.iter().enumerate();
-    let peaks = peaks.filter_map(|(i, values)| bound.peak(i, &question.frequencies, values)).collect();
+    let peaks = peaks.map(|(i, values)| bound.peak(i, &question.frequencies, values)).collect();
     // Rayleigh quotients; with live regions the modes turn a little.
-    let BoundResponse { reduced, force, unknown, by_pattern, .. } = bound;
+    let BoundResponse { reduced, force, unknown, by_pattern, notes, .. } = bound;
     let highest = (0..force.len()).map(|k| reduced.stiffness[(k, k)] / reduced.mass[(k, k)]);
-    let highest_mode_hz = highest.fold(0.0, f64::max).sqrt() / std::f64::consts::TAU;
-    Ok(FrequencyResponse { values, by_modes, highest_mode_hz, peaks, by_modes_alone: unknown, by_pattern })
+    let highest_mode_hz = highest.fold(0.0, f64::max).sqrt() / TAU;
+    let by_modes_alone = unknown;
+    Ok(FrequencyResponse { values, by_modes, highest_mode_hz, peaks, by_modes_alone, by_pattern, notes })
 }
 
 /// Distance of a response from direct full-order solves, over all outputs and frequencies; each

@@ -7,6 +7,9 @@ use vademecum_format::{File, SectionKind};
 use crate::contents::numbers;
 use crate::error::{FileError, StudyError};
 
+/// A place this far from the point given, relative to its largest coordinate, is worth a note.
+pub(crate) const FAR: f64 = 1e-6;
+
 /// Largest accepted distance of a point from the surface \[m\], that of the evaluator's bodies.
 pub(crate) fn reach(file: &File<'_>) -> Result<f64, FileError> {
     Ok(Surface::new(file)?.reach())

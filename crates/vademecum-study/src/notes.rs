@@ -5,11 +5,9 @@ use vademecum_format::{File, Numbers, SectionKind};
 
 use crate::contents::lines;
 use crate::error::{FileError, place};
+use crate::near::FAR;
 use crate::player::{PlacedContact, Track};
 use crate::scenario::Scenario;
-
-/// A contact this far from the point given, relative to the point's largest coordinate, is worth a note.
-const FAR: f64 = 1e-6;
 
 /// Most notes of a scenario; the rest is counted.
 const MOST: usize = 20;

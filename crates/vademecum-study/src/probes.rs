@@ -6,12 +6,9 @@ use vademecum_format::{Codec, File, SectionKind};
 
 use crate::contents::numbers;
 use crate::error::{FileError, StudyError};
-use crate::near::{reach, within};
+use crate::near::{FAR, reach, within};
 use crate::player::Playable;
 use crate::scenario::{OutputProbe, ProbePlace, ProbeQuantity};
-
-/// A probe this far from the point given, relative to the node's largest coordinate, is worth a note.
-const FAR: f64 = 1e-6;
 
 /// A probe of a scenario.
 pub(crate) struct PlacedProbe {

@@ -293,7 +293,13 @@ impl<'a> Run<'a> {
         let mut refused = None;
         listener.stage("step");
         let paced = Pace::new(self.time_step, listener);
+        let mut outside: Option<Outside> = None;
         let observe = |step: usize, body: &mut dyn Playable<Number = f64>| -> Result<(), StudyError> {
+            if let Some(training) = body.training().filter(|training| !training.is_inside()) {
+                let known =
+                    outside.get_or_insert(Outside { since: step as f64 * self.time_step, times: 0.0 });
+                known.times = known.times.max(training.distance / training.largest_distance);
+            }
             let moment = instant.at(self, step, body)?;
             paced.advance(step, self.steps);
             show(&moment).map_err(|error| {
@@ -307,10 +313,34 @@ impl<'a> Run<'a> {
             }
             None => play(self.file, &self.options, &self.track, self.steps, listener, observe),
         };
+        if let Some(outside) = outside {
+            listener.note(&outside.to_string());
+        }
         match refused {
             Some(error) => Err(error),
             None => Ok(played?),
         }
+    }
+}
+
+/// Motion at large displacements beyond that of the training.
+struct Outside {
+    /// First time \[s\].
+    since: f64,
+    /// Largest distance from rest, in that of the training.
+    times: f64,
+}
+
+impl std::fmt::Display for Outside {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        let Self { since, times } = self;
+        write!(f, "from {since:.3e} s on the body moves beyond what the file was trained with")?;
+        if *times > 1.0 {
+            write!(f, ", up to {times:.2} times as far from rest")?;
+        }
+        f.write_str(
+            ": no error of the file speaks of that; a larger `large.displacement` in the problem, or smaller loads"
+        )
     }
 }
 

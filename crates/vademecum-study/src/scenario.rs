@@ -61,6 +61,7 @@ impl Scenario {
     pub fn parse(text: &str, path: &str) -> Result<Self, ScenarioError> {
         let mut scenario: Scenario = toml_file::parse(text, path)?;
         scenario.check(path, text)?;
+        scenario.drop_energy();
         scenario.read_tables(Path::new(path).parent().unwrap_or(Path::new("")), path, text)?;
         Ok(scenario)
     }
@@ -70,8 +71,14 @@ impl Scenario {
     pub fn of_table(table: toml::Table, path: &str, folder: &Path) -> Result<Self, ScenarioError> {
         let mut scenario: Scenario = toml_file::of_table(table, path)?;
         scenario.check(path, "")?;
+        scenario.drop_energy();
         scenario.read_tables(folder, path, "")?;
         Ok(scenario)
+    }
+
+    /// The energy is a column of every table of probes.
+    fn drop_energy(&mut self) {
+        self.output.quantities.retain(|total| total.0 != vademecum_eval::Quantity::Energy);
     }
 
     /// Number of steps of `time_step`, at least one.
@@ -196,8 +203,13 @@ mod tests {
         let text = |name: &str| format!("duration = 1.0\n[output]\nquantities = ['{name}']\n");
         for total in vademecum_eval::Quantity::totals() {
             let read = Scenario::parse(&text(total.name()), "s.toml").expect("a scalar of the whole body");
-            assert_eq!(read.output.quantities, [Total(total)]);
+            // The energy is there anyway.
+            let own = (total != vademecum_eval::Quantity::Energy).then_some(Total(total));
+            assert_eq!(read.output.quantities, Vec::from_iter(own));
         }
+        let twice = text("strain_energy").replace("']", "', 'strain_energy']");
+        let said = Scenario::parse(&twice, "s.toml").expect_err("twice").to_string();
+        assert!(said.contains("`output.quantities`") && said.contains("twice"), "{said}");
         let said = Scenario::parse(&text("energi"), "s.toml").expect_err("unknown").to_string();
         assert!(said.contains("unknown variant `energi`, expected one of `energy`, "), "{said}");
         assert!(said.contains("did you mean `energy`"), "{said}");

@@ -5,10 +5,8 @@ use vademecum_format::{File, SectionKind};
 
 use crate::contents::{indices, numbers};
 use crate::error::{FileError, StudyError};
+use crate::near::FAR;
 use crate::scenario::{StressEntry, StressQuantity};
-
-/// A stress column this far from the point given, relative to the node's largest coordinate, is worth a note.
-const FAR: f64 = 1e-6;
 
 /// Points of a file with stress.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize)]

@@ -96,6 +96,9 @@ impl Study {
         if problem.is_large() {
             return Err(StudyError::LargeDisplacements);
         }
+        if problem.is_free() {
+            return Err(StudyError::FreeByStages);
+        }
         let mut problem = problem.clone();
         if !problem.parameters.is_empty() {
             listener.note(

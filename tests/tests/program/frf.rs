@@ -341,6 +341,7 @@ fn the_largest_amplitude_is_that_of_the_peak_whatever_the_frequencies_are() {
     let found = of(with_poles(&file, &options, even.clone()).expect("poles"));
     let coarse = of(even);
     for (output, peak) in found.peaks.iter().enumerate() {
+        let peak = peak.expect("a damped body");
         // Around the peak, a ten-thousandth of its width apart.
         let width = 1e-3 * peak.frequency_hz;
         let near = [peak.frequency_hz - width, peak.frequency_hz + width];
@@ -350,4 +351,26 @@ fn the_largest_amplitude_is_that_of_the_peak_whatever_the_frequencies_are() {
         let seen = polar(&coarse.values[output]).map(|(a, _)| a).fold(0.0, f64::max);
         assert!(seen < 0.5 * peak.amplitude, "{seen} {peak:?}");
     }
+}
+
+/// A mode without damping answers without bound at its frequency: no sampled amplitude is the largest.
+#[test]
+fn a_body_without_damping_has_no_largest_amplitude_in_a_range_with_a_mode() {
+    let undamped = BEAM.replace("alpha = 3.0\nbeta = 1e-5", "alpha = 0.0");
+    assert_ne!(undamped, BEAM);
+    let problem = Problem::parse(&undamped, "beam.toml", PathBuf::new()).expect("a problem");
+    let bytes = built(&problem);
+    let file = File::parse(&bytes).expect("a file");
+    let of = |range: [f64; 2], count: usize| {
+        let frequencies = frequencies(range, count, false);
+        let asked = ResponseRequest { frequencies, ..question(Quantity::Displacement, 100.0) };
+        frequency_response(&file, &SceneOptions::default(), &asked).expect("a response").peaks
+    };
+    assert!(of([1.0, 500.0], 100).iter().all(Option::is_none));
+    // Below the first mode the amplitude rises to the end of the range, whatever the frequencies are.
+    let [few, many] = [5, 5000].map(|count| of([1.0, 2.0], count)[0].expect("a largest amplitude"));
+    assert!(
+        (few.amplitude / many.amplitude - 1.0).abs() < 1e-12 && few.frequency_hz == 2.0,
+        "{few:?} {many:?}"
+    );
 }

@@ -8,6 +8,7 @@ mod decks;
 mod element_kinds;
 mod export;
 mod first_hour;
+mod first_use;
 mod frf;
 mod hostile_problems;
 mod indices;

@@ -254,7 +254,7 @@ impl Problem {
     }
 
     /// True for a free body: a problem with a mesh that nothing holds.
-    pub(crate) fn is_free(&self) -> bool {
+    pub fn is_free(&self) -> bool {
         self.supports.is_empty() && self.mesh.matrices.is_none() && !self.is_held_by_attachments()
     }
 

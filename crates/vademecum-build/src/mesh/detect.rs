@@ -205,6 +205,10 @@ fn geometry(bytes: &[u8], head: &[u8], extension: &str) -> Option<(&'static str,
     if triangles.is_some_and(|count| bytes.len() as u64 == 84 + 50 * u64::from(count)) {
         return Some(filled("an STL file", Format::StlBinary));
     }
+    // One that was cut short, or is no text at all.
+    if extension == "stl" && bytes.get(..1000).unwrap_or(bytes).contains(&0) {
+        return Some(filled("an STL file", Format::StlBinary));
+    }
     let by_words = KINDS.iter().find(|(_, words, _)| words.iter().any(|w| head.starts_with(w.as_bytes())));
     let by_name = || KINDS.iter().find(|(_, _, extensions)| extensions.contains(&extension));
     by_words.or_else(by_name).map(|(found, ..)| *found)

@@ -110,6 +110,21 @@ pub struct Mesh {
 }
 
 impl Mesh {
+    /// A mesh without nodes and elements.
+    pub(crate) fn of_nothing() -> Self {
+        Self {
+            nodes: vec![],
+            node_ids: vec![],
+            kinds: ElementKinds::Uniform(ElementKind::Tet4),
+            elements: vec![],
+            element_region: vec![],
+            regions: vec![],
+            node_groups: BTreeMap::new(),
+            facet_groups: BTreeMap::new(),
+            notes: vec![],
+        }
+    }
+
     /// Number of elements.
     pub fn element_count(&self) -> usize {
         self.element_region.len()

@@ -17,6 +17,19 @@ pub enum MeshErrorFailure {
     /// A small decomposition failed.
     #[error(transparent)]
     NoConvergence(#[from] NoConvergence),
+    /// A disc that no traction can be spread over.
+    #[error(
+        "a disc of radius {radius:e} m: expected one from a tenth of a mean edge of the mesh to half of the body's \
+         size, {least:.3e} to {most:.3e} m"
+    )]
+    Disc {
+        /// Its radius.
+        radius: f64,
+        /// The smallest.
+        least: f64,
+        /// The largest.
+        most: f64,
+    },
     /// The user wants to stop.
     #[error("the search in the raised space")]
     Cancelled(#[from] Cancelled),

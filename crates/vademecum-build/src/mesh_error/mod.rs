@@ -44,12 +44,15 @@ use self::iterate::{compliance_change, frequency_changes};
 use self::supports::{Rim, SupportShape, support_shape};
 use crate::dynamics::{Modes, lowest_modes};
 use crate::fem::RaisedSpace;
+use crate::linalg::vec3::{norm, sub};
 use crate::mesh::Order;
 use crate::prepared::Prepared;
 use crate::progress::Listener;
 
 /// Radius of a disc where nobody asks for one, in mean edges of the mesh.
 const EDGES: f64 = 3.0;
+/// Smallest radius of a disc, in mean edges of the mesh.
+const SMALLEST: f64 = 0.1;
 /// Modes beside them in the start block: linear meshes sort modes wrongly.
 const GUARD: usize = 2;
 
@@ -96,6 +99,8 @@ pub struct DiscretisationError {
     pub smooth_rim: bool,
     /// Held nodes in no held face: what they do depends on the mesh by definition, and is not estimated.
     pub nodes_without_area: usize,
+    /// True where a support ends between nodes: a finer mesh holds more there, which the estimate leaves out.
+    pub support_between_nodes: bool,
     /// Steps of the iteration for the frequencies, and for the displacement.
     pub steps: [usize; 2],
 }
@@ -211,6 +216,13 @@ pub fn estimate(
     let (eigenvalues, vectors) = (&eigenvalues[..count], vectors.subcols(0, count));
     let factor = symbolic.factor_of(pencil.stiffness())?;
     let space = RaisedSpace::new(model);
+    if let DiscRequest::Radius(Some(radius)) = disc {
+        let (low, high) = model.mesh().bounding_box();
+        let [least, most] = [SMALLEST * space.mean_edge(), 0.5 * norm(sub(high, low))];
+        if !(least..=most).contains(&radius) {
+            return Err(MeshErrorFailure::Disc { radius, least, most });
+        }
+    }
     let [scale, bound_scale] = factors(model.mesh().order(), rim);
     let change = frequency_changes(
         &space,
@@ -246,6 +258,7 @@ pub fn estimate(
         displacement,
         smooth_rim: rim != Rim::Sharp,
         nodes_without_area: without_area,
+        support_between_nodes: prepared.body.supports.iter().any(|support| support.between_nodes),
         steps,
     }))
 }

@@ -13,7 +13,7 @@ use super::attachments::{attachments, first_dof};
 use super::body_error::BodyError;
 use super::gauge;
 use super::matrices::MatrixModel;
-use super::places::{facets_within, located, select};
+use super::places::{ends_between_nodes, facets_within, located, select};
 use crate::fem::{Engine, Material, Model, StressPoint, stress_points, surface_facets};
 use crate::input::{
     CENTRIFUGAL, Fields, GaugeEntry, MaterialEntry, PatternEntry, Problem, RaisedOrder, StressPlaces,
@@ -44,6 +44,8 @@ pub struct Support {
     pub point: [f64; 3],
     /// The dofs it holds, ascending, without those that an earlier support holds.
     pub dofs: Vec<u32>,
+    /// True if its limit lies between nodes: a finer mesh holds more.
+    pub(crate) between_nodes: bool,
 }
 
 /// A model with everything that can be done to it and read from it.
@@ -122,7 +124,8 @@ impl Body {
         engine: Option<&Arc<dyn Engine>>,
     ) -> Result<Self, BodyError> {
         let mesh_hash = mesh::hash(&mesh);
-        let (constrained, supports) = supports(problem, &mesh)?;
+        let surface = Surface::of(&mesh);
+        let (constrained, supports) = supports(problem, &mesh, &surface)?;
         let materials = region_materials(problem, &mesh)?;
         let hexahedra = mesh.tetrahedra().is_none();
         for region in &mut mesh.regions {
@@ -131,7 +134,6 @@ impl Body {
                 material_entry(problem, region).filter(|_| hexahedra).and_then(|entry| entry.hexahedra);
             region.hexahedra = named.or(region.hexahedra);
         }
-        let surface = Surface::of(&mesh);
         let loadable = loadable_triangles(problem, &mesh, &surface, &constrained)?;
         let mut probes = probes(problem, &mesh);
         probes.extend(gauges(problem, &mesh, &surface)?);
@@ -320,7 +322,11 @@ fn drop_empty_regions(mesh: &mut Mesh) {
 }
 
 /// Which of the `3 × nodes` dofs are held, and by which support: a dof belongs to the first that names it.
-fn supports(problem: &Problem, mesh: &Mesh) -> Result<(Vec<bool>, Vec<Support>), BodyError> {
+fn supports(
+    problem: &Problem,
+    mesh: &Mesh,
+    surface: &Surface,
+) -> Result<(Vec<bool>, Vec<Support>), BodyError> {
     let mut constrained = vec![false; 3 * mesh.nodes.len()];
     let mut supports = vec![];
     for (i, support) in problem.supports.iter().enumerate() {
@@ -337,7 +343,12 @@ fn supports(problem: &Problem, mesh: &Mesh) -> Result<(Vec<bool>, Vec<Support>),
         dofs.sort_unstable();
         let count = nodes.len().max(1) as f64;
         let mean = |c: usize| nodes.iter().map(|&node| mesh.nodes[node as usize][c] / count).sum();
-        supports.push(Support { name: support.name(i), point: std::array::from_fn(mean), dofs });
+        supports.push(Support {
+            name: support.name(i),
+            point: std::array::from_fn(mean),
+            dofs,
+            between_nodes: ends_between_nodes(&support.on, mesh, surface, &nodes),
+        });
     }
     Ok((constrained, supports))
 }
@@ -430,7 +441,12 @@ fn movable<'a>(
     constrained: &[bool],
 ) -> Result<Vec<[u32; 3]>, BodyError> {
     let held = |node: &u32| held(constrained, node);
+    let mut triangles = triangles.peekable();
+    let some = triangles.peek().is_some();
     let loadable: Vec<[u32; 3]> = triangles.filter(|t| !t.iter().all(held)).copied().collect();
+    if loadable.is_empty() && some {
+        return Err(BodyError::NoFreeNode { path: problem.place(LOAD_SURFACE) });
+    }
     if loadable.is_empty() {
         return Err(BodyError::NoFacet { path: problem.place(LOAD_SURFACE), key: LOAD_SURFACE.into() });
     }

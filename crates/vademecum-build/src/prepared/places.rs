@@ -21,6 +21,33 @@ pub(super) fn located(problem: &Problem, key: &dyn Fn() -> String, source: Selec
     BodyError::Selection { path: problem.place(&key()), key: key(), source: Box::new(source) }
 }
 
+/// Share of an edge at which the limit of a region is looked for.
+const BESIDE_NODE: f64 = 0.02;
+
+/// True if a selection by place ends between nodes of the surface: a finer mesh then has nodes of it where
+/// this one has none.
+pub(super) fn ends_between_nodes(
+    selection: &Selection,
+    mesh: &Mesh,
+    surface: &Surface,
+    nodes: &[u32],
+) -> bool {
+    let inside = |node: &u32| nodes.binary_search(node).is_ok();
+    let edges = surface.triangles.iter().flat_map(|&[a, b, c]| [[a, b], [b, c], [c, a]]);
+    let beside = edges.filter(|ends| inside(&ends[0]) && !inside(&ends[1])).map(|ends| {
+        let [p, q] = ends.map(|node| mesh.nodes[node as usize]);
+        std::array::from_fn(|k| p[k] + BESIDE_NODE * (q[k] - p[k]))
+    });
+    let n = mesh.nodes.len();
+    let points = Mesh {
+        nodes: mesh.nodes.iter().copied().chain(beside).collect(),
+        node_groups: mesh.node_groups.clone(),
+        ..Mesh::of_nothing()
+    };
+    // Numbers in the file choose none of these points.
+    selection.nodes(&points).is_ok_and(|chosen| chosen.last().is_some_and(|&last| last as usize >= n))
+}
+
 /// Facets all of whose corners are among `nodes`.
 pub(super) fn facets_within(surface: &Surface, n_nodes: usize, nodes: &[u32]) -> Vec<usize> {
     let mut chosen = vec![false; n_nodes];

@@ -8,8 +8,8 @@ use vademecum_build::progress::Listener;
 use vademecum_build::store::Kind;
 use vademecum_study::StudyError;
 use vademecum_study::frf::{
-    Channel, FrequencyResponse, Peak, Quantity, ResponseError, ResponseRequest, compare_response,
-    frequencies, frequency_response, polar, with_poles,
+    Channel, FREQUENCIES, FrequencyResponse, Peak, Quantity, ResponseError, ResponseRequest,
+    compare_response, frequencies, frequency_response, polar, with_poles,
 };
 use vademecum_study::parameters::{self, ParameterValue};
 
@@ -125,7 +125,8 @@ struct ResponseOutput {
     /// Real and imaginary part, one list for each output.
     values: Vec<Vec<[f64; 2]>>,
     highest_mode_hz: f64,
-    peaks: Vec<Peak>,
+    /// None where a mode without damping lies in the range.
+    peaks: Vec<Option<Peak>>,
     by_modes_alone: Vec<usize>,
     /// None without `--compare`.
     compared: Option<ResponseError>,
@@ -164,6 +165,7 @@ impl Frf {
         let found = frequency_response(&file, &options, &question).map_err(about)?;
         let unit = self.quantity.unit(found.by_pattern);
         let names: Vec<String> = self.outputs.iter().map(Channel::to_string).collect();
+        found.notes.iter().for_each(|note| console.note(note));
         for &output in &found.by_modes_alone {
             console.note(&format!(
                 "`{}` is by the modes alone: the file does not have their static remainder between two points of \
@@ -224,8 +226,12 @@ impl Frf {
         let unit = self.quantity.unit(found.by_pattern);
         println!("output                        largest amplitude          at");
         for (name, peak) in names.iter().zip(&found.peaks) {
-            let Peak { amplitude, frequency_hz } = peak;
-            println!("{name:<28}  {amplitude:>13.6e} {unit:<8}  {frequency_hz:.4} Hz");
+            match peak {
+                Some(Peak { amplitude, frequency_hz }) => {
+                    println!("{name:<28}  {amplitude:>13.6e} {unit:<8}  {frequency_hz:.4} Hz");
+                }
+                None => println!("{name:<28}  none: a mode without damping lies in the range"),
+            }
         }
         println!("\nhighest mode of the file: {:.2} Hz; good up to about half of it", found.highest_mode_hz);
         if let Some(error) = compared {
@@ -262,9 +268,13 @@ fn table(frequencies: &[f64], names: &[String], found: &FrequencyResponse, unit:
 fn range(text: &str) -> Result<[f64; 2], String> {
     let numbers: Option<Vec<f64>> = text.split(',').map(|part| part.trim().parse().ok()).collect();
     match numbers.as_deref() {
-        Some(&[first, last]) if first > 0.0 && last > first && last.is_finite() => Ok([first, last]),
+        Some(&[first, last])
+            if FREQUENCIES.contains(&first) && FREQUENCIES.contains(&last) && last > first =>
+        {
+            Ok([first, last])
+        }
         _ => Err(format!(
-            "`{text}` is no range of frequencies; write two ascending ones above 0, such as 1,500"
+            "`{text}` is no range of frequencies; write two ascending ones from 1e-12 to 1e12 Hz, such as 1,500"
         )),
     }
 }

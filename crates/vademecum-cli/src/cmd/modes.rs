@@ -210,10 +210,10 @@ fn print(modes: &NaturalModes) {
     let [x, y, z] = [total(0), total(1), total(2)];
     println!("\neffective mass of all these modes: {x:.1} % along x, {y:.1} % along y, {z:.1} % along z");
     let steps = 1.0 / (modes.time_step * modes.frequencies_hz[0]);
-    println!(
-        "time step {:e} s: {steps:.1} steps in the first period; {:e} s would be {:.1}",
-        modes.time_step,
-        modes.proposed_time_step,
-        1.0 / (modes.proposed_time_step * modes.frequencies_hz[0])
-    );
+    print!("time step {:e} s: {steps:.1} steps in the first period", modes.time_step);
+    if modes.proposed_time_step != modes.time_step {
+        let proposed = 1.0 / (modes.proposed_time_step * modes.frequencies_hz[0]);
+        print!("; {:e} s would be {proposed:.1}", modes.proposed_time_step);
+    }
+    println!();
 }

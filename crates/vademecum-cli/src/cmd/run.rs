@@ -88,7 +88,9 @@ impl Run {
         let scenario = Scenario::read(&self.scenario)?;
         let outputs = outputs(&self.outputs, &[Some(&self.file), Some(&self.scenario)], None);
         RunList::check(&outputs, &self.output)?;
-        let plot = self.plot.iter().map(|path| (path.clone(), chart_kind(path)));
+        // The folder of the results is made with them.
+        let made = |path: &&PathBuf| path.parent() != Some(&self.output) || self.output.is_dir();
+        let plot = self.plot.iter().filter(made).map(|path| (path.clone(), chart_kind(path)));
         outputs.check(&plot.collect::<Vec<_>>())?;
         let mapped = open_or_map(&self.file, self.map)?;
         let mut memory = vec![];

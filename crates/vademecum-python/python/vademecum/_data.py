@@ -270,6 +270,8 @@ class DiscretisationEstimate:
     smooth_rim: bool = False
     #: Held nodes in no held face.
     nodes_without_area: int = 0
+    #: A support ends between nodes: another mesh holds another part of the body.
+    support_between_nodes: bool = False
     reason: Optional[str] = None
 
 

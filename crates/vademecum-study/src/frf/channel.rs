@@ -109,12 +109,16 @@ pub(super) fn place(file: &File<'_>, channel: &Channel, side: Side) -> Result<Re
             Ok(ResponsePoint::Point(found, direction.map(|c| c / length)))
         }
         Channel::Named(name) => {
-            let known = lines(file, side.sections()[0])?;
+            let mut known = lines(file, side.sections()[0])?;
             let index = known.iter().position(|known| known == name);
             if let (None, Side::Input) = (index, side)
                 && let Some(probe) = at_probe(file, name)?
             {
                 return Ok(probe);
+            }
+            if let (None, Side::Input) = (index, side) {
+                let probes = lines(file, SectionKind::ProbeNames)?;
+                known.extend(probes.into_iter().filter(|probe| matches!(at_probe(file, probe), Ok(Some(_)))));
             }
             let index = index.ok_or_else(|| StudyError::NoChannel {
                 name: name.clone(),

@@ -2,7 +2,7 @@
 
 use vademecum_build::dynamics::INSTANTS;
 use vademecum_eval::{
-    Body, Contact, Field, FreeBody, Quantity, Scalar, SceneOptions, Structure, SurfacePoint, Tensor,
+    Body, Contact, Field, FreeBody, Quantity, Scalar, SceneOptions, Structure, SurfacePoint, Tensor, Training,
 };
 use vademecum_format::SectionKind;
 
@@ -102,6 +102,10 @@ pub trait Playable {
     /// [`FileError::NoQuantities`]: the chapter's structure.
     fn total(&self, _quantity: Quantity) -> Result<f64, FileError> {
         Err(FileError::NoQuantities)
+    }
+    /// The state beside those of the training; none of linear motion.
+    fn training(&self) -> Option<Training> {
+        None
     }
     /// Displacement of a probe \[m\].
     ///
@@ -229,6 +233,10 @@ impl<T: Scalar> Playable for Body<'_, T> {
 
     fn total(&self, quantity: Quantity) -> Result<f64, FileError> {
         Ok(self.total(quantity)?)
+    }
+
+    fn training(&self) -> Option<Training> {
+        self.scene().training(self.state()).ok()
     }
 
     fn probe(&self, index: usize) -> Result<f64, FileError> {

@@ -5,6 +5,7 @@ use vademecum_build::input::toml_file::{self, TomlError};
 
 use super::ScenarioError;
 use super::courses::TimeCourse;
+use super::entries::Total;
 use super::entries::{
     ChirpEntry, ContactEntry, FreeEntry, OutputPlan, OutputProbe, PatternUse, Scenario, SinusoidEntry,
     StressEntry,
@@ -39,6 +40,13 @@ impl Scenario {
         }
         if self.output.probes_every == 0 {
             return fault("output.probes_every", "0".into(), "at least 1");
+        }
+        let totals = &self.output.quantities;
+        if let Some(Total(twice)) = (1..totals.len())
+            .map(|i| totals[i])
+            .find(|&total| totals.iter().filter(|other| **other == total).count() > 1)
+        {
+            return fault("output.quantities", format!("`{}` twice", twice.name()), "each of them once");
         }
         for (key, count) in [("contact", self.contacts.len()), ("pattern", self.patterns.len())] {
             if count > MAX_LOADS {

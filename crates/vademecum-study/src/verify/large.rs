@@ -66,9 +66,10 @@ pub struct LargeVerification {
     /// Largest violation of the energy's identity in any step of the file, over the largest energy.
     pub energy_identity: f64,
     /// Energy at the end over energy at release, less 1, through the file.
-    pub energy_drift: f64,
+    /// `None` where a load acts to the end.
+    pub energy_drift: Option<f64>,
     /// The same at full order.
-    pub energy_drift_full_order: f64,
+    pub energy_drift_full_order: Option<f64>,
     /// Wall time of a step of the file at full order, `truth_parts` steps of Bathe's method \[s\].
     pub full_order_seconds_per_step: f64,
     /// Wall time of one step through the file \[s\].
@@ -125,7 +126,8 @@ pub fn verify_large(
         let shown = [found.apart, found.errors[0].error];
         Ok((found, shown))
     })?;
-    let drift = |series: &[f64]| series[steps] / series[bound.release()] - 1.0;
+    let release = bound.release();
+    let drift = |series: &[f64]| (release < steps).then(|| series[steps] / series[release] - 1.0);
     let [own, linear] = found.errors;
     let figures = LargeVerification {
         steps,
@@ -156,8 +158,8 @@ pub fn verify_large(
         ("linear_error", figures.linear_error),
         ("contact_error", figures.contact_error.unwrap_or(0.0)),
         ("energy_identity", figures.energy_identity),
-        ("energy_drift", figures.energy_drift),
-        ("energy_drift_full_order", figures.energy_drift_full_order),
+        ("energy_drift", figures.energy_drift.unwrap_or(0.0)),
+        ("energy_drift_full_order", figures.energy_drift_full_order.unwrap_or(0.0)),
     ])?;
     let (probes, energies) = ([found.probes, shown.probes], [found.energy, shown.energy]);
     Ok(bound.verified(figures, (file, scenario), probes, energies)?)
