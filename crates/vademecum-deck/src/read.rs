@@ -21,8 +21,8 @@ pub struct ReadOptions {
 /// Extensions of decks of LS-DYNA, which are refused by name.
 const LS_DYNA: [&str; 3] = ["k", "key", "dyn"];
 
-/// True of the name of a deck: one that ends in `.inp`, `.bdf`, `.nas`, `.dat` or `.cdb`, or of a deck that is
-/// refused by name.
+/// True of the name of a deck: one that ends in `.inp`, `.bdf`, `.nas`, `.dat` or `.cdb`, or of a deck that
+/// is refused by name.
 pub fn is_deck(file: &Path) -> bool {
     ["inp", "bdf", "nas", "dat", "cdb"].iter().chain(&LS_DYNA).any(|known| *known == extension(file))
 }

@@ -223,8 +223,8 @@ impl Init {
     }
 }
 
-/// The first frequency of linear elements beside that of quadratic ones, or its discretisation error, and what
-/// the proposal does about it.
+/// The first frequency of linear elements beside that of quadratic ones, or its discretisation error, and
+/// what the proposal does about it.
 fn on_linear_elements(estimate: &MeshEstimate, proposed: &Starter) -> String {
     let known = match estimate {
         MeshEstimate::Known(error) => error.frequencies.first().ok_or("no frequency"),
