@@ -109,10 +109,24 @@ fn the_given_surface_is_embedded() {
         let bytes = std::fs::read(&to).expect("a file");
         assert_eq!(File::parse(&bytes).expect("sound").section(SectionKind::EmbeddedNodes).is_some(), kept);
     }
+    // A flag without volume, which the tetrahedra do not reach, is left out.
+    let flag = "facet normal 0 0 0\nouter loop\nvertex 0.5 0.05 0.08\nvertex 0.5 0.06 0.6\nvertex 0.5 0.04 0.6\nendloop\n\
+                endfacet\nendsolid";
+    std::fs::write(at("flag.stl"), stl(sides).replace("endsolid", flag)).expect("written");
+    std::fs::write(at("flag.toml"), text.replace("embedded = \"beam.stl\"", "embedded = \"flag.stl\""))
+        .expect("written");
+    let built = vademecum(&["build", &at("flag.toml"), "-o", &at("flag.vdm")]);
+    assert_eq!(built.code, Some(0), "{}", built.stderr);
+    let bytes = std::fs::read(at("flag.vdm")).expect("a file");
+    let flagged = File::parse(&bytes).expect("a sound file");
+    let flagged = EmbeddedSurface::new(&flagged).expect("sound").expect("an embedded surface");
+    // Its foot is near enough to be kept.
+    let more = flagged.n_triangles() - surface.n_triangles();
+    assert!(more < 20, "{more}");
     // Something else than the surface of this body.
     let problem =
         |embedded: &str| text.replace("embedded = \"beam.stl\"", &format!("embedded = \"{embedded}\""));
-    std::fs::write(at("far.stl"), stl([2.0, 0.1, 0.08])).expect("written");
+    std::fs::write(at("far.stl"), stl([9.0, 0.1, 0.08])).expect("written");
     std::fs::write(at("note.txt"), "no surface\n").expect("written");
     for (name, said) in
         [("far.stl", "off the mesh"), ("note.txt", "expected an STL"), ("none.stl", "none.stl")]

@@ -177,7 +177,7 @@ fn geometry_sections(parts: &Parts<'_>, order: &NodeOrder) -> Vec<Draft> {
             bytes: triangles,
         },
     ];
-    if let Some(Embedded { nodes, weights, triangles }) = &parts.body.embedded {
+    if let Some(Embedded { nodes, weights, triangles, .. }) = &parts.body.embedded {
         let followed = nodes.iter().flatten().map(|&node| order.file_node[node as usize]);
         let weights = weights.as_flattened().iter().copied();
         let corners = triangles.as_flattened().iter().copied();

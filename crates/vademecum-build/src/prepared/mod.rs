@@ -188,6 +188,12 @@ pub(crate) fn prepare_within(
     };
     note_probes(problem, &body, listener);
     note_free(&body, listener);
+    if let Some(left_out) = body.embedded.as_ref().map(|embedded| embedded.left_out).filter(|n| *n > 0) {
+        listener.note(&format!(
+            "{left_out} triangles of the embedded surface lie more than a tenth of the body's size off the mesh, and \
+             are left out"
+        ));
+    }
     let symbolic = watch.stage("order and analyse", || Symbolic::analyze(body.model.pencil()))?;
     let symbolic = symbolic.on(means.engine.cloned(), || body.model.rigid_motions());
     // Matrices from elsewhere are factorised in double precision anyway, to see whether they are definite.

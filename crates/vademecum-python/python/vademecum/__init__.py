@@ -106,7 +106,8 @@ class EmbeddedSurface(NamedTuple):
 
     def interpolate(self, at_nodes: NDArray[np.float64]) -> NDArray[np.float64]:
         """Positions or displacements at the vertices, shape (vertices, 3), from those at the nodes of the surface."""
-        return np.einsum("vk,vkc->vc", self.weights, np.asarray(at_nodes)[self.nodes])
+        found: NDArray[np.float64] = np.einsum("vk,vkc->vc", self.weights, np.asarray(at_nodes)[self.nodes])
+        return found
 
 
 class File:

@@ -35,6 +35,8 @@ pub(crate) struct Embedded {
     pub(crate) weights: Vec<[f64; 4]>,
     /// Vertices of each triangle, outward.
     pub(crate) triangles: Vec<[u32; 3]>,
+    /// Number of triangles away from the mesh, which are left out.
+    pub(crate) left_out: usize,
 }
 
 impl Embedded {
@@ -67,28 +69,39 @@ impl Embedded {
         let reach = FURTHEST * norm(sub(high, low));
         let tree = Winding::new(of_boundary);
         let placed = |point: Point| {
-            let (triangle, distance) = tree.nearest(point).filter(|(_, distance)| *distance <= reach)?;
+            let (triangle, _) = tree.nearest(point).filter(|(_, distance)| *distance <= reach)?;
             let facet = boundary.triangle_facet[triangle as usize] as usize;
             let element = mesh.element(boundary.facet_element[facet] as usize);
             let nodes = [element[0], element[1], element[2], element[3]];
-            Some((nodes, barycentric(nodes.map(|node| mesh.nodes[node as usize]), point), distance))
+            Some((nodes, barycentric(nodes.map(|node| mesh.nodes[node as usize]), point)))
         };
         let chunks: Vec<&[Point]> = points.chunks(CHUNK).collect();
         let found =
             parallel::map(chunks.len(), &|at| chunks[at].iter().map(|p| placed(*p)).collect::<Vec<_>>());
-        let (mut nodes, mut weights) = (Vec::with_capacity(points.len()), Vec::with_capacity(points.len()));
-        for (place, point) in found.into_iter().flatten().zip(&points) {
-            let Some((own, shares, _)) = place else {
-                let [x, y, z] = point;
-                return Err(refused(format!(
-                    "its vertex at ({x:.4e}, {y:.4e}, {z:.4e}) m lies more than {reach:.3e} m off the mesh, a tenth of \
-                     its size: is it the surface of this body, in the unit of the mesh?"
-                )));
-            };
-            nodes.push(own);
-            weights.push(shares);
+        let found: Vec<_> = found.into_iter().flatten().collect();
+        let far = found.iter().position(Option::is_none);
+        let near = found.iter().flatten().count();
+        if let Some(far) = far.filter(|_| 2 * near < found.len()) {
+            let [x, y, z] = points[far];
+            return Err(refused(format!(
+                "{} of its {} vertices lie more than {reach:.3e} m off the mesh, a tenth of its size, such as ({x:.4e}, \
+                 {y:.4e}, {z:.4e}) m: is it the surface of this body, in the unit of the mesh?",
+                found.len() - near,
+                found.len()
+            )));
         }
-        Ok(Self { nodes, weights, triangles })
+        // Numbers of the vertices that stay.
+        let mut next = 0..;
+        let numbers: Vec<Option<u32>> = found.iter().map(|place| place.and_then(|_| next.next())).collect();
+        let count = triangles.len();
+        let kept = |t: &[u32; 3]| {
+            let [a, b, c] = t.map(|vertex| numbers[vertex as usize]);
+            Some([a?, b?, c?])
+        };
+        let triangles: Vec<[u32; 3]> = triangles.iter().filter_map(kept).collect();
+        let left_out = count - triangles.len();
+        let (nodes, weights) = found.into_iter().flatten().unzip();
+        Ok(Self { nodes, weights, triangles, left_out })
     }
 }
 
