@@ -3,8 +3,8 @@
 use faer::Mat;
 
 use super::body_error::BodyError;
-use super::places::{facets_within, located, select};
-use crate::fem::{Attachments, Block, DampingBlock, anchors, mean_rows, rigid_row, surface_facets};
+use super::places::{facets, located, select};
+use crate::fem::{Attachments, Block, DampingBlock, anchors, facet_matrix, mean_rows, rigid_row};
 use crate::input::{CouplingEntry, CouplingKind, EquationNode, EquationTerm, Problem};
 use crate::linalg::vec3::{cross, norm, sub};
 use crate::linalg::{from_upper, unit};
@@ -51,6 +51,20 @@ pub(super) fn attachments(
     }
     for i in 0..problem.ties.len() {
         tie(problem, mesh, surface, i, &mut found)?;
+    }
+    for (i, ground) in problem.foundations.iter().enumerate() {
+        for facet in facets(problem, &ground.on, mesh, surface, || format!("foundation[{i}].on"))? {
+            let dofs: Vec<u32> =
+                facet.nodes().iter().flat_map(|&node| (0..3).map(move |c| 3 * node + c)).collect();
+            let n = dofs.len();
+            let of = |normal, tangential| facet_matrix(mesh, &facet, normal, tangential);
+            if ground.damping_normal > 0.0 || ground.damping_tangential > 0.0 {
+                let damping = of(ground.damping_normal, ground.damping_tangential);
+                found.dashpots.push(DampingBlock { dofs: dofs.clone(), damping });
+            }
+            let stiffness = of(ground.normal, ground.tangential);
+            found.blocks.push(Block { dofs, stiffness, mass: Mat::zeros(n, n) });
+        }
     }
     for (i, equation) in problem.equations.iter().enumerate() {
         let key = || format!("equation[{i}].terms");
@@ -169,16 +183,7 @@ fn tie(
 ) -> Result<(), BodyError> {
     let entry = &problem.ties[index];
     let followers = select(problem, &entry.on, mesh, || format!("tie[{index}].on"))?;
-    let key = || format!("tie[{index}].to");
-    let nodes = select(problem, &entry.to, mesh, key)?;
-    let corners: Vec<[u32; 3]> = facets_within(surface, mesh.nodes.len(), &nodes)
-        .into_iter()
-        .map(|facet| std::array::from_fn(|k| surface.facet(facet)[k]))
-        .collect();
-    if corners.is_empty() {
-        return Err(BodyError::NoFacet { path: problem.place(&key()), key: key() });
-    }
-    let facets = surface_facets(mesh, &corners)?;
+    let facets = facets(problem, &entry.to, mesh, surface, || format!("tie[{index}].to"))?;
     let points: Vec<[f64; 3]> = followers.iter().map(|&node| mesh.nodes[node as usize]).collect();
     let mut tied = 0;
     for (&node, anchor) in followers.iter().zip(anchors(mesh, &facets, &points)) {
