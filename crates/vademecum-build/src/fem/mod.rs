@@ -59,7 +59,7 @@ pub use green::{GreenError, GreenStrain};
 pub(crate) use loads::facet_shapes;
 pub use loads::{Facet, LoadError, facet_load, facet_matrix, surface_facets};
 pub(crate) use local_rows::pencil_rows;
-pub use material::{Elasticity, Material, Stiffness};
+pub use material::{Cylinder, Elasticity, Material, Stiffness};
 pub use model::{Attachments, Model};
 pub use model_error::ModelError;
 pub(crate) use ordering::elimination_order;

@@ -137,7 +137,7 @@ impl Body {
             if engine.is_some() {
                 return Err(BodyError::SpreadAttachments { path: problem.place("mesh") });
             }
-            let attached = attachments(problem, &mesh, &surface)?;
+            let attached = attachments(problem, &mesh, &surface, &materials)?;
             Model::assemble_attached(mesh, &materials, &constrained, attached).map_err(unusable)?
         } else {
             Model::assemble_on(engine, mesh, &materials, &constrained).map_err(unusable)?
