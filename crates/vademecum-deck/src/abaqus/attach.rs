@@ -2,7 +2,7 @@
 
 use vademecum_build::fem::Cylinder;
 use vademecum_build::linalg::vec3::{cross, norm, sub};
-use vademecum_build::mesh::inp::{DataLine, InpCard, InpElement};
+use vademecum_build::mesh::inp::{DataLine, Dialect, InpCard, InpElement};
 
 use crate::abaqus::reader::Reader;
 use crate::deck::{Attachment, Link, NodeNumber, Spring};
@@ -94,10 +94,21 @@ pub(crate) fn distributing(reader: &mut Reader<'_>, card: &InpCard) -> Result<()
         let nodes = reader.nodes(card, line, fields.first().unwrap_or(&""))?;
         cloud.extend(nodes.into_iter().map(|node| (node, weight)));
     }
-    if cloud.iter().map(|(_, weight)| weight).sum::<f64>() <= 0.0 {
+    let whole: f64 = cloud.iter().map(|(_, weight)| weight).sum();
+    if whole <= 0.0 {
         return Err(reader.fault(card, None, "no weights", "nodes with weights above zero"));
     }
-    reader.deck.links.push(Link::Mean { reference, cloud, components: [true; 6], origin: origin(card) });
+    let origin = origin(card);
+    if reader.contents.dialect == Dialect::Abaqus {
+        reader.deck.links.push(Link::Mean { reference, cloud, components: [true; 6], origin });
+        return Ok(());
+    }
+    // CalculiX: the mean displacement, wherever the reference node is.
+    for component in 0..3 {
+        let others = cloud.iter().map(|&(node, weight)| (node, component, -weight / whole));
+        let terms = std::iter::once((reference, component, 1.0)).chain(others).collect();
+        reader.deck.links.push(Link::Equation { terms, origin: origin.clone() });
+    }
     Ok(())
 }
 
