@@ -223,6 +223,7 @@ fn files(kind: ElementKind) -> Vec<(&'static str, String)> {
         all.push(("one.inp", deck_text(deck, &lines(&in_vtk, ", ", true), &numbers(1, ", "))));
     }
     all.extend(nastran_text(kind, &of(&nastran_groups(kind))).map(|text| ("one.bdf", text)));
+    all.extend(universal_text(kind, &in_vtk).map(|text| ("one.unv", text)));
     all.extend(ansys_text(kind, &in_vtk).map(|text| ("one.cdb", text)));
     all
 }
@@ -267,6 +268,80 @@ fn nastran_text(kind: ElementKind, nodes: &[[f64; 3]]) -> Option<String> {
     let rows: Vec<String> = fields.chunks(8).map(|row| row.join(",")).collect();
     writeln!(text, "{card},{}\nENDDATA", rows.join(",+\n+,")).unwrap();
     Some(text)
+}
+
+/// A universal file; none of kinds that it does not have. From the manual of I-DEAS (dataset 2412): corners
+/// and middles of the lower face in turn, the middles of upright edges, the upper face in turn; of a
+/// tetrahedron the middles of the edges to the apex, and the apex.
+fn universal_text(kind: ElementKind, nodes: &[[f64; 3]]) -> Option<String> {
+    // Numbers of the nodes in VTK's order, as the file lists them.
+    let (code, order): (usize, Vec<usize>) = match kind {
+        ElementKind::Hex8 => (115, (1..=8).collect()),
+        ElementKind::Wedge6 => (112, (1..=6).collect()),
+        ElementKind::Hex20 => {
+            (116, vec![1, 9, 2, 10, 3, 11, 4, 12, 17, 18, 19, 20, 5, 13, 6, 14, 7, 15, 8, 16])
+        }
+        ElementKind::Wedge15 => (113, vec![1, 7, 2, 8, 3, 9, 13, 14, 15, 4, 10, 5, 11, 6, 12]),
+        ElementKind::Tet10 => (118, vec![1, 5, 2, 6, 3, 7, 8, 9, 10, 4]),
+        _ => return None,
+    };
+    let mut text = "    -1\n  2411\n".to_string();
+    for (i, p) in nodes.iter().enumerate() {
+        let [x, y, z] = p.map(|x| format!("{x:.17E}").replace('E', "D"));
+        writeln!(text, "{:10}{:10}{:10}{:10}\n {x} {y} {z}", i + 1, 1, 1, 11).unwrap();
+    }
+    let head = [1, code, 1, 2, 7, order.len()].map(|number| format!("{number:10}")).concat();
+    let rows: Vec<String> =
+        order.chunks(8).map(|row| row.iter().map(|n| format!("{n:10}")).collect()).collect();
+    Some(format!("{text}    -1\n    -1\n  2412\n{head}\n{}\n    -1\n", rows.join("\n")))
+}
+
+#[test]
+fn a_curved_tetrahedron_of_a_universal_file_has_its_nodes_in_place() {
+    let corners = [[0., 0., 0.], [1., 0., 0.], [0., 1., 0.], [0., 0., 1.]];
+    let edges: [&[usize]; 6] = [&[0, 1], &[1, 2], &[2, 0], &[0, 3], &[1, 3], &[2, 3]];
+    let nodes: Vec<[f64; 3]> = places(&corners, &edges).into_iter().map(bent).collect();
+    let text = universal_text(ElementKind::Tet10, &nodes).unwrap();
+    let mesh = read_text("one.unv", &text).unwrap();
+    let found: Vec<[f64; 3]> = mesh.element(0).iter().map(|&node| mesh.nodes[node as usize]).collect();
+    assert_eq!(found, nodes);
+}
+
+#[test]
+fn a_universal_file_has_groups_units_and_elements_that_are_named() {
+    let nodes = CORNERS.map(|p| p.to_vec());
+    let node = |(i, p): (usize, &Vec<f64>)| format!("{} 1 1 11 {} {} {}\n", i + 1, p[0], p[1], p[2]);
+    let nodes: String = nodes.iter().enumerate().map(node).collect();
+    // The older datasets 15 and 780, a face of four nodes, a beam, a mass.
+    let text = format!(
+        "    -1\n   164\n         1SI: mm          2\n 1.0D+03 1.0D+00 1.0D+00 1.0D+00\n 2.7315D+02\n    -1\n\
+         \x20   -1\n    15\n{nodes}    -1\n    -1\n   780\n1 115 1 1 1 5 7 8\n1 2 3 4 5 6 7 8\n\
+         2 94 1 1 1 5 7 4\n5 6 7 8\n3 21 1 1 1 5 7 2\n0 1 1\n1 2\n4 161 1 1 1 5 7 1\n1\n    -1\n\
+         \x20   -1\n   151\nanything\n    -1\n\
+         \x20   -1\n  2467\n1 0 0 0 0 0 0 1\ntop side\n8 2 0 0\n2 0 0 0 0 0 0 3\nends\n7 1 0 0 7 7 0 0\n7 3 0 0\n    -1\n\
+         \x20   -1\n  2432\n3 0 0 0 0 0 0 1\nolder\n7 8\n    -1\n"
+    );
+    let mesh = read_text("one.unv", &text).unwrap();
+    assert!((mesh.volume() - 8.0).abs() < 1e-14 && mesh.regions[0].tag == 5);
+    assert_eq!(mesh.node_groups["top side"], [4, 5, 6, 7]);
+    assert_eq!(mesh.node_groups["ends"], [0, 2, 6]);
+    assert_eq!(mesh.node_groups["older"], [7]);
+    let surface = Surface::of(&mesh);
+    assert_eq!(surface.area_of(&mesh, &mesh.facet_groups["top side"]), 4.0);
+    let notes = mesh.notes.join("\n");
+    for part in ["1 beams of type 21", "1 lumped masses of type 161", "scale = 0.001"] {
+        assert!(notes.contains(part), "{notes}");
+    }
+    for (from, to, expected) in [
+        ("    -1\n   164", "   164", "a line of -1 before a dataset"),
+        ("1 115 1", "1 116 1", "20"),
+        ("5 6 7 8\n", "5 6 7 9\n", "a node number that the file defines"),
+        ("0 1\ntop", "0 999999\ntop", "can hold"),
+    ] {
+        let wrong = text.replacen(from, to, 1);
+        let said = read_text("one.unv", &wrong).unwrap_err().to_string();
+        assert!(said.contains("one.unv") && said.contains(expected), "{from}: {said}");
+    }
 }
 
 /// Blocks of nodes and elements; wedges and pyramids are bricks with repeated nodes, as the program has them.

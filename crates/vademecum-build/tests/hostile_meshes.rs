@@ -9,7 +9,7 @@ use vademecum_build::field;
 use vademecum_build::mesh::{self, Order, block};
 
 /// A small file of each text format: one tetrahedron or two, groups, regions.
-const FILES: [(&str, &str); 12] = [
+const FILES: [(&str, &str); 13] = [
     ("a.msh", "$NOD\n4\n1 0 0 0\n2 1 0 0\n3 0 1 0\n4 0 0 1\n$ENDNOD\n$ELM\n1\n1 4 1 1 4 1 2 3 4\n$ENDELM\n"),
     (
         "b.msh",
@@ -75,6 +75,13 @@ const FILES: [(&str, &str); 12] = [
         "/PREP7\nET,1,185\nKEYOPT,1,2,3\nNBLOCK,6,SOLID,4,4\n(3i3,6e4.1)\n  1  0  0\n  2  0  0 1.0\n\
          \x20 3  0  0     1.0\n  4  0  0         1.0\nN,R5.3,LOC,-1,\nEBLOCK,19,SOLID,1,1\n(19i2)\n\
          \x201 1 1 1 0 0 0 0 8 0 1 1 2 3 3 4 4 4 4\n-1\nCMBLOCK,G,NODE,2\n(8i10)\n         1        -3\n",
+    ),
+    (
+        "l.unv",
+        "    -1\n   164\n 1SI 2\n 1.0D+03 1.0D+00 1.0D+00 1.0D+00\n 0.0D+00\n    -1\n    -1\n  2411\n\
+         1 1 1 11\n 0.0D+00 0.0 0.0\n2 1 1 11\n 1.0D+00 0 0\n3 1 1 11\n 0 1 0\n4 1 1 11\n 0 0 1\n    -1\n\
+         \x20   -1\n  2412\n1 111 1 2 7 4\n1 2 3 4\n2 91 1 2 7 3\n1 2 3\n3 21 1 2 7 2\n0 1 1\n1 2\n    -1\n\
+         \x20   -1\n  2467\n1 0 0 0 0 0 0 2\nside\n8 2 0 0 7 4 0 0\n    -1\n",
     ),
     ("i.node", "4 3 0 1\n1 0 0 0 0\n2 1 0 0 0\n3 0 1 0 0\n4 0 0 1 6\n"),
     ("i.ele", "1 4 1\n1 1 2 3 4 7\n"),

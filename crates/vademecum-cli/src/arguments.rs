@@ -25,8 +25,8 @@ pub(crate) struct DeckArguments {
     /// Program whose meaning element names of a deck have, `abaqus` or `calculix` [default: by its cards].
     #[arg(long, value_parser = ["abaqus", "calculix"])]
     dialect: Option<String>,
-    /// Units of a deck [default: guessed from modulus and density].
-    #[arg(long, value_parser = ["m-kg-N", "mm-t-N", "mm-kg-mN", "in-lbf", "ft-lbf"])]
+    /// Units of a deck; `none` keeps its numbers [default: guessed from modulus and density].
+    #[arg(long, value_parser = ["m-kg-N", "mm-t-N", "mm-kg-mN", "in-lbf", "ft-lbf", "none"])]
     units: Option<String>,
 }
 

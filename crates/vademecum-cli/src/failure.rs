@@ -289,6 +289,7 @@ impl From<DeckError> for Failure {
             DeckError::Card(_)
             | DeckError::NoMaterial { .. }
             | DeckError::Incomplete { .. }
+            | DeckError::TurningAxes { .. }
             | DeckError::OwnRotations { .. }
             | DeckError::Contradiction(_)
             | DeckError::Load(_)

@@ -21,6 +21,9 @@ const SILENT: &[&str] = &[
     "CGOM", "CGLO", "DCGO",
 ];
 
+/// Consequence of tables that are not read.
+const TABLES: &str = "it has no effect: rotation, damping and tables are not computed";
+
 /// Labels of displacements and of forces, by component.
 const DISPLACEMENTS: [&str; 6] = ["UX", "UY", "UZ", "ROTX", "ROTY", "ROTZ"];
 const FORCES: [&str; 6] = ["FX", "FY", "FZ", "MX", "MY", "MZ"];
@@ -35,6 +38,8 @@ struct Reader<'a> {
     loads: Vec<Load>,
     /// Line of the first coordinate system of the deck's own.
     local: Option<usize>,
+    /// Material whose anisotropic constants follow in `TBDATA`.
+    anisotropic: Option<u64>,
 }
 
 /// Elastic constants and density as far as they were read.
@@ -51,17 +56,26 @@ struct Constants {
     /// Shear moduli 12, 13, 23.
     shear: [f64; 3],
     density: f64,
+    /// Upper triangle of an anisotropic stiffness, row by row, over xx, yy, zz, xy, yz, xz.
+    triangle: Option<[f64; 21]>,
 }
 
 impl Constants {
     /// True if a constant belongs to one of several axes.
     fn is_orthotropic(&self) -> bool {
+        if self.triangle.is_some() {
+            return true;
+        }
         // A shear modulus 12 alone stands beside isotropic constants, and agrees with them.
         self.young[1] != 0.0 || self.young[2] != 0.0 || self.shear[1..] != [0.0; 2]
     }
 
     /// `None` of no solid.
     fn elasticity(&self) -> Option<Elasticity> {
+        if let Some(triangle) = &self.triangle {
+            let stiffness = Stiffness::from_upper(triangle);
+            return stiffness.is_definite().then_some(Elasticity::Anisotropic(stiffness));
+        }
         let [ex, ey, ez] = self.young;
         let major = |k: usize, first: f64, second: f64| match self.minor[k] {
             0.0 => self.poisson[k],
@@ -96,7 +110,8 @@ pub(crate) fn read(file: &Path) -> Result<Deck, DeckError> {
         }
     }
     let (constants, kind) = (BTreeMap::new(), StepKind::Static);
-    let mut reader = Reader { raw: &raw, deck, numbers, constants, kind, loads: vec![], local: None };
+    let mut reader =
+        Reader { raw: &raw, deck, numbers, constants, kind, loads: vec![], local: None, anisotropic: None };
     for command in commands(file, &bytes)? {
         reader.take(&command)?;
     }
@@ -140,15 +155,45 @@ impl Reader<'_> {
             "SF" | "SFE" | "SFEB" | "BF" | "BFE" | "BFBL" | "SFBL" => {
                 self.leave(command, "loads other than F and ACEL are not applied");
             }
-            "OMEG" | "DOME" | "CGLO" | "ALPH" | "BETA" | "DMPR" | "DMPS" | "TB" | "TBDA" | "TBTE" => {
+            "TB" => {
+                let anisotropic = field(command, 0).eq_ignore_ascii_case("ANEL");
+                self.anisotropic = anisotropic.then(|| self.whole(command, 1)).transpose()?;
+                match self.anisotropic {
+                    Some(_) if number(command, 4) == Ok(1.0) => {
+                        return Err(self.fault(command, "TBOPT 1", "a stiffness (TBOPT 0)"));
+                    }
+                    Some(material) => {
+                        self.constants.entry(material).or_default().triangle = Some([0.0; 21]);
+                    }
+                    None => self.leave(command, TABLES),
+                }
+            }
+            "TBDA" if self.anisotropic.is_some() => self.constants_of_table(command)?,
+            "OMEG" | "DOME" | "CGLO" | "ALPH" | "BETA" | "DMPR" | "DMPS" | "TBDA" | "TBTE" => {
                 let zero = (0..command.fields.len()).all(|k| number(command, k).unwrap_or(1.0) == 0.0);
                 if !zero || name.starts_with("TB") {
-                    self.leave(command, "it has no effect: rotation, damping and tables are not computed");
+                    self.leave(command, TABLES);
                 }
             }
             // Comments, session commands, and assignments of the program's own language.
             short if SILENT.contains(&short) || short.starts_with(['/', '*', '_']) || name.contains('=') => {}
             _ => self.leave(command, "it is not known, and has no effect"),
+        }
+        Ok(())
+    }
+
+    /// Constants of an anisotropic stiffness, from the place in the first field on.
+    fn constants_of_table(&mut self, command: &Command) -> Result<(), DeckError> {
+        let first = number(command, 0).map_err(|error| self.at(command, error))?.max(1.0) as usize - 1;
+        for index in 1..command.fields.len() {
+            let value = number(command, index).map_err(|error| self.at(command, error))?;
+            let material = self.anisotropic.and_then(|material| self.constants.get_mut(&material));
+            let triangle = material.and_then(|constants| constants.triangle.as_mut());
+            match triangle.and_then(|triangle| triangle.get_mut(first + index - 1)) {
+                Some(slot) => *slot = value,
+                None if field(command, index).is_empty() => {}
+                None => return Err(self.fault(command, field(command, index), "at most 21 constants")),
+            }
         }
         Ok(())
     }
@@ -255,11 +300,12 @@ impl Reader<'_> {
 
     fn finish(mut self) -> Result<Deck, DeckError> {
         for region in &self.deck.mesh.regions {
-            let found = self.constants.get(&(region.tag as u64)).filter(|found| found.young[0] > 0.0);
+            let found = self.constants.get(&(region.tag as u64));
+            let found = found.filter(|found| found.young[0] > 0.0 || found.triangle.is_some());
             let found = found.ok_or_else(|| DeckError::NoMaterial { region: region.name.clone() })?;
             let missing =
                 |quantity, card| DeckError::Incomplete { material: region.name.clone(), quantity, card };
-            if found.is_orthotropic() && found.shear.contains(&0.0) {
+            if found.triangle.is_none() && found.is_orthotropic() && found.shear.contains(&0.0) {
                 return Err(missing("shear modulus in each plane", "GXY, GXZ and GYZ beside EY and EZ"));
             }
             // Their axes are those of the elements, whose systems are not read.

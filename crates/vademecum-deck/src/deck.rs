@@ -3,7 +3,7 @@
 use std::collections::{BTreeMap, HashMap};
 use std::path::{Path, PathBuf};
 
-use vademecum_build::fem::Material;
+use vademecum_build::fem::{Cylinder, Material};
 use vademecum_build::mesh::Mesh;
 
 use crate::left_out::LeftOut;
@@ -19,7 +19,7 @@ pub struct Deck {
     pub file: PathBuf,
     /// The program that the deck was written for, and the reason to think so.
     pub program: String,
-    /// Guess of the units of its numbers.
+    /// Units of its numbers.
     pub units: Units,
     /// The solid elements.
     pub mesh: Mesh,
@@ -27,6 +27,8 @@ pub struct Deck {
     pub points: Vec<Point>,
     /// Elasticity and density of each region; a density of zero is none.
     pub materials: Vec<Material>,
+    /// Of each region the line about which the axes of its material turn; none at all where no axes do.
+    pub cylinders: Vec<Option<Cylinder>>,
     /// True for each region whose mass is lumped.
     pub lumped: Vec<bool>,
     /// True if incompatible modes are dofs with a mass.
@@ -266,11 +268,12 @@ impl Deck {
         Deck {
             file: file.to_path_buf(),
             program: program.into(),
-            units: Units(None),
+            units: Units(None, true),
             notes: mesh.notes.clone(),
             mesh,
             points,
             materials: vec![],
+            cylinders: vec![],
             lumped: vec![],
             inner_functions: false,
             axes: BTreeMap::new(),

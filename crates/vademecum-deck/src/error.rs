@@ -59,6 +59,16 @@ pub enum DeckError {
         /// Card that gives it.
         card: &'static str,
     },
+    /// Axes of a material that turn about a line, in a problem file.
+    #[error(
+        "region `{region}`: the axes of its material turn about a line, and a problem file has one stiffness for a \
+         region; `static` and `modes` answer the deck as it is; expected an orientation of type RECTANGULAR for each \
+         part of the body"
+    )]
+    TurningAxes {
+        /// Name of the region.
+        region: String,
+    },
     /// Rotations or moments along axes of a node that are not those of space.
     #[error(
         "node {node}: a rotation that is held, or a moment, along own axes of the node; expected it along the axes \
@@ -97,7 +107,7 @@ pub enum DeckError {
     /// Nothing tells the units.
     #[error(
         "{}: the units of the deck are unknown (its modulus and density fit no usual system); expected `--units`, such \
-         as `--units mm-t-N`",
+         as `--units mm-t-N`, or `--units none` to keep its numbers",
         .file.display()
     )]
     UnknownUnits {

@@ -69,6 +69,7 @@ impl<'a> FullOrder<'a> {
         let mut dofs = Dofs::new(deck);
         let blocks = deck.attachments.iter().filter_map(|one| block(deck, &dofs, one)).collect();
         let mut elements = ElementMatrices::new(&deck.mesh, &deck.materials, &deck.lumped);
+        elements.turn(&deck.cylinders);
         if deck.inner_functions {
             dofs.end_at(elements.keep_inner_functions(dofs.count() as u32));
         }

@@ -17,12 +17,22 @@ pub struct LeftOut {
     pub count: usize,
     /// Consequence for the result.
     pub meaning: String,
+    /// True if it is a table of a problem file all the same.
+    #[serde(skip)]
+    pub in_problem: bool,
 }
 
 /// Adds a card to the list; equal cards with one meaning are counted.
 pub(crate) fn leave_out(list: &mut Vec<LeftOut>, (file, line): (PathBuf, usize), card: &str, meaning: &str) {
     match list.iter_mut().find(|known| known.card == card && known.meaning == meaning) {
         Some(known) => known.count += 1,
-        None => list.push(LeftOut { card: card.into(), file, line, count: 1, meaning: meaning.into() }),
+        None => list.push(LeftOut {
+            card: card.into(),
+            file,
+            line,
+            count: 1,
+            meaning: meaning.into(),
+            in_problem: false,
+        }),
     }
 }

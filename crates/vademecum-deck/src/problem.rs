@@ -9,6 +9,7 @@ use vademecum_build::mesh::{ElementKind, Hexahedra};
 use crate::deck::{Deck, Dynamic, Load, NodeNumber, Step, StepKind};
 use crate::error::DeckError;
 use crate::tables::Tables;
+use crate::units::System;
 
 /// Nodes that get probes.
 const PROBED: usize = 20;
@@ -18,6 +19,8 @@ const PROBED: usize = 20;
 pub struct ProblemParts {
     /// Metres in a unit of the deck.
     pub scale: f64,
+    /// True if the numbers stay in units of the deck.
+    pub own_units: bool,
     /// Tables of materials.
     pub materials: String,
     /// Tables of reference points, couplings, ties, masses and springs.
@@ -42,6 +45,15 @@ pub struct ProblemParts {
     pub missing: Vec<String>,
 }
 
+/// Tables without the units at the ends of their lines. What is quoted ends in a quotation mark.
+fn without_units(text: &str) -> String {
+    let bare = |line: &str| match line.rsplit_once(" # ") {
+        Some((bare, unit)) if !unit.contains('"') => format!("{bare}\n"),
+        _ => format!("{line}\n"),
+    };
+    text.lines().map(bare).collect()
+}
+
 impl Deck {
     /// Materials and supports in SI units; a density where the deck has none, in kg/m³.
     ///
@@ -50,6 +62,9 @@ impl Deck {
     pub fn problem_parts(&self, density: Option<f64>) -> Result<ProblemParts, DeckError> {
         let system = self.units.0.ok_or_else(|| DeckError::UnknownUnits { file: self.file.clone() })?;
         let [metre, pascal, kilogram] = system.factors();
+        if let Some(turning) = self.cylinders.iter().position(Option::is_some) {
+            return Err(DeckError::TurningAxes { region: self.mesh.regions[turning].name.clone() });
+        }
         let mut materials = String::new();
         let single = self.materials.len() == 1;
         let is_hexahedron =
@@ -57,7 +72,9 @@ impl Deck {
         let hexahedra = self.mesh.each().any(|(kind, _)| is_hexahedron(&kind));
         for (region, material) in self.mesh.regions.iter().zip(&self.materials) {
             let Material { elasticity, density: own } = *material;
-            let density = if own > 0.0 { Some(own * kilogram) } else { density };
+            // A density in kg/m³ is none in unknown units.
+            let other = density.filter(|_| system != System::Own);
+            let density = if own > 0.0 { Some(own * kilogram) } else { other };
             let density = density.ok_or_else(|| DeckError::Incomplete {
                 material: region.name.clone(),
                 quantity: "density",
@@ -101,19 +118,24 @@ impl Deck {
         if self.lumped.contains(&true) {
             missing.push("the lumped mass of linear elements: bodies have a consistent one".into());
         }
+        if !hexahedra && self.has_kind(Hexahedra::ReducedMass) {
+            missing.push("the mass of tetrahedra by one point or four: bodies integrate it exactly".into());
+        }
         if self.inner_functions && self.has_kind(Hexahedra::Incompatible) {
             missing.push("the mass of incompatible modes: bodies eliminate them".into());
         }
+        let in_units = |text: &str| if system == System::Own { without_units(text) } else { text.into() };
         let names: Vec<&str> = self.mesh.regions.iter().map(|region| region.name.as_str()).collect();
         Ok(ProblemParts {
             scale: metre,
-            attachments: tables.text().into(),
-            patterns: tables.patterns().into(),
+            own_units: system == System::Own,
+            attachments: in_units(tables.text()),
+            patterns: in_units(tables.patterns()),
             scenario: tables.scenario().map(str::to_string),
             time_step: self.dynamic().map(|dynamic| dynamic.increment),
             modes: self.modes_of_sum(),
             probes: self.probe_tables(metre, &tables),
-            materials,
+            materials: in_units(&materials),
             material_words: format!("the materials of {}", names.join(", ")),
             supports,
             support_words,

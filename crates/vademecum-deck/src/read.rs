@@ -48,11 +48,12 @@ pub fn read(file: &Path, options: &ReadOptions) -> Result<Deck, DeckError> {
     };
     deck.check_rotations()?;
     deck.units = match options.units {
-        Some(system) => Units(Some(system)),
+        Some(system) => Units(Some(system), false),
         None => {
             let heaviest = deck.materials.iter().max_by(|a, b| a.density.total_cmp(&b.density));
-            heaviest
-                .map_or(Units(None), |material| Units::guess(material.elasticity.modulus(), material.density))
+            heaviest.map_or(Units(None, true), |material| {
+                Units::guess(material.elasticity.modulus(), material.density)
+            })
         }
     };
     Ok(deck)

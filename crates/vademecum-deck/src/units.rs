@@ -20,12 +20,14 @@ pub enum System {
     /// Foot, slug, pound-force, psf.
     #[serde(rename = "ft-lbf")]
     Foot,
+    /// Of its own: numbers stay as they are.
+    #[serde(rename = "none")]
+    Own,
 }
 
-/// Units of a deck.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
-#[serde(transparent)]
-pub struct Units(pub Option<System>);
+/// Units of a deck, if they are known, and whether that is a guess.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Units(pub Option<System>, pub bool);
 
 /// Densities from light foam to tungsten, moduli from soft tissue to diamond, in kg/m³ and Pa.
 const DENSITY: [f64; 2] = [20.0, 25e3];
@@ -40,16 +42,19 @@ const SYSTEMS: [(System, &str, f64, f64); 5] = [
     (System::Foot, "ft-lbf", 1.940_32e-3, 2.088_54e-2),
 ];
 
+/// Name of units of its own.
+const OWN: &str = "none";
+
 impl System {
     /// Its name.
     pub fn name(self) -> &'static str {
-        SYSTEMS.iter().find(|row| row.0 == self).map_or("", |row| row.1)
+        SYSTEMS.iter().find(|row| row.0 == self).map_or(OWN, |row| row.1)
     }
 
     /// Metres in a unit of length, pascals in one of pressure, kg/m³ in one of density.
     pub(crate) fn factors(self) -> [f64; 3] {
         let metre = match self {
-            System::MetreKilogram => 1.0,
+            System::MetreKilogram | System::Own => 1.0,
             System::MillimetreTonne | System::MillimetreKilogram => 1e-3,
             System::Inch => 0.0254,
             System::Foot => 0.3048,
@@ -61,7 +66,8 @@ impl System {
 
     /// The system of a name.
     pub fn parse(name: &str) -> Option<System> {
-        SYSTEMS.iter().find(|row| row.1 == name).map(|row| row.0)
+        let known = SYSTEMS.iter().find(|row| row.1 == name).map(|row| row.0);
+        known.or_else(|| (name == OWN).then_some(System::Own))
     }
 }
 
@@ -73,19 +79,24 @@ impl Units {
         /// about it.
         const TYPICAL: [f64; 2] = [1e11, 4e3];
         if !(young > 0.0 && density > 0.0) {
-            return Units(None);
+            return Units(None, true);
         }
         let within = |value: f64, [low, high]: [f64; 2]| (low..=high).contains(&value);
         let in_si = SYSTEMS.map(|(system, _, kilogram, pascal)| (system, young / pascal, density / kilogram));
         let fitting = in_si.iter().filter(|(_, e, rho)| within(*e, MODULUS) && within(*rho, DENSITY));
         let off =
             |(_, e, rho): &(System, f64, f64)| (e / TYPICAL[0]).ln().abs() + (rho / TYPICAL[1]).ln().abs();
-        Units(fitting.min_by(|a, b| off(a).total_cmp(&off(b))).map(|found| found.0))
+        Units(fitting.min_by(|a, b| off(a).total_cmp(&off(b))).map(|found| found.0), true)
     }
 
     /// Description for the user.
-    pub fn words(self) -> &'static str {
-        self.0.map_or("unknown", System::name)
+    pub fn words(self) -> String {
+        let (name, guessed) = match self.0 {
+            None => return "unknown: numbers are in those of the deck".into(),
+            Some(System::Own) => return "not converted: numbers are in those of the deck".into(),
+            Some(system) => (system.name(), self.1),
+        };
+        format!("{name}{}", if guessed { " (guessed from modulus and density)" } else { "" })
     }
 }
 
@@ -100,7 +111,7 @@ mod tests {
                 let found = Units::guess(young * pascal, density * kilogram);
                 // Soft solids may look like stiff ones of another system.
                 if young > 1e9 {
-                    assert_eq!(found, Units(Some(system)), "{young} {density}");
+                    assert_eq!(found, Units(Some(system), true), "{young} {density}");
                 } else {
                     assert!(found.0.is_some());
                 }
@@ -110,8 +121,8 @@ mod tests {
 
     #[test]
     fn numbers_without_a_density_or_of_no_solid_have_no_units() {
-        assert_eq!(Units::guess(2.1e11, 0.0), Units(None));
-        assert_eq!(Units::guess(1.0, 1.0), Units(None));
+        assert_eq!(Units::guess(2.1e11, 0.0), Units(None, true));
+        assert_eq!(Units::guess(1.0, 1.0), Units(None, true));
         for (system, name, ..) in SYSTEMS {
             assert_eq!(System::parse(name), Some(system));
             assert_eq!(system.name(), name);

@@ -1,6 +1,8 @@
 //! Decks of a few elements whose answers are known on paper.
 
-use vademecum_deck::{Deck, DeckError, Dialect, FullOrder, Load, ReadOptions, StaticAnswer, StepKind, read};
+use vademecum_deck::{
+    Deck, DeckError, Dialect, FullOrder, Load, ReadOptions, StaticAnswer, StepKind, System, read,
+};
 
 /// Reads a deck from a text.
 fn deck_of(name: &str, text: &str) -> Result<Deck, DeckError> {
@@ -463,4 +465,82 @@ fn an_ansys_material_without_a_ratio_has_that_of_its_program() {
         close(100.0 * stretch, 1.0);
         close(found, ratio);
     }
+    // The same by 21 constants, which win over a modulus: 120 and 40, shear 40.
+    let table = "TB,ANEL,1,1,21,0\nTBDATA,1,120.,40.,40.,0.,0.,0.\nTBDATA,7,120.,40.,0.,0.,0.,120.\n\
+                 TBDATA,13,0.,0.,0.,40.,0.,0.\nTBDATA,19,40.,0.,40.\n";
+    for constants in [table.to_string(), format!("{modulus}{table}")] {
+        let (stretch, found) = brick(&constants);
+        close(100.0 * stretch, 1.0);
+        close(found, 0.25);
+    }
+}
+
+#[test]
+fn axes_about_a_line_are_those_of_nastran_too() {
+    let corners =
+        ["2,1,0", "3,1.2,0", "2.6,2.3,0.1", "1.7,1.9,0", "2,1,1", "3,1.2,1.1", "2.6,2.3,1", "1.7,1.9,1.2"];
+    let numbered = |card: &str| -> String {
+        corners
+            .iter()
+            .enumerate()
+            .map(|(i, at)| format!("{}{at}\n", card.replace('#', &(i + 1).to_string())))
+            .collect()
+    };
+    let nastran = |system: &str| {
+        format!(
+            "SOL 101\nCEND\nSPC = 1\nLOAD = 2\nBEGIN BULK\n{}CHEXA,1,1,1,2,3,4,5,6,+\n+,7,8\n\
+             PSOLID,1,1,7,TWO,,FULL\nMAT11,1,11.,2.,1.,.3,.4,.35,.9,+\n+,1.1,.4\n\
+             {system},7,,.3,-.2,0.,.3,-.2,1.,+\n+,1.3,-.2,0.\nSPC1,1,123,1,4,5,8\n\
+             FORCE,2,7,,1.,0.1,0.2,0.3\nENDDATA\n",
+            numbered("GRID,#,,")
+        )
+    };
+    let abaqus = |system: &str| {
+        format!(
+            "*NODE\n{}*ELEMENT,TYPE=C3D8,ELSET=all\n1,1,2,3,4,5,6,7,8\n*MATERIAL,NAME=wood\n\
+             *ELASTIC,TYPE=ENGINEERING CONSTANTS\n11,2,1,.3,.4,.35,.9,1.1,\n.4\n\
+             *ORIENTATION,NAME=o,SYSTEM={system}\n\
+             *SOLID SECTION,ELSET=all,MATERIAL=wood,ORIENTATION=o\n*BOUNDARY\n1,1,3\n4,1,3\n5,1,3\n8,1,3\n\
+             *STEP\n*STATIC\n*CLOAD\n7,1,0.1\n7,2,0.2\n7,3,0.3\n*END STEP\n",
+            numbered("#,")
+        )
+    };
+    let energy = |name: &str, text: &str| answers(name, text)[0].strain_energy;
+    let turning = energy("ring.inp", &abaqus("CYLINDRICAL\n.3,-.2,0,.3,-.2,1"));
+    close(energy("ring.bdf", &nastran("CORD2C")) / turning, 1.0);
+    // Those of space are others; a quarter turn about the line exchanges the radial and the tangential axis.
+    let fixed = energy("fixed.inp", &abaqus("RECTANGULAR\n1,0,0,0,1,0"));
+    assert!((fixed / turning - 1.0).abs() > 0.01, "{fixed} {turning}");
+    let turned = energy("turned.inp", &abaqus("CYLINDRICAL\n.3,-.2,0,.3,-.2,1\n3,90"));
+    let exchanged = abaqus("CYLINDRICAL\n.3,-.2,0,.3,-.2,1").replace(
+        "11,2,1,.3,.4,.35,.9,1.1,\n.4\n",
+        // E, ν₂₁ = ν₁₂ E₂/E₁, ν₂₃, ν₁₃; G₁₂, G₂₃, G₁₃.
+        &format!("2,11,1,{},.35,.4,.9,.4,\n1.1\n", 0.3 * 2.0 / 11.0),
+    );
+    close(energy("exchanged.inp", &exchanged) / turned, 1.0);
+}
+
+#[test]
+fn units_of_their_own_keep_the_numbers() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("own.inp");
+    let mass = "*ELEMENT,TYPE=MASS,ELSET=m\n30,20\n*MASS,ELSET=m\n2.5\n*SOLID";
+    // A modulus and a density of 1 are those of no solid.
+    let text = BAR.replace("\n100,0\n*DENSITY\n3\n", "\n1,0\n*DENSITY\n1\n").replace("*SOLID", mass);
+    std::fs::write(&path, text).unwrap();
+    let unknown = read(&path, &ReadOptions::default()).unwrap();
+    assert_eq!((unknown.units.0, unknown.units.words().contains("unknown")), (None, true));
+    let error = unknown.problem_parts(None).unwrap_err().to_string();
+    assert!(error.contains("--units none") && error.contains("own.inp"), "{error}");
+    let own = read(&path, &ReadOptions { units: System::parse("none"), ..ReadOptions::default() }).unwrap();
+    let parts = own.problem_parts(None).unwrap();
+    assert!(parts.own_units && parts.scale == 1.0);
+    assert_eq!(
+        parts.materials,
+        "[[material]]\nyoung = 1e0\npoisson = 0.0\ndensity = 1.0\nhexahedra = \"full\"\n\n"
+    );
+    assert!(parts.attachments.contains("mass = 2.5\n"), "{}", parts.attachments);
+    let millimetres = ReadOptions { units: System::parse("mm-t-N"), ..ReadOptions::default() };
+    let parts = read(&path, &millimetres).unwrap().problem_parts(None).unwrap();
+    assert!(parts.materials.contains("young = 1e6 # Pa"), "{}", parts.materials);
 }

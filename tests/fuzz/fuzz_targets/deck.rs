@@ -9,8 +9,8 @@ use vademecum_build::mesh;
 use vademecum_deck::{FullOrder, ReadOptions, read};
 
 /// Formats, by the end of the name of their files.
-const FORMATS: [&str; 13] =
-    ["inp", "bdf", "cdb", "msh", "vtk", "vtu", "mesh", "node", "stl", "obj", "ply", "off", "glb"];
+const FORMATS: [&str; 14] =
+    ["inp", "bdf", "cdb", "msh", "vtk", "vtu", "mesh", "node", "stl", "obj", "ply", "off", "glb", "unv"];
 
 /// Nodes of a deck that is answered: a factor in microseconds.
 const MOST_NODES: usize = 60;

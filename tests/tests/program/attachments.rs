@@ -161,7 +161,8 @@ fn supports_along_own_axes_and_unequal_weights_are_those_of_the_deck() {
         .replace("*SPRING,ELSET=mount\n3\n", "*SPRING,ELSET=mount\n2\n");
     let (folder, problem) = check("own axes", &deck);
     let text = std::fs::read_to_string(&problem).unwrap();
-    assert!(text.contains("[[equation]]") && text.contains("weights = [["), "{text}");
+    // CalculiX: the reference node has the weighted mean of the displacements, wherever it is.
+    assert!(text.contains("[[equation]]") && !text.contains("kind = \"average\""), "{text}");
     steps_as_the_full_order(folder.path(), &problem, &text);
 }
 
@@ -319,6 +320,23 @@ fn a_dashpot_gives_each_mode_its_ratio() {
 }
 
 #[test]
+fn a_spring_that_is_far_stiffer_than_the_body_is_named() {
+    let folder = tempfile::tempdir().unwrap();
+    let numbers: Vec<String> =
+        (0..6).flat_map(|i| (i..6).map(move |j| if i == j { "1e25" } else { "0" }.to_string())).collect();
+    let matrix = format!("matrix = [{}]", numbers.join(", "));
+    for key in [matrix.as_str(), "stiffness = [1e20, 0, 0, 0, 0, 0]"] {
+        let problem = square(folder.path(), "stiff.toml", &format!("[[spring]]\nfrom = \"hub\"\n{key}\n"));
+        let refused = vademecum(&["modes", &problem]);
+        assert_eq!(refused.code, Some(3), "{}", refused.stderr);
+        let name = format!("`spring[0].{}`", key.split(' ').next().unwrap());
+        for part in [name.as_str(), "times as stiff as the body", "`held`"] {
+            assert!(refused.stderr.contains(part), "{}", refused.stderr);
+        }
+    }
+}
+
+#[test]
 fn a_probe_on_a_long_arm_is_sound() {
     let folder = tempfile::tempdir().unwrap();
     let at = |name: &str| folder.path().join(name).display().to_string();
@@ -330,4 +348,41 @@ fn a_probe_on_a_long_arm_is_sound() {
     assert_eq!(vademecum(&["build", &problem, "-o", &at("arm.vdm")]).code, Some(0));
     let checked = vademecum(&["verify", &at("arm.vdm"), "--file-only"]);
     assert_eq!(checked.code, Some(0), "{}", checked.stderr);
+}
+
+#[test]
+fn a_column_on_a_foundation_swings_and_is_damped_as_its_formula_says() {
+    let folder = tempfile::tempdir().unwrap();
+    let (young, density, length) = (2e9_f64, 1200.0, 1.0);
+    // cot of the column against its ground: β L tan(β L) = k L / E, here 1.3.
+    let (ground, damping) = (1.3 * young / length, 3e4);
+    let mut beta = 1.0_f64;
+    for _ in 0..50 {
+        beta -= (beta * beta.tan() - 1.3) / (beta.tan() + beta / beta.cos().powi(2));
+    }
+    let omega = beta / length * (young / density).sqrt();
+    let text = format!(
+        "[mesh]\nblock = {{ lengths = [0.1, 0.1, {length:?}], divisions = [1, 1, 8] }}\n\
+         [[material]]\nyoung = {young:?}\npoisson = 0.0\ndensity = {density:?}\n\
+         [[foundation]]\non = {{ group = \"z_min\" }}\nnormal = {ground:?}\ntangential = 1e9\n\
+         damping_normal = {damping:?}\n[basis]\nmodes = 6\n[tolerance]\nerror = 1.0\n[time]\nstep = 1e-3\n"
+    );
+    let problem = write(folder.path(), "column.toml", &text);
+    let found = frequencies(&problem);
+    let off = |hz: &f64| (hz * std::f64::consts::TAU / omega - 1.0).abs();
+    let mode = (0..found.len()).min_by(|&a, &b| off(&found[a]).total_cmp(&off(&found[b]))).unwrap();
+    // Eight quadratic elements along a quarter of a wave.
+    assert!(off(&found[mode]) < 1e-6, "{found:?} for {} Hz", omega / std::f64::consts::TAU);
+    let file = folder.path().join("column.vdm").display().to_string();
+    let built = vademecum(&["build", &problem, "-o", &file]);
+    assert_eq!(built.code, Some(0), "{}", built.stderr);
+    let ratio = json(&["info", &file])["damping_ratios"][mode].as_f64().unwrap();
+    // φ = cos(β (1 − z/L)), of unit mass: ζ = c A φ² / (2 ω) at the ground.
+    let mass = density * length * (0.5 + (2.0 * beta).sin() / (4.0 * beta));
+    let expected = damping * beta.cos().powi(2) / mass / (2.0 * omega);
+    assert!((ratio / expected - 1.0).abs() < 1e-5, "{ratio} for {expected}");
+    // Along the normal alone it does not hold the column.
+    let sliding = write(folder.path(), "sliding.toml", &text.replace("tangential = 1e9\n", ""));
+    let refused = vademecum(&["build", &sliding, "-o", &file, "--force"]);
+    assert_eq!(refused.code, Some(5), "{}", refused.stderr);
 }

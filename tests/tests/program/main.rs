@@ -2,6 +2,7 @@
 
 mod attachments;
 mod bench;
+mod calculix;
 mod commands;
 mod deck_materials;
 mod decks;

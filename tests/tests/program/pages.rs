@@ -243,7 +243,6 @@ fn bad_problems() -> Vec<(usize, String)> {
         (87, matrices("").replace("[mesh]", "[mesh]\norder = \"quadratic\"")),
         (118, block("[1, 1, 1]", "[1, 1, 1]") + "cells = 401"),
         (118, matrices("").replace("[mesh]", "[mesh]\ncells = 20")),
-        (119, matrices("[output]\nembedded = \"skin.stl\"")),
         (88, block("[1, 1, 1]", "[1, 1, 1]") + "smallest_part = 1.5"),
         (88, matrices("").replace("[mesh]", "[mesh]\nsmallest_part = 0.1")),
         (59, matrices("[[support]]\non = { group = \"a\" }")),
@@ -320,6 +319,11 @@ fn bad_problems() -> Vec<(usize, String)> {
         (117, attached("[[spring]]\nfrom = \"hub\"\nmatrix = [1, 2, 3]")),
         (117, attached(&format!("[[spring]]\nfrom = \"hub\"\nmatrix = {}", UNIT.replacen("[1, 0", "[1, 2", 1)))),
         (100, attached(&format!("[[spring]]\nfrom = \"hub\"\nmatrix = {UNIT}\naxes = [[1, 0, 0], [0, 1, 0]]"))),
+        (119, ground("")),
+        (119, ground("damping_normal = 1.0\n[basis]\nkind = \"ritz\"")),
+        (120, ground("normal = -1.0")),
+        (120, ground("normal = 1e31")),
+        (121, matrices("[output]\nembedded = \"skin.stl\"")),
         (105, "[[material]]\ndensity = 1.0".into()),
         (105, "[[material]]\nyoung = 1.0\ndensity = 1.0".into()),
         (105, format!("[[material]]\n{STEEL}\nstiffness = {UNIT}")),
@@ -359,6 +363,11 @@ fn attached(tables: &str) -> String {
 /// The same with a coupling that has these keys.
 fn coupled(keys: &str) -> String {
     attached(&format!("[[coupling]]\nreference = \"hub\"\non = {{ group = \"x_max\" }}\n{keys}"))
+}
+
+/// A held body on a foundation that has these keys.
+fn ground(keys: &str) -> String {
+    format!("{HELD}[[foundation]]\non = {{ group = \"z_min\" }}\n{keys}")
 }
 
 /// One more live parameter than a file holds.

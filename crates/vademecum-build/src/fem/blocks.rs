@@ -9,7 +9,7 @@ use super::assembly::element_nodes;
 use super::element::ElementError;
 use super::elimination::Elimination;
 use super::kernels::ElementKernels;
-use super::material::Material;
+use super::material::{Cylinder, Material};
 use super::model_error::ModelError;
 use super::pencil::{Pencil, RegionMatrices};
 use super::sparse::{Pattern, SymmetricMatrix};
@@ -41,6 +41,8 @@ pub struct ElementMatrices<'a> {
     /// True for each region whose mass is lumped.
     lumped: &'a [bool],
     kernels: ElementKernels,
+    /// Of each region the line about which the axes of its material turn.
+    cylinders: &'a [Option<Cylinder>],
     /// First of nine dofs of each element whose incompatible modes are kept.
     inner: Vec<Option<u32>>,
 }
@@ -55,7 +57,12 @@ impl<'a> ElementMatrices<'a> {
     pub fn new(mesh: &'a Mesh, materials: &'a [Material], lumped: &'a [bool]) -> Self {
         let regions = mesh.regions.len();
         assert!(materials.len() >= regions && lumped.len() >= regions, "one entry for each region");
-        Self { mesh, materials, lumped, kernels: ElementKernels::new(mesh), inner: vec![] }
+        Self { mesh, materials, lumped, kernels: ElementKernels::new(mesh), cylinders: &[], inner: vec![] }
+    }
+
+    /// Turns the axes of materials: one entry for each region, or none at all.
+    pub fn turn(&mut self, cylinders: &'a [Option<Cylinder>]) {
+        self.cylinders = cylinders;
     }
 
     /// The same with the incompatible modes of 8-node hexahedra as dofs of their own, with a mass, as
@@ -93,13 +100,15 @@ impl<'a> ElementMatrices<'a> {
         let region = self.mesh.element_region[element] as usize;
         let material = &self.materials[region];
         let dofs: Vec<u32> = self.dofs(element).collect();
+        let (fixed, cylinder) = (material.law(), self.cylinders.get(region).and_then(Option::as_ref));
+        let law = |at| cylinder.map_or(fixed, |cylinder| material.law_about(cylinder, at));
         if dofs.len() > 3 * n {
-            let [stiffness, mass] = kernel.with_inner_functions(&at[..n], material)?;
+            let [stiffness, mass] = kernel.with_inner_functions(&at[..n], &law, material.density)?;
             return Ok(Block { dofs, stiffness, mass });
         }
         let (mut mass, mut stiffness) = (vec![0.0; n * n], vec![0.0; 9 * n * n]);
         kernel.mass_into(&at[..n], material.density, &mut mass)?;
-        kernel.stiffness_into(&at[..n], material, &mut stiffness)?;
+        kernel.stiffness_by(&at[..n], &law, &mut stiffness)?;
         if self.lumped[region] {
             lump(n, &mut mass);
         }

@@ -17,7 +17,7 @@
 use faer::Mat;
 
 use super::hexahedron::{incompatible, inner_mass, mean_dilatation, reduced, with_inner_functions};
-use super::material::Material;
+use super::material::{LawAt, Material};
 pub use super::point::ElementError;
 pub(super) use super::point::{add_stiffness, gradients, jacobian};
 use crate::mesh::rules::{mass_rule, rule_degree_2, rule_degree_6, stiffness_rule};
@@ -27,7 +27,8 @@ use crate::mesh::{EDGES, ElementKind, Hexahedra, Order};
 /// Data common to all elements of one kind and formulation.
 pub(crate) struct ElementKernel {
     kind: ElementKind,
-    /// Formulation of a hexahedron; `Reduced` of a quadratic tetrahedron with four points, of others `Full`.
+    /// Formulation of a hexahedron, or `Full`. Of tetrahedra, `Reduced` gives the stiffness the points of a
+    /// straight one, and `ReducedMass` the mass too: one of 4 nodes, four of 10.
     hexahedra: Hexahedra,
     /// Exact for the stiffness of a straight tetrahedron, four points of a quadratic one; empty for other
     /// kinds.
@@ -47,8 +48,10 @@ impl ElementKernel {
         let hexahedra = match (kind, hexahedra) {
             (ElementKind::Hex8, Some(Hexahedra::ReducedMass)) => Hexahedra::Reduced,
             (ElementKind::Hex8, given) => given.unwrap_or(Hexahedra::Incompatible),
-            (ElementKind::Hex20 | ElementKind::Tet10, Some(Hexahedra::Reduced)) => Hexahedra::Reduced,
-            (ElementKind::Hex20, Some(Hexahedra::ReducedMass)) => Hexahedra::ReducedMass,
+            (
+                ElementKind::Hex20 | ElementKind::Tet4 | ElementKind::Tet10,
+                Some(few @ (Hexahedra::Reduced | Hexahedra::ReducedMass)),
+            ) => few,
             _ => Hexahedra::Full,
         };
         let table = |rule: Vec<([f64; 3], f64)>| -> Vec<Point> {
@@ -100,7 +103,8 @@ impl ElementKernel {
         mass: &mut [f64],
     ) -> Result<(), ElementError> {
         let n = self.n_nodes();
-        if self.is_straight(nodes) {
+        let few = self.kind.is_tetrahedron() && self.hexahedra == Hexahedra::ReducedMass;
+        if !few && self.is_straight(nodes) {
             let (_, determinant) = jacobian(n, &self.straight[0], nodes)?;
             for (out, &reference) in mass.iter_mut().zip(&self.reference_mass) {
                 *out = density * determinant * reference;
@@ -108,7 +112,7 @@ impl ElementKernel {
             return Ok(());
         }
         mass.fill(0.0);
-        for point in &self.mass {
+        for point in if few { &self.straight } else { &self.mass } {
             let (_, determinant) = jacobian(n, point, nodes)?;
             let scale = density * determinant * point.weight;
             for a in 0..n {
@@ -128,20 +132,30 @@ impl ElementKernel {
         material: &Material,
         stiffness: &mut [f64],
     ) -> Result<(), ElementError> {
-        let n = self.n_nodes();
         let law = material.law();
-        let few = self.kind == ElementKind::Tet10 && self.hexahedra == Hexahedra::Reduced;
+        self.stiffness_by(nodes, &|_| law, stiffness)
+    }
+
+    /// The same of a law that depends on the place.
+    pub(crate) fn stiffness_by(
+        &self,
+        nodes: &[[f64; 3]],
+        law: LawAt<'_>,
+        stiffness: &mut [f64],
+    ) -> Result<(), ElementError> {
+        let n = self.n_nodes();
+        let few = self.kind == ElementKind::Tet10 && self.hexahedra != Hexahedra::Full;
         let rule = if few || self.is_straight(nodes) { &self.straight } else { &self.stiffness };
         stiffness.fill(0.0);
         match (self.kind, self.hexahedra) {
-            (ElementKind::Hex8, Hexahedra::Incompatible) => incompatible(rule, nodes, &law, stiffness)?,
-            (ElementKind::Hex8, Hexahedra::MeanDilatation) => mean_dilatation(rule, nodes, &law, stiffness)?,
-            (ElementKind::Hex8, Hexahedra::Reduced) => reduced(rule, nodes, &law, stiffness)?,
+            (ElementKind::Hex8, Hexahedra::Incompatible) => incompatible(rule, nodes, law, stiffness)?,
+            (ElementKind::Hex8, Hexahedra::MeanDilatation) => mean_dilatation(rule, nodes, law, stiffness)?,
+            (ElementKind::Hex8, Hexahedra::Reduced) => reduced(rule, nodes, law, stiffness)?,
             _ => {
                 for point in rule {
                     let (inverse, determinant) = jacobian(n, point, nodes)?;
                     let g = gradients(n, point, &inverse);
-                    add_stiffness(n, &g, determinant * point.weight, &law, stiffness);
+                    add_stiffness(n, &g, determinant * point.weight, &law(point.place(nodes)), stiffness);
                 }
             }
         }
@@ -154,13 +168,14 @@ impl ElementKernel {
     pub(crate) fn with_inner_functions(
         &self,
         nodes: &[[f64; 3]],
-        material: &Material,
+        law: LawAt<'_>,
+        density: f64,
     ) -> Result<[Mat<f64>; 2], ElementError> {
         let mut blocks = vec![0.0; 9 * 64];
-        let inner = with_inner_functions(&self.stiffness, nodes, &material.law(), &mut blocks)?;
+        let inner = with_inner_functions(&self.stiffness, nodes, law, &mut blocks)?;
         mirror_blocks(&mut blocks, 8);
         let mut mass = vec![0.0; 64];
-        self.mass_into(nodes, material.density, &mut mass)?;
+        self.mass_into(nodes, density, &mut mass)?;
         // The rule of the stiffness, as the program that keeps them has it.
         let (pairs, with_nodes) = inner_mass(&self.stiffness, nodes)?;
         let stiffness = Mat::from_fn(33, 33, |i, j| match (i < 24, j < 24) {
@@ -172,9 +187,9 @@ impl ElementKernel {
         let mass = Mat::from_fn(33, 33, |i, j| match (i < 24, j < 24) {
             _ if i % 3 != j % 3 => 0.0,
             (true, true) => mass[i / 3 * 8 + j / 3],
-            (true, false) => material.density * with_nodes[j / 3 - 8][i / 3],
-            (false, true) => material.density * with_nodes[i / 3 - 8][j / 3],
-            (false, false) => material.density * pairs[i / 3 - 8][j / 3 - 8],
+            (true, false) => density * with_nodes[j / 3 - 8][i / 3],
+            (false, true) => density * with_nodes[i / 3 - 8][j / 3],
+            (false, false) => density * pairs[i / 3 - 8][j / 3 - 8],
         });
         Ok([stiffness, mass])
     }

@@ -10,7 +10,7 @@
 use faer::linalg::solvers::Solve;
 use faer::{Mat, Side};
 
-use super::material::{Law, StressBlock, strain_block, work};
+use super::material::{Law, LawAt, StressBlock, strain_block, work};
 use super::point::{ElementError, add_block, add_stiffness, gradients, jacobian};
 use crate::mesh::shapes::{CORNERS, MAX_NODES, Point};
 
@@ -47,7 +47,7 @@ fn mean_gradients(rule: &[Point], nodes: &[[f64; 3]]) -> Result<([[f64; 3]; N], 
 pub(super) fn mean_dilatation(
     rule: &[Point],
     nodes: &[[f64; 3]],
-    law: &Law,
+    law: LawAt<'_>,
     stiffness: &mut [f64],
 ) -> Result<(), ElementError> {
     let (mean, volume) = mean_gradients(rule, nodes)?;
@@ -55,7 +55,8 @@ pub(super) fn mean_dilatation(
         let (inverse, determinant) = jacobian(N, point, nodes)?;
         let g = gradients(N, point, &inverse);
         let weight = determinant * point.weight;
-        if let Law::Isotropic { mu, .. } = *law {
+        let law = law(point.place(nodes));
+        if let Law::Isotropic { mu, .. } = law {
             // The deviatoric part: λ = −2μ/3.
             add_stiffness(N, &g, weight, &Law::Isotropic { lambda: -2.0 / 3.0 * mu, mu }, stiffness);
             continue;
@@ -74,7 +75,8 @@ pub(super) fn mean_dilatation(
             }
         }
     }
-    if let Law::Isotropic { lambda, mu } = *law {
+    // An isotropic law is the same everywhere.
+    if let Law::Isotropic { lambda, mu } = law(nodes[0]) {
         let bulk = lambda + 2.0 / 3.0 * mu;
         for a in 0..N {
             for b in a..N {
@@ -103,7 +105,7 @@ fn place(point: &Point) -> [f64; 3] {
 pub(super) fn with_inner_functions(
     rule: &[Point],
     nodes: &[[f64; 3]],
-    law: &Law,
+    law: LawAt<'_>,
     stiffness: &mut [f64],
 ) -> Result<InnerFunctions, ElementError> {
     let mut centre = Point { weight: 8.0, values: [0.125; MAX_NODES], gradients: [[0.0; 3]; MAX_NODES] };
@@ -116,7 +118,8 @@ pub(super) fn with_inner_functions(
         let (inverse, determinant) = jacobian(N, point, nodes)?;
         let g = gradients(N, point, &inverse);
         let weight = determinant * point.weight;
-        add_stiffness(N, &g, weight, law, stiffness);
+        let law = law(point.place(nodes));
+        add_stiffness(N, &g, weight, &law, stiffness);
         let scale = at_centre / determinant;
         let h: [[f64; 3]; 3] =
             std::array::from_fn(|m| inverse_centre[m].map(|slope| -2.0 * at[m] * scale * slope));
@@ -159,7 +162,7 @@ pub(super) fn inner_mass(rule: &[Point], nodes: &[[f64; 3]]) -> Result<InnerMass
 pub(super) fn incompatible(
     rule: &[Point],
     nodes: &[[f64; 3]],
-    law: &Law,
+    law: LawAt<'_>,
     stiffness: &mut [f64],
 ) -> Result<(), ElementError> {
     let inner = with_inner_functions(rule, nodes, law, stiffness)?;
@@ -187,19 +190,21 @@ pub(super) fn incompatible(
 pub(super) fn reduced(
     rule: &[Point],
     nodes: &[[f64; 3]],
-    law: &Law,
+    law: LawAt<'_>,
     stiffness: &mut [f64],
 ) -> Result<(), ElementError> {
     let mut gradient = [[0.0; 3]; MAX_NODES];
-    let mut volume = 0.0;
+    let (mut volume, mut normal) = (0.0, 0.0);
     for point in rule {
         let (inverse, determinant) = jacobian(N, point, nodes)?;
         gradient = gradients(N, point, &inverse);
         volume += determinant * point.weight;
-        add_stiffness(N, &gradient, determinant * point.weight, law, stiffness);
+        let law = law(point.place(nodes));
+        normal = law.normal();
+        add_stiffness(N, &gradient, determinant * point.weight, &law, stiffness);
     }
     let size: f64 = gradient[..N].iter().flatten().map(|g| g * g).sum();
-    let scale = HOURGLASS * law.normal() / 3.0 * volume * size / 8.0;
+    let scale = HOURGLASS * normal / 3.0 * volume * size / 8.0;
     let patterns: [fn([f64; 3]) -> f64; 4] =
         [|[x, y, _]| x * y, |[_, y, z]| y * z, |[x, _, z]| x * z, |[x, y, z]| x * y * z];
     for pattern in patterns {

@@ -5,12 +5,12 @@
 
 use std::collections::{HashMap, HashSet};
 
-use faer::{MatMut, MatRef};
+use faer::{Mat, MatMut, MatRef};
 
 use super::assembly::element_nodes;
 use super::kernels::ElementKernels;
 use super::model::Model;
-use crate::linalg::vec3::cross;
+use crate::linalg::vec3::{cross, norm};
 use crate::mesh::rules::quadrangle_rule;
 use crate::mesh::shapes::MAX_NODES;
 use crate::mesh::shapes::quadrangle_shapes;
@@ -215,23 +215,34 @@ impl Model {
 pub fn facet_load(mesh: &Mesh, facets: &[Facet], density: impl Fn([f64; 3]) -> [f64; 3]) -> Vec<f64> {
     let mut load = vec![0.0; 3 * mesh.nodes.len()];
     for facet in facets {
-        for FacetPoint { weight, values, slopes } in facet_points(facet.kind) {
-            let mut tangents = [[0.0; 3]; 2];
-            for (a, &node) in facet.nodes().iter().enumerate() {
-                let x = mesh.nodes[node as usize];
-                for r in 0..2 {
-                    for i in 0..3 {
-                        tangents[r][i] += slopes[a][r] * x[i];
-                    }
-                }
-            }
-            let force = density(cross(tangents[0], tangents[1]));
-            for (a, &node) in facet.nodes().iter().enumerate() {
-                add_at_node(node, force.map(|f| f * weight * values[a]), &mut load);
+        for point in facet_points(facet.kind) {
+            let force = density(point.normal(mesh, facet));
+            for (&node, value) in facet.nodes().iter().zip(&point.values) {
+                add_at_node(node, force.map(|f| f * point.weight * value), &mut load);
             }
         }
     }
     load
+}
+
+/// `∫ N_a N_b (n p nᵀ + t (I − n nᵀ)) dA` over a facet with the normal `n`: stiffness or damping of a ground
+/// that has `p` per area along the normal and `t` along the facet. Shape (k, k), three displacements for each
+/// node of the facet.
+pub fn facet_matrix(mesh: &Mesh, facet: &Facet, p: f64, t: f64) -> Mat<f64> {
+    let n = 3 * facet.nodes().len();
+    let mut sum = Mat::zeros(n, n);
+    for point in facet_points(facet.kind) {
+        let normal = point.normal(mesh, facet);
+        let area = norm(normal);
+        let unit = normal.map(|x| x / area);
+        for j in 0..n {
+            for i in 0..n {
+                let along = (p - t) * unit[i % 3] * unit[j % 3] + if i % 3 == j % 3 { t } else { 0.0 };
+                sum[(i, j)] += point.weight * area * (point.values[i / 3] * point.values[j / 3]) * along;
+            }
+        }
+    }
+    sum
 }
 
 /// A point of integration on a facet.
@@ -241,7 +252,23 @@ struct FacetPoint {
     slopes: Vec<[f64; 2]>,
 }
 
-/// Points that integrate a force density times a shape function.
+impl FacetPoint {
+    /// The outward normal, scaled by the area form.
+    fn normal(&self, mesh: &Mesh, facet: &Facet) -> [f64; 3] {
+        let mut tangents = [[0.0; 3]; 2];
+        for (&node, slope) in facet.nodes().iter().zip(&self.slopes) {
+            let x = mesh.nodes[node as usize];
+            for r in 0..2 {
+                for i in 0..3 {
+                    tangents[r][i] += slope[r] * x[i];
+                }
+            }
+        }
+        cross(tangents[0], tangents[1])
+    }
+}
+
+/// Points that integrate a force density times a shape function, and two shape functions on a flat facet.
 fn facet_points(kind: FacetKind) -> Vec<FacetPoint> {
     let order = match kind {
         FacetKind::Tri3 => Order::Linear,

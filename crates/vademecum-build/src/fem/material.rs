@@ -8,7 +8,7 @@
 use faer::Mat;
 use serde::{Deserialize, Serialize};
 
-use crate::linalg::vec3::cross;
+use crate::linalg::vec3::{cross, dot, norm, sub};
 use crate::linalg::{from_upper, symmetric_eigen, unit};
 
 /// Rows and columns of the components of a symmetric tensor.
@@ -192,6 +192,46 @@ fn lame(young: f64, poisson: f64) -> (f64, f64) {
 
 /// Stress of the displacement `u = e_c N` for each component `c`.
 pub(crate) type StressBlock = [[f64; 3]; 6];
+
+/// The law at a place.
+pub(crate) type LawAt<'a> = &'a dyn Fn([f64; 3]) -> Law;
+
+/// Axes that turn about a line: radial, tangential and along the line.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Cylinder {
+    /// A point of the line.
+    pub point: [f64; 3],
+    /// Its direction, of any length.
+    pub axis: [f64; 3],
+}
+
+impl Cylinder {
+    /// The axes at a place; on the line, where every direction is radial, one of them is taken.
+    pub fn axes(&self, at: [f64; 3]) -> [[f64; 3]; 3] {
+        /// A share of the distance from the point below this is rounding.
+        const ON_THE_LINE: f64 = 1e-9;
+        let (axis, arm) = (unit(self.axis), sub(at, self.point));
+        let along = dot(arm, axis);
+        let radial: [f64; 3] = std::array::from_fn(|c| arm[c] - along * axis[c]);
+        let least = (0..3).min_by(|&i, &j| axis[i].abs().total_cmp(&axis[j].abs())).unwrap_or(0);
+        let any = || cross(axis, std::array::from_fn(|c| f64::from(u8::from(c == least))));
+        let first = unit(if norm(radial) > ON_THE_LINE * norm(arm) { radial } else { any() });
+        [first, cross(axis, first), axis]
+    }
+}
+
+impl Material {
+    /// The law at a place where the axes of the material turn about a line; an isotropic one has none.
+    pub(crate) fn law_about(&self, cylinder: &Cylinder, at: [f64; 3]) -> Law {
+        match self.law() {
+            Law::Anisotropic(own) => {
+                let [first, second, _] = cylinder.axes(at);
+                Law::Anisotropic(own.along([first, second]))
+            }
+            isotropic @ Law::Isotropic { .. } => isotropic,
+        }
+    }
+}
 
 /// Stress from strain, as elements integrate it.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -57,9 +57,9 @@ pub use factor_error::FactorError;
 pub(crate) use green::SOFTENING;
 pub use green::{GreenError, GreenStrain};
 pub(crate) use loads::facet_shapes;
-pub use loads::{Facet, LoadError, facet_load, surface_facets};
+pub use loads::{Facet, LoadError, facet_load, facet_matrix, surface_facets};
 pub(crate) use local_rows::pencil_rows;
-pub use material::{Elasticity, Material, Stiffness};
+pub use material::{Cylinder, Elasticity, Material, Stiffness};
 pub use model::{Attachments, Model};
 pub use model_error::ModelError;
 pub(crate) use ordering::elimination_order;
@@ -80,6 +80,8 @@ mod convergence_tests;
 mod element_tests;
 #[cfg(test)]
 mod factor_tests;
+#[cfg(test)]
+mod foundation_tests;
 #[cfg(test)]
 mod green_tests;
 #[cfg(test)]

@@ -16,8 +16,8 @@ mod plan;
 mod ranges;
 
 pub use attachments::{
-    CouplingEntry, CouplingKind, DashpotEntry, EquationEntry, EquationNode, EquationTerm, Motion,
-    PointMassEntry, ReferencePointEntry, SpringEntry, TieEntry,
+    CouplingEntry, CouplingKind, DashpotEntry, EquationEntry, EquationNode, EquationTerm, FoundationEntry,
+    Motion, PointMassEntry, ReferencePointEntry, SpringEntry, TieEntry,
 };
 pub use body::{
     BaseEntry, BlockSource, Component, DampingEntry, LoadEntry, MaterialEntry, MatricesSource, MeshSource,
@@ -111,6 +111,9 @@ pub struct Problem {
     /// Ties of surfaces.
     #[serde(rename = "tie", default)]
     pub ties: Vec<TieEntry>,
+    /// Elastic grounds under facets.
+    #[serde(rename = "foundation", default)]
+    pub foundations: Vec<FoundationEntry>,
     /// Linear equations between displacements.
     #[serde(rename = "equation", default)]
     pub equations: Vec<EquationEntry>,

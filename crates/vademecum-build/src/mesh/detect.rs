@@ -9,7 +9,7 @@ use super::flaw::Flaw;
 use super::foreign::foreign;
 use super::load::load;
 use super::raw::RawMesh;
-use super::{Mesh, ansys, gmsh, inp, medit, mfem, nastran, tetgen, vtk};
+use super::{Mesh, ansys, gmsh, inp, medit, mfem, nastran, tetgen, unv, vtk};
 
 /// Reads a mesh that can be computed with.
 ///
@@ -97,6 +97,8 @@ pub(crate) fn parse_bytes(path: &Path, bytes: &[u8], cells: Option<u32>) -> Resu
         gmsh::parse(path, bytes)
     } else if starts("# vtk DataFile") {
         vtk::parse(path, bytes)
+    } else if extension == "unv" || unv::is_universal(head) {
+        unv::parse(path, bytes)
     } else if let Some((found, remedy)) = foreign(head, &extension) {
         Err(MeshError::Foreign { file: path.to_path_buf(), found, remedy })
     } else if starts("<?xml") || starts("<VTKFile") {

@@ -46,7 +46,7 @@ pub enum MeshError {
         source: std::io::Error,
     },
     /// Neither content nor extension tells the format.
-    #[error("{}: the format is not recognised (the file starts with {found}); known are Gmsh 1.0, MSH 2.2 and 4.1, Abaqus/CalculiX .inp, Nastran .bdf, Ansys .cdb, VTK legacy, VTU, TetGen .node/.ele, Medit .mesh, MFEM mesh v1.0, and the surfaces STL, OBJ, PLY, OFF, glTF", .file.display())]
+    #[error("{}: the format is not recognised (the file starts with {found}); known are Gmsh 1.0, MSH 2.2 and 4.1, Abaqus/CalculiX .inp, Nastran .bdf, Ansys .cdb, universal files (.unv), VTK legacy, VTU, TetGen .node/.ele, Medit .mesh, MFEM mesh v1.0, and the surfaces STL, OBJ, PLY, OFF, glTF", .file.display())]
     UnknownFormat {
         /// The file.
         file: PathBuf,

@@ -3,9 +3,6 @@
 /// Remedy for what Python's meshio reads.
 const MESHIO: &str = "write it as Gmsh .msh, VTU or Abaqus .inp, for example with Python: \
                       vademecum.problem_from_meshio(meshio.read(FILE), \"mesh.inp\")";
-/// Remedy for what Gmsh reads.
-const GMSH: &str = "write it as Gmsh .msh, VTU or Abaqus .inp, for example with Gmsh: gmsh FILE -save -o \
-                    mesh.msh";
 /// Remedy for decks of LS-DYNA.
 const DYNA: &str = "write the mesh as Nastran .bdf, Abaqus .inp, Gmsh .msh or VTU with the preprocessor that \
                     made it";
@@ -17,7 +14,6 @@ const LS_DYNA: (&str, &str) = ("an LS-DYNA keyword file", DYNA);
 const MED: (&str, &str) = ("a MED file", MESHIO);
 const EXODUS: (&str, &str) = ("an Exodus file", MESHIO);
 const CGNS: (&str, &str) = ("a CGNS file", MESHIO);
-const UNV: (&str, &str) = ("an I-DEAS universal file", GMSH);
 const XDMF: (&str, &str) = ("an XDMF file", MESHIO);
 
 /// Name, with its article, and remedy of a format that is not read, by the first words of the file, else by
@@ -28,7 +24,6 @@ pub(super) fn foreign(head: &[u8], extension: &str) -> Option<(&'static str, &'s
         "med" => Some(MED),
         "exo" | "ex2" | "exii" => Some(EXODUS),
         "cgns" => Some(CGNS),
-        "unv" => Some(UNV),
         "xdmf" | "xmf" => Some(XDMF),
         "3mf" => Some(("a 3MF file", SURFACE)),
         _ => None,
@@ -54,14 +49,8 @@ fn by_words(head: &[u8], extension: &str) -> Option<(&'static str, &'static str)
         return Some(XDMF);
     }
     let mut lines = head.split(|b| *b == b'\n').map(<[u8]>::trim_ascii).filter(|line| !line.is_empty());
-    let first = lines.clone().find(|line| !line.starts_with(b"$")).unwrap_or_default();
-    if first.get(..8).is_some_and(|word| word.eq_ignore_ascii_case(b"*KEYWORD")) {
-        return Some(LS_DYNA);
-    }
-    // A universal file is a sequence of datasets, each between two lines of -1.
-    const DATASETS: [&[u8]; 7] = [b"15", b"151", b"164", b"781", b"2400", b"2411", b"2420"];
-    let is_dataset = lines.next() == Some(b"-1") && lines.next().is_some_and(|line| DATASETS.contains(&line));
-    if is_dataset { Some(UNV) } else { None }
+    let first = lines.find(|line| !line.starts_with(b"$")).unwrap_or_default();
+    first.get(..8).is_some_and(|word| word.eq_ignore_ascii_case(b"*KEYWORD")).then_some(LS_DYNA)
 }
 
 fn contains(text: &[u8], word: &[u8]) -> bool {

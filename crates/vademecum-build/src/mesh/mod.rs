@@ -44,6 +44,7 @@ pub mod surface;
 mod tables;
 mod tetgen;
 pub(crate) mod text;
+mod unv;
 pub(crate) mod vtk;
 
 use std::collections::BTreeMap;

@@ -24,6 +24,17 @@ pub(crate) struct Point {
     pub(crate) gradients: [[f64; 3]; MAX_NODES],
 }
 
+impl Point {
+    /// Its place in an element.
+    pub(crate) fn place(&self, nodes: &[[f64; 3]]) -> [f64; 3] {
+        let mut place = [0.0; 3];
+        for (value, node) in self.values.iter().zip(nodes) {
+            (0..3).for_each(|c| place[c] += value * node[c]);
+        }
+        place
+    }
+}
+
 /// Corners of the reference hexahedron; the first four are those of the base of a pyramid.
 pub(crate) const CORNERS: [[f64; 3]; 8] = [
     [-1.0, -1.0, -1.0],

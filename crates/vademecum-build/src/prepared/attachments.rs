@@ -3,8 +3,8 @@
 use faer::Mat;
 
 use super::body_error::BodyError;
-use super::places::{facets_within, located, select};
-use crate::fem::{Attachments, Block, DampingBlock, anchors, mean_rows, rigid_row, surface_facets};
+use super::places::{facets, located, select};
+use crate::fem::{Attachments, Block, DampingBlock, Material, anchors, facet_matrix, mean_rows, rigid_row};
 use crate::input::{CouplingEntry, CouplingKind, EquationNode, EquationTerm, Problem};
 use crate::linalg::vec3::{cross, norm, sub};
 use crate::linalg::{from_upper, unit};
@@ -14,6 +14,10 @@ use crate::mesh::surface::Surface;
 
 /// Motions of a reference point: three displacements and three rotations.
 const MOTIONS: usize = 6;
+
+/// Largest stiffness of an attachment over that of the body: it is rigid then, and beyond it the rounding of
+/// its numbers reaches the first natural frequency of slender bodies.
+const STIFFEST: f64 = 1e6;
 
 /// Share of the stiffness times the square of the arm that is the rounding of a product of directions.
 const ROUNDING: f64 = 1e-24;
@@ -31,7 +35,9 @@ pub(super) fn attachments(
     problem: &Problem,
     mesh: &Mesh,
     surface: &Surface,
+    materials: &[Material],
 ) -> Result<Attachments, BodyError> {
+    let check = Stiffest::of(problem, mesh, materials);
     let mut found =
         Attachments { reference_dofs: MOTIONS * problem.reference_points.len(), ..Attachments::default() };
     let point = |name: &str| problem.reference_point(name).expect("a checked name of a reference point");
@@ -51,6 +57,21 @@ pub(super) fn attachments(
     }
     for i in 0..problem.ties.len() {
         tie(problem, mesh, surface, i, &mut found)?;
+    }
+    for (i, ground) in problem.foundations.iter().enumerate() {
+        for facet in facets(problem, &ground.on, mesh, surface, || format!("foundation[{i}].on"))? {
+            let dofs: Vec<u32> =
+                facet.nodes().iter().flat_map(|&node| (0..3).map(move |c| 3 * node + c)).collect();
+            let n = dofs.len();
+            let of = |normal, tangential| facet_matrix(mesh, &facet, normal, tangential);
+            if ground.damping_normal > 0.0 || ground.damping_tangential > 0.0 {
+                let damping = of(ground.damping_normal, ground.damping_tangential);
+                found.dashpots.push(DampingBlock { dofs: dofs.clone(), damping });
+            }
+            let stiffness = of(ground.normal, ground.tangential);
+            check.block(&stiffness, false, || format!("foundation[{i}]"))?;
+            found.blocks.push(Block { dofs, stiffness, mass: Mat::zeros(n, n) });
+        }
     }
     for (i, equation) in problem.equations.iter().enumerate() {
         let key = || format!("equation[{i}].terms");
@@ -91,7 +112,7 @@ pub(super) fn attachments(
             mass: Mat::from_fn(n, n, of),
         });
     }
-    for spring in &problem.springs {
+    for (i, spring) in problem.springs.iter().enumerate() {
         let ends = ends_of(problem, &spring.from, spring.to.as_deref());
         let (dofs, stiffness) = match (&spring.stiffness, &spring.matrix) {
             (Some(numbers), _) => between(problem, mesh, &ends, (numbers, spring.axes)),
@@ -102,6 +123,9 @@ pub(super) fn attachments(
                 (dofs, stiffness)
             }
         };
+        check.block(&stiffness, true, || {
+            format!("spring[{i}].{}", if spring.matrix.is_some() { "matrix" } else { "stiffness" })
+        })?;
         let mass = Mat::zeros(dofs.len(), dofs.len());
         found.blocks.push(Block { dofs, stiffness, mass });
     }
@@ -116,6 +140,40 @@ pub(super) fn attachments(
     }
     hold_unmoved(problem, mesh, &mut found);
     Ok(found)
+}
+
+/// The stiffness of a body, which attachments are compared with.
+struct Stiffest<'a> {
+    problem: &'a Problem,
+    /// Largest modulus times longest side \[N/m\], and that side \[m\].
+    body: f64,
+    side: f64,
+}
+
+impl<'a> Stiffest<'a> {
+    fn of(problem: &'a Problem, mesh: &Mesh, materials: &[Material]) -> Self {
+        let (low, high) = mesh.bounding_box();
+        let side = (0..3).map(|c| high[c] - low[c]).fold(0.0, f64::max);
+        let modulus = materials.iter().map(|material| material.elasticity.modulus()).fold(0.0, f64::max);
+        Self { problem, body: modulus * side, side }
+    }
+
+    /// Checks a stiffness over displacements of nodes, or over the six motions of points.
+    fn block(
+        &self,
+        stiffness: &Mat<f64>,
+        of_points: bool,
+        key: impl Fn() -> String,
+    ) -> Result<(), BodyError> {
+        let turns = |i: usize| of_points && i % MOTIONS > 2;
+        let entry = |i: usize| stiffness[(i, i)] / if turns(i) { self.side.powi(2) } else { 1.0 };
+        let ratio = (0..stiffness.nrows()).map(entry).fold(0.0, f64::max) / self.body;
+        if ratio <= STIFFEST {
+            return Ok(());
+        }
+        let (path, key) = (self.problem.place(&key()), key());
+        Err(BodyError::TooStiff { path, key, ratio, body: self.body, most: STIFFEST })
+    }
 }
 
 /// Equations of a coupling.
@@ -169,16 +227,7 @@ fn tie(
 ) -> Result<(), BodyError> {
     let entry = &problem.ties[index];
     let followers = select(problem, &entry.on, mesh, || format!("tie[{index}].on"))?;
-    let key = || format!("tie[{index}].to");
-    let nodes = select(problem, &entry.to, mesh, key)?;
-    let corners: Vec<[u32; 3]> = facets_within(surface, mesh.nodes.len(), &nodes)
-        .into_iter()
-        .map(|facet| std::array::from_fn(|k| surface.facet(facet)[k]))
-        .collect();
-    if corners.is_empty() {
-        return Err(BodyError::NoFacet { path: problem.place(&key()), key: key() });
-    }
-    let facets = surface_facets(mesh, &corners)?;
+    let facets = facets(problem, &entry.to, mesh, surface, || format!("tie[{index}].to"))?;
     let points: Vec<[f64; 3]> = followers.iter().map(|&node| mesh.nodes[node as usize]).collect();
     let mut tied = 0;
     for (&node, anchor) in followers.iter().zip(anchors(mesh, &facets, &points)) {

@@ -13,8 +13,8 @@ use super::attachments::{attachments, first_dof};
 use super::body_error::BodyError;
 use super::gauge;
 use super::matrices::MatrixModel;
-use super::places::{ends_between_nodes, facets_within, located, select};
-use crate::fem::{Engine, Material, Model, StressPoint, stress_points, surface_facets};
+use super::places::{ends_between_nodes, facets, facets_within, located, select};
+use crate::fem::{Engine, Material, Model, StressPoint, stress_points};
 use crate::input::{
     CENTRIFUGAL, Fields, GaugeEntry, MaterialEntry, PatternEntry, Problem, RaisedOrder, StressPlaces,
 };
@@ -146,7 +146,7 @@ impl Body {
             if engine.is_some() {
                 return Err(BodyError::SpreadAttachments { path: problem.place("mesh") });
             }
-            let attached = attachments(problem, &mesh, &surface)?;
+            let attached = attachments(problem, &mesh, &surface, &materials)?;
             Model::assemble_attached(mesh, &materials, &constrained, attached).map_err(unusable)?
         } else {
             Model::assemble_on(engine, mesh, &materials, &constrained).map_err(unusable)?
@@ -487,15 +487,7 @@ fn pattern_force(
     }
     let key = || format!("load.pattern[{index}].on");
     let selection = entry.on.as_ref().expect("a checked pattern without acceleration has a place");
-    let nodes = select(problem, selection, model.mesh(), key)?;
-    let corners: Vec<[u32; 3]> = facets_within(surface, model.mesh().nodes.len(), &nodes)
-        .into_iter()
-        .map(|f| std::array::from_fn(|k| surface.facet(f)[k]))
-        .collect();
-    if corners.is_empty() {
-        return Err(BodyError::NoFacet { path: problem.place(&key()), key: key() });
-    }
-    let facets = surface_facets(model.mesh(), &corners)?;
+    let facets = facets(problem, selection, model.mesh(), surface, key)?;
     Ok(match (entry.traction, entry.pressure) {
         (Some(traction), _) => model.traction_load(&facets, traction),
         (None, pressure) => model.pressure_load(&facets, pressure.unwrap_or(0.0)),

@@ -134,6 +134,23 @@ pub enum BodyError {
         /// Largest distance \[m\].
         distance: f64,
     },
+    /// An attachment beside which the stiffness of the body is lost in rounding.
+    #[error(
+        "{path}: `{key}` is {ratio:.0e} times as stiff as the body (modulus times length: {body:.2e} N/m); expected at most \
+         {most:.0e} times that: hold the point by `held`, or take a rigid coupling"
+    )]
+    TooStiff {
+        /// The problem file and line.
+        path: String,
+        /// Path of the key.
+        key: String,
+        /// Stiffness over that of the body.
+        ratio: f64,
+        /// Stiffness of the body \[N/m\].
+        body: f64,
+        /// Largest ratio.
+        most: f64,
+    },
     /// Attachments on a matrix that ranks hold.
     #[error(
         "{path}: a body with couplings, ties, masses or springs is not built by an engine of several ranks"

@@ -1,6 +1,7 @@
 //! Selections of a problem on its mesh.
 
 use super::body_error::BodyError;
+use crate::fem::{Facet, surface_facets};
 use crate::input::Problem;
 use crate::mesh::Mesh;
 use crate::mesh::select::{SelectError, Selection};
@@ -55,4 +56,26 @@ pub(super) fn facets_within(surface: &Surface, n_nodes: usize, nodes: &[u32]) ->
     let whole = |corners: &[u32]| corners.iter().all(|&c| chosen[c as usize]);
     let corners = |f: usize| &surface.facet(f)[..surface.facet_kind(f).corners()];
     (0..surface.facet_count()).filter(|&f| whole(corners(f))).collect()
+}
+
+/// Facets of a selection, at least one, turned outward; `key` names it in messages.
+///
+/// # Errors
+/// [`BodyError`]: a selection that fits no node or no facet.
+pub(super) fn facets(
+    problem: &Problem,
+    selection: &Selection,
+    mesh: &Mesh,
+    surface: &Surface,
+    key: impl Fn() -> String,
+) -> Result<Vec<Facet>, BodyError> {
+    let nodes = select(problem, selection, mesh, &key)?;
+    let corners: Vec<[u32; 3]> = facets_within(surface, mesh.nodes.len(), &nodes)
+        .into_iter()
+        .map(|facet| std::array::from_fn(|k| surface.facet(facet)[k]))
+        .collect();
+    if corners.is_empty() {
+        return Err(BodyError::NoFacet { path: problem.place(&key()), key: key() });
+    }
+    Ok(surface_facets(mesh, &corners)?)
 }

@@ -180,13 +180,14 @@ impl Init {
         let left = deck
             .left_out
             .iter()
-            // They do not act in answers at full order, and are tables here.
-            .filter(|left| left.card != "*DASHPOT")
+            // Dashpots do not act in answers at full order, and are tables here.
+            .filter(|left| !left.in_problem)
             .map(|LeftOut { card, line, meaning, .. }| format!("not taken: line {line}, {card}: {meaning}"));
         comments.extend(left);
         comments.extend(parts.missing.iter().map(|words| format!("not in this file: {words}")));
         comments.iter().for_each(|line| eprintln!("note: {line}"));
         let known = KnownParts {
+            own_units: parts.own_units,
             materials: parts.materials,
             attachments: parts.attachments,
             patterns: parts.patterns,

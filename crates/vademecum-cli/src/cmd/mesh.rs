@@ -12,7 +12,7 @@ use crate::print::print_json;
 #[command(after_help = "Examples:
   vademecum mesh liver.vtu
   vademecum mesh beam.msh --json
-Formats: Gmsh 1, 2.2 and 4.1, Abaqus/CalculiX, Nastran, Ansys (.cdb), VTK, VTU, TetGen, Medit, MFEM;
+Formats: Gmsh 1, 2.2 and 4.1, Abaqus/CalculiX, Nastran, Ansys (.cdb), UNV, VTK, VTU, TetGen, Medit, MFEM;
 surfaces that are filled with tetrahedra: STL, OBJ, PLY, OFF, GLB")]
 pub(crate) struct MeshCommand {
     /// The mesh file, or a surface.

@@ -6,7 +6,7 @@ use vademecum_build::input::Problem;
 use vademecum_build::mesh_error::DiscRequest;
 use vademecum_build::progress::Listener;
 use vademecum_build::store::Kind;
-use vademecum_deck::{FullOrder, LeftOut, is_deck, read};
+use vademecum_deck::{FullOrder, LeftOut, System, is_deck, read};
 use vademecum_study::modes::{COUNT, NaturalModes, natural_modes};
 
 use crate::arguments::{DeckArguments, OutputArguments, positive};
@@ -158,7 +158,9 @@ impl Modes {
                 modes.rigid_motions
             );
         }
-        println!("{} free dofs\n\nmode  frequency [Hz]   residual", modes.dofs);
+        let unit = if deck.units.0.is_some_and(|system| system != System::Own) { "Hz" } else { "1/time" };
+        let heading = format!("frequency [{unit}]");
+        println!("{} free dofs\n\nmode  {heading:>14}   residual", modes.dofs);
         for (k, (frequency, residual)) in modes.frequencies_hz.iter().zip(&modes.residuals).enumerate() {
             println!("{:>4}  {frequency:>14.6}  {residual:>9.1e}", k + 1);
         }

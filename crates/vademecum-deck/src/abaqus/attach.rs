@@ -1,7 +1,8 @@
 //! Couplings, ties, equations, masses, springs and nodal axes of a deck of Abaqus or CalculiX.
 
-use vademecum_build::linalg::vec3::{cross, norm};
-use vademecum_build::mesh::inp::{DataLine, InpCard, InpElement};
+use vademecum_build::fem::Cylinder;
+use vademecum_build::linalg::vec3::{cross, norm, sub};
+use vademecum_build::mesh::inp::{DataLine, Dialect, InpCard, InpElement};
 
 use crate::abaqus::reader::Reader;
 use crate::deck::{Attachment, Link, NodeNumber, Spring};
@@ -93,10 +94,21 @@ pub(crate) fn distributing(reader: &mut Reader<'_>, card: &InpCard) -> Result<()
         let nodes = reader.nodes(card, line, fields.first().unwrap_or(&""))?;
         cloud.extend(nodes.into_iter().map(|node| (node, weight)));
     }
-    if cloud.iter().map(|(_, weight)| weight).sum::<f64>() <= 0.0 {
+    let whole: f64 = cloud.iter().map(|(_, weight)| weight).sum();
+    if whole <= 0.0 {
         return Err(reader.fault(card, None, "no weights", "nodes with weights above zero"));
     }
-    reader.deck.links.push(Link::Mean { reference, cloud, components: [true; 6], origin: origin(card) });
+    let origin = origin(card);
+    if reader.contents.dialect == Dialect::Abaqus {
+        reader.deck.links.push(Link::Mean { reference, cloud, components: [true; 6], origin });
+        return Ok(());
+    }
+    // CalculiX: the mean displacement, wherever the reference node is.
+    for component in 0..3 {
+        let others = cloud.iter().map(|&(node, weight)| (node, component, -weight / whole));
+        let terms = std::iter::once((reference, component, 1.0)).chain(others).collect();
+        reader.deck.links.push(Link::Equation { terms, origin: origin.clone() });
+    }
     Ok(())
 }
 
@@ -225,7 +237,10 @@ pub(crate) fn transform(reader: &mut Reader<'_>, card: &InpCard) -> Result<(), D
     for node in nodes {
         let axes = match kind.as_str() {
             "R" => rectangular(a, b),
-            "C" => cylindrical(a, b, reader.deck.place(node)),
+            "C" => {
+                let axis = sub(b, a);
+                (norm(axis) > 0.0).then(|| Cylinder { point: a, axis }.axes(reader.deck.place(node)))
+            }
             _ => return Err(reader.fault(card, None, &format!("TYPE={kind}"), "TYPE=R or TYPE=C")),
         };
         let Some(axes) = axes else {
@@ -241,21 +256,6 @@ pub(crate) fn transform(reader: &mut Reader<'_>, card: &InpCard) -> Result<(), D
 fn rectangular(a: [f64; 3], b: [f64; 3]) -> Option<[[f64; 3]; 3]> {
     let x = unit(a)?;
     let z = unit(cross(x, b))?;
-    Some([x, cross(z, x), z])
-}
-
-/// Radial, tangential and axial direction about the line from `a` to `b`.
-fn cylindrical(a: [f64; 3], b: [f64; 3], at: [f64; 3]) -> Option<[[f64; 3]; 3]> {
-    let z = unit(std::array::from_fn(|c| b[c] - a[c]))?;
-    let arm: [f64; 3] = std::array::from_fn(|c| at[c] - a[c]);
-    let along: f64 = arm.iter().zip(&z).map(|(x, y)| x * y).sum();
-    let radial: [f64; 3] = std::array::from_fn(|c| arm[c] - along * z[c]);
-    // On the axis every direction is radial.
-    let least = (0..3).min_by(|&i, &j| z[i].abs().total_cmp(&z[j].abs())).unwrap_or(0);
-    let any = cross(z, std::array::from_fn(|c| f64::from(u8::from(c == least))));
-    let size = norm(arm);
-    let length = norm(radial);
-    let x = if length > 1e-9 * size { unit(radial)? } else { unit(any)? };
     Some([x, cross(z, x), z])
 }
 
@@ -299,6 +299,9 @@ pub(crate) fn spring(reader: &mut Reader<'_>, card: &InpCard) -> Result<(), Deck
     }
     if card.keyword == "DASHPOT" {
         reader.leave(card, "dashpots do not act in static answers and in undamped natural frequencies");
+        if let Some(left) = reader.deck.left_out.iter_mut().find(|left| left.card == card.section()) {
+            left.in_problem = true;
+        }
     }
     Ok(())
 }

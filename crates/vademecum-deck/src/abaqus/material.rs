@@ -1,6 +1,6 @@
 //! Materials of a deck of Abaqus or CalculiX.
 
-use vademecum_build::fem::{Elasticity, Stiffness};
+use vademecum_build::fem::{Cylinder, Elasticity, Stiffness};
 use vademecum_build::linalg::unit;
 use vademecum_build::linalg::vec3::{cross, norm, sub};
 use vademecum_build::mesh::inp::InpCard;
@@ -92,31 +92,49 @@ fn elasticity(law: &str, numbers: &[f64]) -> Option<Elasticity> {
 /// Axes of a material: whatever they are, they matter where a section of an anisotropic one names them.
 pub(crate) fn orientation(reader: &mut Reader<'_>, card: &InpCard) {
     let Some(name) = card.parameter("NAME") else { return };
-    let axes = rectangular(reader, card);
-    reader
-        .orientations
-        .insert(name.to_ascii_uppercase(), axes.map_or(Orientation::Other, Orientation::Fixed));
+    let axes = axes(reader, card).unwrap_or(Orientation::Other);
+    reader.orientations.insert(name.to_ascii_uppercase(), axes);
 }
 
-/// First and second axis by coordinates of points; none where they are given otherwise.
-fn rectangular(reader: &Reader<'_>, card: &InpCard) -> Option<[[f64; 3]; 2]> {
-    let system = card.parameter("SYSTEM").unwrap_or("RECTANGULAR");
+/// Axes by coordinates of points; none where they are given otherwise.
+fn axes(reader: &Reader<'_>, card: &InpCard) -> Option<Orientation> {
+    let system = card.parameter("SYSTEM").unwrap_or("RECTANGULAR").to_ascii_uppercase();
     let by_points = card.parameter("DEFINITION").is_none_or(|how| how.eq_ignore_ascii_case("COORDINATES"));
-    if !system.eq_ignore_ascii_case("RECTANGULAR") || !by_points {
+    if !by_points {
         return None;
     }
     let numbers = reader.reals(card, card.data.first()?).ok()?;
     let at =
         |from: usize| -> [f64; 3] { std::array::from_fn(|c| numbers.get(from + c).copied().unwrap_or(0.0)) };
-    let origin = at(6);
-    let (a, b) = (sub(at(0), origin), sub(at(3), origin));
-    let third = cross(a, b);
-    if norm(third) <= 1e-9 * norm(a) * norm(b) || !norm(third).is_finite() {
-        return None;
+    match system.as_str() {
+        "RECTANGULAR" => {
+            let origin = at(6);
+            let (a, b) = (sub(at(0), origin), sub(at(3), origin));
+            let third = cross(a, b);
+            if norm(third) <= 1e-9 * norm(a) * norm(b) || !norm(third).is_finite() {
+                return None;
+            }
+            let (first, third) = (unit(a), unit(third));
+            let [first, second, _] = turned(reader, card, [first, cross(third, first), third])?;
+            Some(Orientation::Fixed([first, second]))
+        }
+        // A point of the line, and another one.
+        "CYLINDRICAL" => {
+            let cylinder = Cylinder { point: at(0), axis: sub(at(3), at(0)) };
+            let along = norm(cylinder.axis);
+            if along == 0.0 || !along.is_finite() {
+                return None;
+            }
+            let local = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
+            let [first, second, _] = turned(reader, card, local)?;
+            Some(Orientation::Turning(cylinder, [first, second]))
+        }
+        _ => None,
     }
-    let (first, third) = (unit(a), unit(third));
-    let mut axes = [first, cross(third, first), third];
-    // A second line turns the axes about one of them, the first one if it names none.
+}
+
+/// Turns axes as a second line says: about one of them, the first one if it names none.
+fn turned(reader: &Reader<'_>, card: &InpCard, mut axes: [[f64; 3]; 3]) -> Option<[[f64; 3]; 3]> {
     if let Some(line) = card.data.get(1) {
         let turn = reader.reals(card, line).ok()?;
         let (about, angle) = (turn.first().copied().unwrap_or(0.0), turn.get(1).copied().unwrap_or(0.0));
@@ -127,7 +145,7 @@ fn rectangular(reader: &Reader<'_>, card: &InpCard) -> Option<[[f64; 3]; 2]> {
         axes[i] = std::array::from_fn(|c| cosine * p[c] + sine * q[c]);
         axes[j] = std::array::from_fn(|c| cosine * q[c] - sine * p[c]);
     }
-    Some([axes[0], axes[1]])
+    Some(axes)
 }
 
 /// The density.

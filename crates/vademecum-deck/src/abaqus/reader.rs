@@ -3,9 +3,9 @@
 use std::collections::{BTreeMap, BTreeSet, HashMap, HashSet};
 use std::path::Path;
 
-use vademecum_build::fem::{Elasticity, Material};
+use vademecum_build::fem::{Cylinder, Elasticity, Material};
 use vademecum_build::mesh::inp::{DataLine, Dialect, InpCard, InpContents, InpElement};
-use vademecum_build::mesh::{ElementKind, Hexahedra, Mesh, RawMesh};
+use vademecum_build::mesh::{Hexahedra, Mesh, RawMesh};
 
 use crate::abaqus::solid::{Orientation, Solid};
 use crate::deck::{Deck, Extent, Load, NodeNumber, Numbers, Step, Support};
@@ -320,18 +320,23 @@ impl<'a> Reader<'a> {
         let linear = elements.filter_map(|element| element.kind).all(|kind| kind.nodes() == kind.corners());
         self.deck.lumped = vec![abaqus && linear; materials.len()];
         self.deck.inner_functions = !abaqus;
-        // Both programs give quadratic tetrahedra four points, curved ones too.
-        if self.deck.mesh.kinds.uniform() == Some(ElementKind::Tet10) {
-            self.deck.mesh.regions.iter_mut().for_each(|region| region.hexahedra = Some(Hexahedra::Reduced));
+        // Regions without hexahedra: both programs give the stiffness of quadratic tetrahedra four points,
+        // curved ones too; CalculiX gives their mass the same points, and that of linear ones one.
+        let tetrahedra = if abaqus { Hexahedra::Reduced } else { Hexahedra::ReducedMass };
+        for region in &mut self.deck.mesh.regions {
+            region.hexahedra.get_or_insert(tetrahedra);
         }
+        let turning = materials.iter().any(|(_, cylinder)| cylinder.is_some());
+        let (materials, cylinders) = materials.into_iter().unzip();
         self.deck.materials = materials;
+        self.deck.cylinders = if turning { cylinders } else { vec![] };
         let reason = if asked { "as asked for" } else { "found from the cards" };
         self.deck.program = format!("{:?} ({reason})", self.contents.dialect);
         Ok(self.deck)
     }
 
-    /// The material of each region.
-    fn region_materials(&self) -> Result<Vec<Material>, DeckError> {
+    /// The material of each region, and the line about which its axes turn.
+    fn region_materials(&self) -> Result<Vec<(Material, Option<Cylinder>)>, DeckError> {
         let find = |region: &str| {
             let of_section = |section: &&Section| {
                 let plain = self.contents.plain_name(&section.set);

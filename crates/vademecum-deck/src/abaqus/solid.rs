@@ -1,6 +1,6 @@
 //! Constants of a material.
 
-use vademecum_build::fem::{Elasticity, Material};
+use vademecum_build::fem::{Cylinder, Elasticity, Material};
 
 use crate::error::DeckError;
 
@@ -17,31 +17,41 @@ pub(crate) struct Solid {
 pub(crate) enum Orientation {
     /// The first and the second one.
     Fixed([[f64; 3]; 2]),
-    /// Those that are given in another way, or turn from place to place.
+    /// Those that turn about a line, and the first and the second axis of the material along them.
+    Turning(Cylinder, [[f64; 3]; 2]),
+    /// Those that are given in another way.
     Other,
 }
 
 impl Solid {
-    /// The material of a section; a density of zero is none.
-    pub(crate) fn material(&self, name: &str, axes: Option<Orientation>) -> Result<Material, DeckError> {
+    /// The material of a section, and the line about which its axes turn; a density of zero is none.
+    pub(crate) fn material(
+        &self,
+        name: &str,
+        axes: Option<Orientation>,
+    ) -> Result<(Material, Option<Cylinder>), DeckError> {
         let elasticity = self.elasticity.ok_or_else(|| DeckError::Incomplete {
             material: name.into(),
             quantity: "modulus",
             card: "*ELASTIC",
         })?;
-        let elasticity = match (elasticity, axes) {
-            (Elasticity::Isotropic { .. }, _) | (_, None) => elasticity,
+        let (elasticity, cylinder) = match (elasticity, axes) {
+            (Elasticity::Isotropic { .. }, _) | (_, None) => (elasticity, None),
             (Elasticity::Anisotropic(own), Some(Orientation::Fixed(axes))) => {
-                Elasticity::Anisotropic(own.along(axes))
+                (Elasticity::Anisotropic(own.along(axes)), None)
+            }
+            (Elasticity::Anisotropic(own), Some(Orientation::Turning(cylinder, axes))) => {
+                (Elasticity::Anisotropic(own.along(axes)), Some(cylinder))
             }
             (_, Some(Orientation::Other)) => {
                 return Err(DeckError::Incomplete {
                     material: name.into(),
                     quantity: "axes that are read",
-                    card: "*ORIENTATION with SYSTEM=RECTANGULAR and the coordinates of two points",
+                    card: "*ORIENTATION with SYSTEM=RECTANGULAR or CYLINDRICAL and the coordinates of two \
+                           points",
                 });
             }
         };
-        Ok(Material { elasticity, density: self.density })
+        Ok((Material { elasticity, density: self.density }, cylinder))
     }
 }

@@ -3,7 +3,7 @@
 use std::collections::{BTreeMap, BTreeSet, HashMap, HashSet};
 use std::path::Path;
 
-use vademecum_build::fem::{Elasticity, Material, Stiffness};
+use vademecum_build::fem::{Cylinder, Elasticity, Material, Stiffness};
 use vademecum_build::mesh::nastran::{Card, Cards, Systems, grid_points, systems};
 use vademecum_build::mesh::{Mesh, RawMesh};
 
@@ -156,15 +156,18 @@ impl<'a> Model<'a> {
         for card in self.named("PSOLID") {
             of_property.insert(self.needed(card, 0)?, (card, self.needed(card, 1)?));
         }
-        let mut materials = Vec::with_capacity(self.deck.mesh.regions.len());
+        let (mut materials, mut cylinders) = (vec![], vec![]);
         for region in &self.deck.mesh.regions {
             let found = of_property.get(&(region.tag as u64));
             let found = found.and_then(|&(card, id)| Some((card, *self.constants.get(&id)?)));
             let (card, material) =
                 found.ok_or_else(|| DeckError::NoMaterial { region: region.name.clone() })?;
-            materials.push(self.along_axes(card, material)?);
+            let (material, cylinder) = self.along_axes(card, material)?;
+            materials.push(material);
+            cylinders.push(cylinder);
         }
         self.deck.materials = materials;
+        self.deck.cylinders = if cylinders.iter().any(Option::is_some) { cylinders } else { vec![] };
         self.deck.lumped = vec![false; self.deck.materials.len()];
         Ok(())
     }
@@ -207,20 +210,23 @@ impl<'a> Model<'a> {
         Ok(())
     }
 
-    /// The material of a property in space.
-    fn along_axes(&self, card: &Card, material: Material) -> Result<Material, DeckError> {
-        let Elasticity::Anisotropic(own) = material.elasticity else { return Ok(material) };
+    /// The material of a property in space, and the line about which its axes turn.
+    fn along_axes(&self, card: &Card, material: Material) -> Result<(Material, Option<Cylinder>), DeckError> {
+        let Elasticity::Anisotropic(own) = material.elasticity else { return Ok((material, None)) };
         let text = card.field(2).trim();
         if text.is_empty() || text == "0" {
-            return Ok(material);
+            return Ok((material, None));
+        }
+        if let Some((point, axis)) = text.parse().ok().and_then(|system| self.systems.cylinder(system)) {
+            return Ok((material, Some(Cylinder { point, axis })));
         }
         let system = text.parse().ok().filter(|&system| self.systems.is_rectangular(system));
         let Some([first, second, _]) = system.and_then(|system| self.systems.axes(system, [0.0; 3])) else {
-            let expected = "CORDM of a rectangular system of the deck, or 0";
+            let expected = "CORDM of a rectangular or cylindrical system of the deck, or 0";
             return Err(self.fault(card, &format!("CORDM {text}"), expected));
         };
         let elasticity = Elasticity::Anisotropic(own.along([first, second]));
-        Ok(Material { elasticity, density: material.density })
+        Ok((Material { elasticity, density: material.density }, None))
     }
 
     /// Lists the cards that nobody took.

@@ -3,6 +3,8 @@
 /// Materials and supports that are known, as a problem file writes them.
 #[derive(Clone, Debug)]
 pub struct KnownParts {
+    /// True if numbers are in units of their own.
+    pub own_units: bool,
     /// Tables of materials.
     pub materials: String,
     /// Tables of attachments.

@@ -89,7 +89,9 @@ impl Draft<'_> {
         let name = quoted(mesh_name);
         let title = Path::new(mesh_name).file_stem().map_or("body".into(), |s| s.to_string_lossy());
         let longest = self.shape.longest_side();
+        let own_units = self.known.is_some_and(|known| known.own_units);
         let unit = match *scale {
+            1.0 if own_units => "the units of the deck".to_string(),
             1.0 if self.known.is_some() => "the deck is in metres".to_string(),
             1.0 => "the longest side is taken to be in metres".to_string(),
             scale => {
@@ -98,8 +100,9 @@ impl Draft<'_> {
         };
         let mut text = format!(
             "# Proposed by `vademecum init`: everything here can be changed. Keys: `vademecum help problem`\n\
-             title = {}\n\n[mesh]\nfile = {name}\n",
-            quoted(&title)
+             title = {}\n{}\n[mesh]\nfile = {name}\n",
+            quoted(&title),
+            if own_units { "units = \"those of the deck\"\n" } else { "" }
         );
         if let Some(cells) = self.cells {
             let _ = writeln!(

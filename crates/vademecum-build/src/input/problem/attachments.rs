@@ -1,4 +1,4 @@
-//! Attachments: reference points, couplings, ties, masses, springs and dashpots.
+//! Attachments: reference points, couplings, ties, foundations, masses, springs and dashpots.
 
 use schemars::JsonSchema;
 use serde::Deserialize;
@@ -68,6 +68,26 @@ pub struct TieEntry {
     pub to: Selection,
     /// Largest distance from a facet.
     pub distance: f64,
+}
+
+/// Facets on an elastic ground: stiffness and damping per area (Winkler's foundation).
+#[derive(Clone, Debug, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct FoundationEntry {
+    /// The facets, all of whose corners are selected.
+    pub on: Selection,
+    /// Stiffness per area along the normal of the facets.
+    #[serde(default)]
+    pub normal: f64,
+    /// Stiffness per area along the facets.
+    #[serde(default)]
+    pub tangential: f64,
+    /// Damping per area along the normal of the facets.
+    #[serde(default)]
+    pub damping_normal: f64,
+    /// Damping per area along the facets.
+    #[serde(default)]
+    pub damping_tangential: f64,
 }
 
 /// A linear equation between displacements, `Σ a u = 0`.

@@ -2,8 +2,8 @@
 
 use super::check::{Words, perpendicular};
 use super::{
-    BasisKind, CouplingKind, EquationEntry, EquationNode, EquationTerm, ParameterKind, Problem, ProblemError,
-    Representation,
+    BasisKind, CouplingKind, EquationEntry, EquationNode, EquationTerm, FoundationEntry, ParameterKind,
+    Problem, ProblemError, Representation,
 };
 use crate::dynamics::SchemeKind;
 use crate::limits::MAGNITUDE;
@@ -20,12 +20,24 @@ fn semidefinite(triangle: &[f64], n: usize) -> bool {
 impl Problem {
     /// True if something is attached to the body.
     pub fn has_attachments(&self) -> bool {
-        let tables =
-            self.reference_points.len() + self.couplings.len() + self.ties.len() + self.equations.len();
-        tables + self.point_masses.len() + self.springs.len() + self.dashpots.len() > 0
+        self.attachment_tables().iter().any(|(_, count)| *count > 0)
     }
 
-    /// True if a reference point, a spring, or an equation of one node holds the body.
+    /// Number of entries of each table.
+    fn attachment_tables(&self) -> [(&'static str, usize); 8] {
+        [
+            ("coupling", self.couplings.len()),
+            ("tie", self.ties.len()),
+            ("foundation", self.foundations.len()),
+            ("equation", self.equations.len()),
+            ("spring", self.springs.len()),
+            ("dashpot", self.dashpots.len()),
+            ("point_mass", self.point_masses.len()),
+            ("reference_point", self.reference_points.len()),
+        ]
+    }
+
+    /// True if a reference point, a spring, a foundation, or an equation of one node holds the body.
     pub(super) fn is_held_by_attachments(&self) -> bool {
         let point = self.reference_points.iter().any(|point| !point.held.is_empty());
         let of_one = |entry: &EquationEntry| {
@@ -37,7 +49,8 @@ impl Problem {
             first.is_some() && entry.terms.iter().all(|term| node(term) == first)
         };
         let spring = self.springs.iter().any(|spring| spring.to.is_none());
-        point || spring || self.equations.iter().any(of_one)
+        let ground = self.foundations.iter().any(|ground| ground.normal > 0.0 || ground.tangential > 0.0);
+        point || spring || ground || self.equations.iter().any(of_one)
     }
 
     /// Place of a reference point in its list.
@@ -136,11 +149,12 @@ impl Problem {
                 self.require(perpendicular(axes), &format!("spring[{i}].axes"), axes, expected)?;
             }
         }
-        self.check_dashpots()?;
+        self.check_dampers()?;
         self.check_beside_attachments()
     }
 
-    fn check_dashpots(&self) -> Result<(), ProblemError> {
+    /// Checks dashpots and foundations, and what damping by them excludes.
+    fn check_dampers(&self) -> Result<(), ProblemError> {
         for (i, dashpot) in self.dashpots.iter().enumerate() {
             let key = |name: &str| format!("dashpot[{i}].{name}");
             self.named_point(&key("from"), &dashpot.from)?;
@@ -164,9 +178,19 @@ impl Problem {
                 self.require(perpendicular(axes), &key("axes"), axes, expected)?;
             }
         }
-        if self.dashpots.is_empty() {
-            return Ok(());
+        for (i, ground) in self.foundations.iter().enumerate() {
+            let numbers =
+                [ground.normal, ground.tangential, ground.damping_normal, ground.damping_tangential];
+            let some = numbers.iter().any(|number| *number > 0.0);
+            let found = Words("no stiffness and no damping");
+            self.require(some, &format!("foundation[{i}]"), found, "a number above 0")?;
         }
+        let damped =
+            |ground: &FoundationEntry| ground.damping_normal > 0.0 || ground.damping_tangential > 0.0;
+        let damped = self.foundations.iter().position(damped).map(|i| format!("foundation[{i}]"));
+        let Some(key) = (!self.dashpots.is_empty()).then(|| "dashpot".into()).or(damped) else {
+            return Ok(());
+        };
         let scaled = |kind| matches!(kind, ParameterKind::Stiffness | ParameterKind::Density);
         let found = if !matches!(self.scheme(), SchemeKind::Exact {}) {
             "beside a `time.scheme` that is not exact"
@@ -177,7 +201,7 @@ impl Problem {
         } else {
             return Ok(());
         };
-        self.require(false, "dashpot", Words(found), "natural modes that are moved exactly")
+        self.require(false, &key, Words(found), "natural modes that are moved exactly")
     }
 
     /// True if something beside dashpots has a part in the motion of a reference point.
@@ -204,7 +228,7 @@ impl Problem {
         } else if self.is_large() {
             "beside `model = \"large-displacement\"`"
         } else if self.is_free() {
-            "without any `[[support]]`, held reference point or spring to the ground"
+            "without any `[[support]]`, held reference point, foundation or spring to the ground"
         } else if self.base.moves {
             "beside `base.moves`"
         } else if self.snapshots.npy.is_some() || self.snapshots.vtu.is_some() {
@@ -216,15 +240,7 @@ impl Problem {
         } else {
             return Ok(());
         };
-        let tables = [
-            ("coupling", self.couplings.len()),
-            ("tie", self.ties.len()),
-            ("equation", self.equations.len()),
-            ("spring", self.springs.len()),
-            ("dashpot", self.dashpots.len()),
-            ("point_mass", self.point_masses.len()),
-            ("reference_point", self.reference_points.len()),
-        ];
+        let tables = self.attachment_tables();
         let key = tables.iter().find(|(_, count)| *count > 0).map_or("coupling", |table| table.0);
         self.require(false, key, Words(found), "linear motion of a supported body of elements")
     }

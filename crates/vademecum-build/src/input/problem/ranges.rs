@@ -11,7 +11,7 @@ use schemars::Schema;
 use serde_json::{Map, Value};
 use vademecum_format::{MAX_MODES, MAX_TERMS};
 
-use super::{ChapterEntry, LargeEntry, Problem, ProblemError};
+use super::{ChapterEntry, FoundationEntry, LargeEntry, Problem, ProblemError};
 use crate::limits::MAGNITUDE;
 use crate::mesh::CELLS;
 
@@ -103,6 +103,22 @@ const ROWS: &[Row] = &[
         CARRIED,
     ),
     row("tie[].distance", |p| p.ties.iter().map(|t| t.distance).collect(), FACTOR, "a distance", CARRIED),
+    row("foundation[].normal", |p| grounds(p, |g| g.normal), FACTOR, "a stiffness per area", CARRIED),
+    row("foundation[].tangential", |p| grounds(p, |g| g.tangential), FACTOR, "a stiffness per area", CARRIED),
+    row(
+        "foundation[].damping_normal",
+        |p| grounds(p, |g| g.damping_normal),
+        FACTOR,
+        "a damping per area",
+        CARRIED,
+    ),
+    row(
+        "foundation[].damping_tangential",
+        |p| grounds(p, |g| g.damping_tangential),
+        FACTOR,
+        "a damping per area",
+        CARRIED,
+    ),
     row("damping.alpha", |p| one(p.damping.alpha), FACTOR, "zero or a positive number", CARRIED),
     row("damping.beta", |p| one(p.damping.beta), FACTOR, "zero or a positive number", CARRIED),
     row("damping.ratio", |p| one(p.damping.ratio), DAMPING_RATIO, "a ratio", "1 is critical damping"),
@@ -228,6 +244,10 @@ fn one(number: Option<f64>) -> Vec<f64> {
 
 fn count(count: Option<usize>) -> Vec<f64> {
     one(count.map(real))
+}
+
+fn grounds(problem: &Problem, of: fn(&FoundationEntry) -> f64) -> Vec<f64> {
+    problem.foundations.iter().map(of).collect()
 }
 
 fn block(problem: &Problem, of: fn(&super::BlockSource) -> [f64; 3]) -> Vec<f64> {

@@ -54,6 +54,12 @@ impl Systems {
         self.frame(system).is_some_and(|frame| matches!(frame.kind, Coordinates::Rectangular))
     }
 
+    /// A point and the direction of the line of a cylindrical system; none of other systems.
+    pub fn cylinder(&self, system: u64) -> Option<([f64; 3], [f64; 3])> {
+        let frame = self.frame(system)?;
+        matches!(frame.kind, Coordinates::Cylindrical).then_some((frame.origin, frame.axes[2]))
+    }
+
     fn frame(&self, system: u64) -> Option<&Frame> {
         if system == 0 { Some(&BASIC) } else { self.frames.get(&system) }
     }
