@@ -12,6 +12,7 @@ use super::kernels::ElementKernels;
 use super::material::Material;
 use super::model_error::ModelError;
 use super::pencil::{Pencil, RegionMatrices};
+use super::prestress::Prestress;
 use super::sparse::{Pattern, SymmetricMatrix};
 use crate::mesh::Mesh;
 use crate::mesh::shapes::MAX_NODES;
@@ -35,14 +36,17 @@ pub struct Block {
 }
 
 /// Stiffness and mass of single elements over three dofs a node, `3 · node + component`.
+#[derive(Clone)]
 pub struct ElementMatrices<'a> {
     mesh: &'a Mesh,
     materials: &'a [Material],
     /// True for each region whose mass is lumped.
     lumped: &'a [bool],
-    kernels: ElementKernels,
+    kernels: Arc<ElementKernels>,
     /// First of nine dofs of each element whose incompatible modes are kept.
     inner: Vec<Option<u32>>,
+    /// State about which the body moves.
+    prestress: Option<&'a Prestress>,
 }
 
 impl<'a> ElementMatrices<'a> {
@@ -55,7 +59,8 @@ impl<'a> ElementMatrices<'a> {
     pub fn new(mesh: &'a Mesh, materials: &'a [Material], lumped: &'a [bool]) -> Self {
         let regions = mesh.regions.len();
         assert!(materials.len() >= regions && lumped.len() >= regions, "one entry for each region");
-        Self { mesh, materials, lumped, kernels: ElementKernels::new(mesh), inner: vec![] }
+        let kernels = Arc::new(ElementKernels::new(mesh));
+        Self { mesh, materials, lumped, kernels, inner: vec![], prestress: None }
     }
 
     /// The same with the incompatible modes of 8-node hexahedra as dofs of their own, with a mass, as
@@ -73,6 +78,12 @@ impl<'a> ElementMatrices<'a> {
         next
     }
 
+    /// The same about a static state.
+    #[must_use]
+    pub fn about(&self, prestress: &'a Prestress) -> Self {
+        Self { prestress: Some(prestress), ..self.clone() }
+    }
+
     /// Dofs of an element.
     fn dofs(&self, element: usize) -> impl Iterator<Item = u32> {
         let nodes = self.mesh.element(element).iter();
@@ -87,6 +98,20 @@ impl<'a> ElementMatrices<'a> {
     /// # Errors
     /// [`ElementError`]: it folds over.
     pub fn block(&self, element: usize) -> Result<Block, ElementError> {
+        let mut block = self.elastic_block(element)?;
+        if let Some(state) = self.prestress {
+            let (n, at) =
+                (self.mesh.element(element).len(), element_nodes::<MAX_NODES>(self.mesh, element as u32));
+            let law = self.materials[self.mesh.element_region[element] as usize].law();
+            let kernel = self.kernels.of(self.mesh, element);
+            let Block { dofs, stiffness, mass } = &mut block;
+            state.add_to((element as u32, kernel, &law), (&at[..n], dofs), (mass, stiffness))?;
+        }
+        Ok(block)
+    }
+
+    /// The matrices of an element without the static state.
+    fn elastic_block(&self, element: usize) -> Result<Block, ElementError> {
         let nodes = self.mesh.element(element);
         let (n, at) = (nodes.len(), element_nodes::<MAX_NODES>(self.mesh, element as u32));
         let kernel = self.kernels.of(self.mesh, element);

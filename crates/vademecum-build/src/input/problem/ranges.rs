@@ -113,6 +113,13 @@ const ROWS: &[Row] = &[
         "ratios",
         "1 is critical damping",
     ),
+    row(
+        "prestress.rotation.speed",
+        |p| one(p.prestress.as_ref().and_then(|p| p.rotation.as_ref()).map(|rotation| rotation.speed)),
+        POSITIVE,
+        "a positive angular velocity in rad/s",
+        CARRIED,
+    ),
     row("time.step", |p| one(p.time.step), POSITIVE, "a positive time in seconds", CARRIED),
     row(
         "snapshots.positions",
