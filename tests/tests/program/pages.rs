@@ -330,6 +330,29 @@ fn bad_problems() -> Vec<(usize, String)> {
         (103, coupled("kind = \"rigid\"\n[base]\nmoves = true")),
         (103, coupled("kind = \"rigid\"").replace(HELD, "")),
         (54, canonical("load = [0.0, 1e40]")),
+        (119, prestressed("")),
+        (119, prestressed("loads = { a = 1.0 }").replace(HELD, "")),
+        (119, prestressed("loads = { a = 1.0 }\n[base]\nmoves = true")),
+        (119, format!("model = \"large-displacement\"\n{}", prestressed("loads = { a = 1.0 }"))),
+        (119, prestressed("speed = 1.0\naxis = [1, 0, 0]\n[[parameter]]\nname = \"k\"\nkind = \"density\"\nrange = [0.5, 2.0]")),
+        (119, matrices("[prestress]\nacceleration = [0, 0, 1]")),
+        (119, format!("representation = \"chapter\"\n{}", prestressed("acceleration = [0, 0, 1]"))),
+        (120, prestressed("loads = { b = 1.0 }")),
+        (120, prestressed("loads = { a = inf }")),
+        (121, prestressed("acceleration = [0, 0, 1]\naxis = [1, 0, 0]")),
+        (121, prestressed("acceleration = [0, 0, 1]\npoint = [1, 0, 0]")),
+        (121, prestressed("speed = 1.0")),
+        (121, prestressed("speed = 1.0\naxis = [0, 0, 0]")),
+        (122, prestressed("speed = 0.0\naxis = [1, 0, 0]")),
+        (
+            122,
+            attached(
+                "[[coupling]]\nreference = \"hub\"\non = { group = \"x_max\" }\nkind = \"rigid\"\n[[point_mass]]\nreference \
+                 = \"hub\"\nmass = 1.0\ninertia = [1, 1, 1, 0, 0, 0]\n[prestress]\nspeed = 1.0\naxis = [1, 0, 0]",
+            ),
+        ),
+        (123, prestressed("acceleration = [0, 0, inf]")),
+        (124, prestressed("speed = 1.0\naxis = [1, 0, 0]\npoint = [nan, 0, 0]")),
         (61, format!("title = \"{}\"", "a".repeat(1001))),
         (62, format!("units = \"{}\"", "a".repeat(1001))),
         (63, many_parameters()),
@@ -358,6 +381,11 @@ fn attached(tables: &str) -> String {
 /// The same with a coupling that has these keys.
 fn coupled(keys: &str) -> String {
     attached(&format!("[[coupling]]\nreference = \"hub\"\non = {{ group = \"x_max\" }}\n{keys}"))
+}
+
+/// A held body with a load pattern `a` and these keys of a prestress.
+fn prestressed(keys: &str) -> String {
+    format!("{HELD}[[load.pattern]]\nname = \"a\"\nacceleration = [0, 0, 1]\n[prestress]\n{keys}\n")
 }
 
 /// One more live parameter than a file holds.

@@ -70,7 +70,6 @@ impl Rotation {
     pub(super) fn soften(&self, mass: &Mat<f64>, stiffness: &mut Mat<f64>) {
         for j in 0..mass.ncols() {
             for i in 0..mass.nrows() {
-                if std::env::var_os("PRE_B").is_some() && (i >= 24 || j >= 24) { continue; }
                 let heavy = mass[(i - i % 3, j - j % 3)];
                 stiffness[(i, j)] -= heavy * self.across(i % 3, j % 3);
             }
@@ -98,6 +97,7 @@ impl Prestress {
 impl ElementKernel {
     /// Stiffness that a static displacement `u` adds, over three components for each entry of `u`: the nodes,
     /// and behind them the inner functions of an element that keeps them.
+    #[inline(never)]
     fn geometric_stiffness(
         &self,
         nodes: &[[f64; 3]],
@@ -146,6 +146,7 @@ fn strained(mut h: [[f64; 3]; 3], mean: Option<f64>) -> [[f64; 3]; 3] {
 }
 
 /// Adds a point of integration, of functions with gradients `g`.
+#[inline(never)]
 fn add_point(
     g: &[[f64; 3]],
     weight: f64,

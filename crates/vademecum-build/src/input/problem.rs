@@ -36,7 +36,7 @@ pub use plan::{
     SnapshotPlan, StressPlaces, TimeEntry, Tolerances,
 };
 pub(crate) use plan::{GaugeEntry, InnerProduct, Precision, STRESS_UNASKED};
-pub use prestress::{PrestressEntry, PrestressLoad, RotationEntry};
+pub use prestress::PrestressEntry;
 pub use ranges::{problem_schema, range_table};
 
 use std::path::{Path, PathBuf};

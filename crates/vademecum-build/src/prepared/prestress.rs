@@ -57,9 +57,9 @@ pub(super) fn prestressed(
 }
 
 fn rotation(entry: &PrestressEntry) -> Option<Rotation> {
-    let rotation = entry.rotation.as_ref()?;
-    let (speed_squared, axis) = (rotation.speed.powi(2), unit(rotation.axis));
-    Some(Rotation { elements: None, speed_squared, point: rotation.point, axis })
+    let axis = unit(entry.axis?);
+    let point = entry.point.unwrap_or_default();
+    Some(Rotation { elements: None, speed_squared: entry.speed?.powi(2), point, axis })
 }
 
 /// The load case over the free dofs.
@@ -70,8 +70,7 @@ fn static_load(problem: &Problem, entry: &PrestressEntry, rotations: &[Rotation]
         load.iter_mut().zip(force).for_each(|(sum, f)| *sum += factor * f);
     };
     for (name, force) in &body.patterns {
-        let amplitude = entry.loads.iter().find(|load| load.0 == *name);
-        amplitude.iter().for_each(|amplitude| add(&mut load, amplitude.1, force));
+        entry.loads.get(name).iter().for_each(|amplitude| add(&mut load, **amplitude, force));
     }
     let field = |at: [f64; 3]| {
         let constant = entry.acceleration.unwrap_or_default();

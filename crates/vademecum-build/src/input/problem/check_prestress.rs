@@ -8,37 +8,37 @@ use crate::suggest::did_you_mean;
 impl Problem {
     pub(super) fn check_prestress(&self) -> Result<(), ProblemError> {
         let Some(entry) = &self.prestress else { return Ok(()) };
-        let loaded = !entry.loads.is_empty() || entry.acceleration.is_some() || entry.rotation.is_some();
-        let expected = "`loads`, `acceleration` or `rotation`";
+        let loaded = !entry.loads.is_empty() || entry.acceleration.is_some() || entry.speed.is_some();
+        let expected = "`loads`, `acceleration` or `speed`";
         self.require(loaded, "prestress", Words("a table without a load"), expected)?;
         let names = || self.load.patterns.iter().map(|pattern| pattern.name.as_str());
-        for (i, load) in entry.loads.iter().enumerate() {
-            let key = format!("prestress.loads[{i}]");
-            let once = !entry.loads[..i].iter().any(|other| other.0 == load.0);
-            let known = names().any(|name| name == load.0) && once;
-            let expected = || format!("a `[[load.pattern]]`, each once{}", did_you_mean(&load.0, names()));
-            self.require(known, &key, &load.0, expected())?;
-            let sound = load.1.abs() <= MAGNITUDE.1;
-            self.require(sound, &key, load.1, "an amplitude between -1e30 and 1e30")?;
+        for (name, amplitude) in &entry.loads {
+            let known = names().any(|known| known == name);
+            let expected = || format!("names of `[[load.pattern]]`{}", did_you_mean(name, names()));
+            self.require(known, "prestress.loads", name, expected())?;
+            let sound = amplitude.abs() <= MAGNITUDE.1;
+            self.require(sound, "prestress.loads", amplitude, "amplitudes between -1e30 and 1e30")?;
         }
-        let sound = entry.acceleration.iter().flatten().all(|a| a.abs() <= MAGNITUDE.1);
-        let found = entry.acceleration.unwrap_or_default();
-        self.require(sound, "prestress.acceleration", found, "finite numbers")?;
-        if let Some(rotation) = &entry.rotation {
-            let length = positive(rotation.axis.iter().map(|x| x * x).sum());
-            self.require(length, "prestress.rotation.axis", rotation.axis, "a vector of some length")?;
-            let finite = rotation.point.iter().all(|x| x.abs() <= MAGNITUDE.1);
-            self.require(finite, "prestress.rotation.point", rotation.point, "finite numbers")?;
-            let heavy = self.point_masses.iter().any(|mass| mass.inertia != [0.0; 6]);
-            let found =
-                Words("beside a `[[point_mass]]` with `inertia`, whose centrifugal moment is not computed");
-            self.require(
-                !heavy,
-                "prestress.rotation",
-                found,
-                "point masses without `inertia`, or no rotation",
-            )?;
+        let vectors = [
+            ("prestress.acceleration", entry.acceleration),
+            ("prestress.axis", entry.axis),
+            ("prestress.point", entry.point),
+        ];
+        for (key, vector) in vectors {
+            let vector = vector.unwrap_or_default();
+            let sound = vector.iter().all(|x| x.abs() <= MAGNITUDE.1);
+            self.require(sound, key, vector, "numbers between -1e30 and 1e30")?;
         }
+        let turns = entry.speed.is_some();
+        let along = entry.axis.is_some_and(|axis| positive(axis.iter().map(|x| x * x).sum()));
+        let found =
+            Words(if turns { "`speed` without an axis of some length" } else { "an axis without `speed`" });
+        let of_rotation = if turns { along } else { entry.axis.is_none() && entry.point.is_none() };
+        self.require(of_rotation, "prestress.axis", found, "`speed` and `axis` together")?;
+        let heavy = self.point_masses.iter().any(|mass| mass.inertia != [0.0; 6]);
+        let found =
+            Words("beside a `[[point_mass]]` with `inertia`, whose centrifugal moment is not computed");
+        self.require(!turns || !heavy, "prestress.speed", found, "point masses without `inertia`")?;
         self.check_beside_prestress()
     }
 

@@ -114,8 +114,8 @@ const ROWS: &[Row] = &[
         "1 is critical damping",
     ),
     row(
-        "prestress.rotation.speed",
-        |p| one(p.prestress.as_ref().and_then(|p| p.rotation.as_ref()).map(|rotation| rotation.speed)),
+        "prestress.speed",
+        |p| one(p.prestress.as_ref().and_then(|p| p.speed)),
         POSITIVE,
         "a positive angular velocity in rad/s",
         CARRIED,
