@@ -54,8 +54,9 @@ pub fn reactions(
         let whole: Vec<f64> = (0..dofs.n_dof() as u32).map(of_dof).collect();
         dofs.restrict_into(&whole, left.col_as_slice_mut(motion));
     }
-    // Springs to the ground and held reference points do not move with the supports.
-    let alone = !model.has_attachments();
+    // Springs to the ground and held reference points do not move with the supports, and a body under loads
+    // resists a turn.
+    let alone = model.is_bare();
     let last = supports.iter().rposition(|support| alone && !support.dofs.is_empty());
     let mut found = Reactions { basis: vec![], nodes: vec![], patterns: vec![vec![]; body.patterns.len()] };
     for (index, support) in supports.iter().enumerate() {

@@ -296,9 +296,11 @@ impl From<DeckError> for Failure {
             | DeckError::UnknownUnits { .. }
             | DeckError::NoStaticStep { .. } => Cause::Input,
             DeckError::Structural(_) => Cause::Mesh,
-            DeckError::Model(_) | DeckError::NotHeld { .. } | DeckError::Factor(_) | DeckError::Modes(_) => {
-                Cause::Numerics
-            }
+            DeckError::Model(_)
+            | DeckError::NotHeld { .. }
+            | DeckError::Buckled { .. }
+            | DeckError::Factor(_)
+            | DeckError::Modes(_) => Cause::Numerics,
         };
         Self::new(cause, error)
     }
@@ -336,7 +338,11 @@ impl From<BuildError> for Failure {
             BuildError::Prepare(PrepareError::NotDefinite { .. }) => {
                 (Cause::Numerics, "leave held dofs and dofs without mass out of the matrices")
             }
-            BuildError::Prepare(PrepareError::Factor(_) | PrepareError::Modes(_)) => (Cause::Numerics, ""),
+            BuildError::Prepare(
+                PrepareError::Factor(_)
+                | PrepareError::Modes(_)
+                | PrepareError::Body(BodyError::Buckled { .. }),
+            ) => (Cause::Numerics, ""),
             BuildError::Prepare(_) => (Cause::Input, PROBLEM_KEYS),
             BuildError::Basis(
                 BasisError::Snapshots(_) | BasisError::TooManyModes { .. } | BasisError::BoundMissed { .. },

@@ -320,7 +320,14 @@ impl Reader<'_> {
         }
         self.deck.lumped = vec![false; self.deck.materials.len()];
         let (name, supports) = ("1".to_string(), vec![]);
-        self.deck.steps.push(Step { name, kind: self.kind, loads: self.loads, supports, line: 1 });
+        self.deck.steps.push(Step {
+            name,
+            kind: self.kind,
+            loads: self.loads,
+            supports,
+            about: None,
+            line: 1,
+        });
         Ok(self.deck)
     }
 }

@@ -173,6 +173,8 @@ pub struct Step {
     pub loads: Vec<Load>,
     /// Supports that hold in it, with those of the model.
     pub supports: Vec<Support>,
+    /// The static step before it about whose state it moves; absent: it moves about the body without load.
+    pub about: Option<usize>,
     /// The line that begins it.
     pub line: usize,
 }

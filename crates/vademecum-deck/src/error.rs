@@ -98,6 +98,17 @@ pub enum DeckError {
         /// A node of each of the first ones.
         nodes: String,
     },
+    /// A static step that the body does not stand.
+    #[error(
+        "the body buckles under {factor:.3} of the loads of the static step {step}, about which it is to move; expected \
+         a smaller load, or more supports"
+    )]
+    Buckled {
+        /// Name of the step.
+        step: String,
+        /// Share of its loads.
+        factor: f64,
+    },
     /// The stiffness does not factorise.
     #[error("the stiffness of the deck does not factorise")]
     Factor(#[from] FactorError),

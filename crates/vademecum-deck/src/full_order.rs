@@ -5,8 +5,9 @@ use std::collections::{BTreeMap, BTreeSet};
 use faer::Mat;
 use vademecum_build::dynamics::{ModesError, lowest_modes};
 use vademecum_build::fem::{
-    Block, Constraints, ElementMatrices, Elimination, FactorError, Solve, Symbolic, assemble_blocks,
-    facet_load, inertia_forces, internal_forces, surface_facets,
+    Block, Constraints, ElementMatrices, Elimination, Facet, FactorError, Pencil, Prestress, Rotation, Solve,
+    Symbolic, assemble_blocks, buckling_factor, facet_load, inertia_forces, internal_forces,
+    pressure_stiffness, surface_facets,
 };
 
 use crate::deck::{Attachment, Deck, Extent, Load, NodeNumber, Spring, Step, StepKind, Support};
@@ -19,6 +20,17 @@ pub struct FullOrder<'a> {
     elements: ElementMatrices<'a>,
     dofs: Dofs,
     blocks: Vec<Block>,
+}
+
+/// Solution of a static step.
+struct Solved {
+    elimination: Elimination,
+    /// Forces over all dofs.
+    load: Vec<f64>,
+    /// Forces over the free dofs, less those of given displacements.
+    rhs: Vec<f64>,
+    /// Displacement over all dofs.
+    displacement: Vec<f64>,
 }
 
 /// Answer of a static step.
@@ -99,24 +111,7 @@ impl<'a> FullOrder<'a> {
     }
 
     fn static_answer(&self, step: &Step) -> Result<StaticAnswer, DeckError> {
-        let elimination = self.elimination(&step.supports)?;
-        let pencil = assemble_blocks(&self.elements, &self.blocks, &elimination)?;
-        let load = self.load(&step.loads)?;
-        // Displacements that are given, with all free dofs at zero.
-        let given = elimination.expand(&vec![0.0; elimination.n_free()]);
-        let mut force = load.clone();
-        if given.iter().any(|u| *u != 0.0) {
-            let held = internal_forces(&self.elements, &self.blocks, &given)?;
-            force.iter_mut().zip(held).for_each(|(f, k)| *f -= k);
-        }
-        let rhs = elimination.gather(&force).0;
-        let symbolic = Symbolic::analyze(&pencil)?;
-        let factor = symbolic.factorize(pencil.stiffness().clone()).map_err(|error| self.not_held(error))?;
-        let n = rhs.len();
-        let mut solution = Mat::from_fn(n, 1, |i, _| rhs[i]);
-        Solve::new(&symbolic, 1, true).solve_in_place(&factor, solution.as_mut());
-        let free: Vec<f64> = solution.col_as_slice(0).to_vec();
-        let displacement = elimination.expand(&free);
+        let Solved { elimination, load, rhs, displacement } = self.solve(step)?;
         let internal = internal_forces(&self.elements, &self.blocks, &displacement)?;
         let out: Vec<f64> = internal.iter().zip(&load).map(|(k, f)| k - f).collect();
         let (unbalanced, reactions) = elimination.gather(&out);
@@ -132,9 +127,55 @@ impl<'a> FullOrder<'a> {
             displacement,
             reaction_sum: self.reaction_sum(step, &elimination, &reactions),
             strain_energy: energy,
-            dofs: n,
+            dofs: rhs.len(),
             residual: if scale > 0.0 { norm(&unbalanced) / scale } else { 0.0 },
         })
+    }
+
+    /// Solves a static step.
+    fn solve(&self, step: &Step) -> Result<Solved, DeckError> {
+        let elimination = self.elimination(&step.supports)?;
+        let pencil = assemble_blocks(&self.elements, &self.blocks, &elimination)?;
+        let load = self.load(&step.loads)?;
+        // Displacements that are given, with all free dofs at zero.
+        let given = elimination.expand(&vec![0.0; elimination.n_free()]);
+        let mut force = load.clone();
+        if given.iter().any(|u| *u != 0.0) {
+            let held = internal_forces(&self.elements, &self.blocks, &given)?;
+            force.iter_mut().zip(held).for_each(|(f, k)| *f -= k);
+        }
+        let rhs = elimination.gather(&force).0;
+        let symbolic = Symbolic::analyze(&pencil)?;
+        let factor = symbolic.factorize(pencil.stiffness().clone()).map_err(|error| self.not_held(error))?;
+        let mut solution = Mat::from_fn(rhs.len(), 1, |i, _| rhs[i]);
+        Solve::new(&symbolic, 1, true).solve_in_place(&factor, solution.as_mut());
+        let displacement = elimination.expand(solution.col_as_slice(0));
+        Ok(Solved { elimination, load, rhs, displacement })
+    }
+
+    /// Mass and stiffness of a step, about the state of a static step where the deck asks for it.
+    fn pencil(&self, step: Option<&Step>, elimination: &Elimination) -> Result<Pencil, DeckError> {
+        let unloaded = assemble_blocks(&self.elements, &self.blocks, elimination)?;
+        let before = step.and_then(|step| self.deck.steps.get(step.about?));
+        let Some(before) = before else { return Ok(unloaded) };
+        let rotations = before.loads.iter().filter_map(rotation).collect();
+        let displacement = self.solve(before)?.displacement;
+        // CalculiX keeps inner functions, and takes strains about the displaced body.
+        let state = Prestress { displacement, rotations, displaced: self.deck.inner_functions };
+        let mut blocks = self.blocks.clone();
+        for (value, facets) in self.pressures(&before.loads)? {
+            blocks.extend(pressure_stiffness(&self.deck.mesh, &facets, value, &state.displacement));
+        }
+        let loaded = assemble_blocks(&self.elements.about(&state), &blocks, elimination)?;
+        let symbolic = Symbolic::analyze(&loaded)?;
+        match symbolic.factorize(loaded.stiffness().clone()) {
+            Ok(_) => Ok(loaded),
+            Err(FactorError::NotPositiveDefinite { .. }) => {
+                let factor = buckling_factor(&symbolic, unloaded.stiffness(), loaded.stiffness())?;
+                Err(DeckError::Buckled { step: before.name.clone(), factor })
+            }
+            Err(error) => Err(error.into()),
+        }
     }
 
     /// The `count` lowest natural modes under the supports of the model and of the first step that asks for
@@ -154,7 +195,7 @@ impl<'a> FullOrder<'a> {
         let step = self.deck.steps.iter().find(frequency).or(self.deck.steps.first());
         let supports = step.map_or(&[][..], |step| &step.supports);
         let elimination = self.elimination(supports)?;
-        let mut pencil = assemble_blocks(&self.elements, &self.blocks, &elimination)?;
+        let mut pencil = self.pencil(step, &elimination)?;
         let nodes = &self.deck.mesh.nodes;
         let grounded =
             self.deck.attachments.iter().any(
@@ -211,8 +252,6 @@ impl<'a> FullOrder<'a> {
         let add = |load: &mut [f64], forces: Vec<f64>| {
             load.iter_mut().zip(forces).for_each(|(sum, f)| *sum += f);
         };
-        // Programs write a pressure for each face: those of one value are found together.
-        let mut pressures: BTreeMap<u64, Vec<[u32; 3]>> = BTreeMap::new();
         for one in loads {
             match one {
                 Load::Force { node, component, value } => {
@@ -223,17 +262,11 @@ impl<'a> FullOrder<'a> {
                 Load::Acceleration { on, value } => {
                     add(&mut load, self.inertia(on, |_| *value)?);
                 }
-                Load::Rotation { on, speed_squared, point, axis } => {
-                    let field = |x: [f64; 3]| {
-                        let arm: [f64; 3] = std::array::from_fn(|c| x[c] - point[c]);
-                        let along: f64 = arm.iter().zip(axis).map(|(a, b)| a * b).sum();
-                        std::array::from_fn(|c| speed_squared * (arm[c] - along * axis[c]))
-                    };
-                    add(&mut load, self.inertia(on, field)?);
+                Load::Rotation { on, .. } => {
+                    let rotation = rotation(one).expect("a load by rotation");
+                    add(&mut load, self.inertia(on, |at| rotation.acceleration(at))?);
                 }
-                Load::Pressure { faces, value } => {
-                    pressures.entry(value.to_bits()).or_default().extend_from_slice(faces);
-                }
+                Load::Pressure { .. } => {}
                 Load::Traction { faces, value } => {
                     let facets = surface_facets(&deck.mesh, faces)?;
                     let forces = facet_load(&deck.mesh, &facets, |normal| {
@@ -244,11 +277,25 @@ impl<'a> FullOrder<'a> {
                 }
             }
         }
-        for (bits, faces) in pressures {
-            let (value, facets) = (f64::from_bits(bits), surface_facets(&deck.mesh, &faces)?);
+        for (value, facets) in self.pressures(loads)? {
             add(&mut load, facet_load(&deck.mesh, &facets, |normal| normal.map(|n| -value * n)));
         }
         Ok(load)
+    }
+
+    /// Pressures, and the facets that each acts on. Programs write a pressure for each face: those of one
+    /// value are found together.
+    fn pressures(&self, loads: &[Load]) -> Result<Vec<(f64, Vec<Facet>)>, DeckError> {
+        let mut pressures: BTreeMap<u64, Vec<[u32; 3]>> = BTreeMap::new();
+        for one in loads {
+            if let Load::Pressure { faces, value } = one {
+                pressures.entry(value.to_bits()).or_default().extend_from_slice(faces);
+            }
+        }
+        let found = |(bits, faces): (u64, Vec<[u32; 3]>)| {
+            Ok((f64::from_bits(bits), surface_facets(&self.deck.mesh, &faces)?))
+        };
+        pressures.into_iter().map(found).collect()
     }
 
     /// Forces of an acceleration, on elements and, where it acts on all of the model, on masses.
@@ -317,6 +364,16 @@ impl<'a> FullOrder<'a> {
         let bare = self.deck.materials.iter().position(|material| material.density <= 0.0);
         bare.and_then(|region| self.deck.mesh.regions.get(region)).map_or(String::new(), |r| r.name.clone())
     }
+}
+
+/// The rotation of a load by one.
+fn rotation(load: &Load) -> Option<Rotation> {
+    let Load::Rotation { on, speed_squared, point, axis } = load else { return None };
+    let elements = match on {
+        Extent::All => None,
+        Extent::Elements(chosen) => Some(chosen.clone()),
+    };
+    Some(Rotation { elements, speed_squared: *speed_squared, point: *point, axis: *axis })
 }
 
 /// The matrices of an attachment; none of a dashpot.

@@ -339,7 +339,9 @@ impl<'a> Tables<'a> {
     /// tractions on faces, forces at nodes and at reference points.
     fn loads(&mut self) {
         let deck = self.deck;
-        for step in &deck.steps {
+        for (index, step) in deck.steps.iter().enumerate() {
+            let is_state = deck.steps.iter().find_map(|other| other.about) == Some(index);
+            let mut rotation = None;
             let dynamic = match &step.kind {
                 StepKind::Static => None,
                 StepKind::Dynamic(dynamic) => Some(dynamic),
@@ -384,6 +386,9 @@ impl<'a> Tables<'a> {
                         let [x, y, z] = value.map(f64::to_bits);
                         faces.entry([x, y, z, 1]).or_default().extend(own);
                     }
+                    Load::Rotation { on: Extent::All, speed_squared, point, axis } if is_state => {
+                        rotation = Some((speed_squared.sqrt(), axis, point.map(|x| self.metre * x)));
+                    }
                     _ => self.leave_out("body forces of a part, rotations, moments on the solid"),
                 }
             }
@@ -410,10 +415,26 @@ impl<'a> Tables<'a> {
                     self.pattern(&format!("{} {name}", step.name), &keys);
                 }
             }
+            if is_state && (before < self.names.len() || rotation.is_some()) {
+                self.prestress(before, rotation);
+            }
             if let Some(dynamic) = dynamic.filter(|_| self.scenario.is_none()) {
                 self.scenario = Some(scenario(dynamic, &self.names[before..]));
             }
         }
+    }
+
+    /// The state of the patterns from one on, and of a rotation by speed, axis and point.
+    fn prestress(&mut self, first: usize, rotation: Option<(f64, &[f64; 3], [f64; 3])>) {
+        let loads: Vec<String> = self.names[first..].iter().map(|name| format!("{name:?} = 1.0")).collect();
+        self.patterns += "[prestress]\n";
+        if !loads.is_empty() {
+            let _ = writeln!(self.patterns, "loads = {{ {} }}", loads.join(", "));
+        }
+        if let Some((speed, axis, point)) = rotation {
+            let _ = writeln!(self.patterns, "speed = {speed:?} # rad/s\naxis = {axis:?}\npoint = {point:?}");
+        }
+        self.patterns.push('\n');
     }
 
     /// A pressure or a traction on faces, where the nodes of these faces have no others.

@@ -22,6 +22,7 @@ mod mesh_error;
 mod outputs;
 mod page_commands;
 mod pages;
+mod prestress;
 mod problem_files;
 mod program_files;
 mod run_folder;

@@ -335,6 +335,29 @@ fn bad_problems() -> Vec<(usize, String)> {
         (103, coupled("kind = \"rigid\"\n[base]\nmoves = true")),
         (103, coupled("kind = \"rigid\"").replace(HELD, "")),
         (54, canonical("load = [0.0, 1e40]")),
+        (122, prestressed("")),
+        (122, prestressed("loads = { a = 1.0 }").replace(HELD, "")),
+        (122, prestressed("loads = { a = 1.0 }\n[base]\nmoves = true")),
+        (122, format!("model = \"large-displacement\"\n{}", prestressed("loads = { a = 1.0 }"))),
+        (122, prestressed("speed = 1.0\naxis = [1, 0, 0]\n[[parameter]]\nname = \"k\"\nkind = \"density\"\nrange = [0.5, 2.0]")),
+        (122, matrices("[prestress]\nacceleration = [0, 0, 1]")),
+        (122, format!("representation = \"chapter\"\n{}", prestressed("acceleration = [0, 0, 1]"))),
+        (123, prestressed("loads = { b = 1.0 }")),
+        (123, prestressed("loads = { a = inf }")),
+        (124, prestressed("acceleration = [0, 0, 1]\naxis = [1, 0, 0]")),
+        (124, prestressed("acceleration = [0, 0, 1]\npoint = [1, 0, 0]")),
+        (124, prestressed("speed = 1.0")),
+        (124, prestressed("speed = 1.0\naxis = [0, 0, 0]")),
+        (125, prestressed("speed = 0.0\naxis = [1, 0, 0]")),
+        (
+            122,
+            attached(
+                "[[coupling]]\nreference = \"hub\"\non = { group = \"x_max\" }\nkind = \"rigid\"\n[[point_mass]]\nreference \
+                 = \"hub\"\nmass = 1.0\ninertia = [1, 1, 1, 0, 0, 0]\n[prestress]\nspeed = 1.0\naxis = [1, 0, 0]",
+            ),
+        ),
+        (126, prestressed("acceleration = [0, 0, inf]")),
+        (127, prestressed("speed = 1.0\naxis = [1, 0, 0]\npoint = [nan, 0, 0]")),
         (61, format!("title = \"{}\"", "a".repeat(1001))),
         (62, format!("units = \"{}\"", "a".repeat(1001))),
         (63, many_parameters()),
@@ -368,6 +391,11 @@ fn coupled(keys: &str) -> String {
 /// A held body on a foundation that has these keys.
 fn ground(keys: &str) -> String {
     format!("{HELD}[[foundation]]\non = {{ group = \"z_min\" }}\n{keys}")
+}
+
+/// A held body with a load pattern `a` and these keys of a prestress.
+fn prestressed(keys: &str) -> String {
+    format!("{HELD}[[load.pattern]]\nname = \"a\"\nacceleration = [0, 0, 1]\n[prestress]\n{keys}\n")
 }
 
 /// One more live parameter than a file holds.

@@ -9,9 +9,10 @@ use super::assembly::element_nodes;
 use super::element::ElementError;
 use super::elimination::Elimination;
 use super::kernels::ElementKernels;
-use super::material::{Cylinder, Material};
+use super::material::{Cylinder, Law, Material};
 use super::model_error::ModelError;
 use super::pencil::{Pencil, RegionMatrices};
+use super::prestress::Prestress;
 use super::sparse::{Pattern, SymmetricMatrix};
 use crate::mesh::Mesh;
 use crate::mesh::shapes::MAX_NODES;
@@ -35,16 +36,19 @@ pub struct Block {
 }
 
 /// Stiffness and mass of single elements over three dofs a node, `3 · node + component`.
+#[derive(Clone)]
 pub struct ElementMatrices<'a> {
     mesh: &'a Mesh,
     materials: &'a [Material],
     /// True for each region whose mass is lumped.
     lumped: &'a [bool],
-    kernels: ElementKernels,
+    kernels: Arc<ElementKernels>,
     /// Of each region the line about which the axes of its material turn.
     cylinders: &'a [Option<Cylinder>],
     /// First of nine dofs of each element whose incompatible modes are kept.
     inner: Vec<Option<u32>>,
+    /// State about which the body moves.
+    prestress: Option<&'a Prestress>,
 }
 
 impl<'a> ElementMatrices<'a> {
@@ -57,7 +61,8 @@ impl<'a> ElementMatrices<'a> {
     pub fn new(mesh: &'a Mesh, materials: &'a [Material], lumped: &'a [bool]) -> Self {
         let regions = mesh.regions.len();
         assert!(materials.len() >= regions && lumped.len() >= regions, "one entry for each region");
-        Self { mesh, materials, lumped, kernels: ElementKernels::new(mesh), cylinders: &[], inner: vec![] }
+        let kernels = Arc::new(ElementKernels::new(mesh));
+        Self { mesh, materials, lumped, kernels, cylinders: &[], inner: vec![], prestress: None }
     }
 
     /// Turns the axes of materials: one entry for each region, or none at all.
@@ -80,6 +85,12 @@ impl<'a> ElementMatrices<'a> {
         next
     }
 
+    /// The same about a static state.
+    #[must_use]
+    pub fn about(&self, prestress: &'a Prestress) -> Self {
+        Self { prestress: Some(prestress), ..self.clone() }
+    }
+
     /// Dofs of an element.
     fn dofs(&self, element: usize) -> impl Iterator<Item = u32> {
         let nodes = self.mesh.element(element).iter();
@@ -94,14 +105,37 @@ impl<'a> ElementMatrices<'a> {
     /// # Errors
     /// [`ElementError`]: it folds over.
     pub fn block(&self, element: usize) -> Result<Block, ElementError> {
+        let mut block = self.elastic_block(element)?;
+        if let Some(state) = self.prestress {
+            let (n, at) =
+                (self.mesh.element(element).len(), element_nodes::<MAX_NODES>(self.mesh, element as u32));
+            let kernel = self.kernels.of(self.mesh, element);
+            let Block { dofs, stiffness, mass } = &mut block;
+            state.add_to(
+                (element as u32, kernel, &self.law(element)),
+                (&at[..n], dofs),
+                (mass, stiffness),
+            )?;
+        }
+        Ok(block)
+    }
+
+    /// The law of the material of an element at each place.
+    fn law(&self, element: usize) -> impl Fn([f64; 3]) -> Law {
+        let region = self.mesh.element_region[element] as usize;
+        let material = &self.materials[region];
+        let (fixed, cylinder) = (material.law(), self.cylinders.get(region).and_then(Option::as_ref));
+        move |at| cylinder.map_or(fixed, |cylinder| material.law_about(cylinder, at))
+    }
+
+    /// The matrices of an element without the static state.
+    fn elastic_block(&self, element: usize) -> Result<Block, ElementError> {
         let nodes = self.mesh.element(element);
         let (n, at) = (nodes.len(), element_nodes::<MAX_NODES>(self.mesh, element as u32));
         let kernel = self.kernels.of(self.mesh, element);
         let region = self.mesh.element_region[element] as usize;
-        let material = &self.materials[region];
+        let (material, law) = (&self.materials[region], self.law(element));
         let dofs: Vec<u32> = self.dofs(element).collect();
-        let (fixed, cylinder) = (material.law(), self.cylinders.get(region).and_then(Option::as_ref));
-        let law = |at| cylinder.map_or(fixed, |cylinder| material.law_about(cylinder, at));
         if dofs.len() > 3 * n {
             let [stiffness, mass] = kernel.with_inner_functions(&at[..n], &law, material.density)?;
             return Ok(Block { dofs, stiffness, mass });

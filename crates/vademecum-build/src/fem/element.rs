@@ -144,8 +144,7 @@ impl ElementKernel {
         stiffness: &mut [f64],
     ) -> Result<(), ElementError> {
         let n = self.n_nodes();
-        let few = self.kind == ElementKind::Tet10 && self.hexahedra != Hexahedra::Full;
-        let rule = if few || self.is_straight(nodes) { &self.straight } else { &self.stiffness };
+        let rule = self.stiffness_points(nodes);
         stiffness.fill(0.0);
         match (self.kind, self.hexahedra) {
             (ElementKind::Hex8, Hexahedra::Incompatible) => incompatible(rule, nodes, law, stiffness)?,
@@ -192,6 +191,17 @@ impl ElementKernel {
             (false, false) => density * pairs[i / 3 - 8][j / 3 - 8],
         });
         Ok([stiffness, mass])
+    }
+
+    /// Points of integration of the stiffness.
+    pub(super) fn stiffness_points(&self, nodes: &[[f64; 3]]) -> &[Point] {
+        let few = self.kind == ElementKind::Tet10 && self.hexahedra != Hexahedra::Full;
+        if few || self.is_straight(nodes) { &self.straight } else { &self.stiffness }
+    }
+
+    /// True if the volume strain is its mean over the element.
+    pub(super) fn has_mean_dilatation(&self) -> bool {
+        self.kind == ElementKind::Hex8 && self.hexahedra == Hexahedra::MeanDilatation
     }
 
     /// True if incompatible modes are eliminated.

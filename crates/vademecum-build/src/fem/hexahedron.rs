@@ -29,8 +29,11 @@ fn add_outer(stiffness: &mut [f64], a: usize, b: usize, g: [f64; 3], h: [f64; 3]
     }
 }
 
-/// Mean of the gradients over the element, and its volume.
-fn mean_gradients(rule: &[Point], nodes: &[[f64; 3]]) -> Result<([[f64; 3]; N], f64), ElementError> {
+/// Integral of the gradients over the element, and its volume.
+pub(super) fn mean_gradients(
+    rule: &[Point],
+    nodes: &[[f64; 3]],
+) -> Result<([[f64; 3]; N], f64), ElementError> {
     let (mut mean, mut volume) = ([[0.0; 3]; N], 0.0);
     for point in rule {
         let (inverse, determinant) = jacobian(N, point, nodes)?;
@@ -108,21 +111,16 @@ pub(super) fn with_inner_functions(
     law: LawAt<'_>,
     stiffness: &mut [f64],
 ) -> Result<InnerFunctions, ElementError> {
-    let mut centre = Point { weight: 8.0, values: [0.125; MAX_NODES], gradients: [[0.0; 3]; MAX_NODES] };
-    centre.gradients.iter_mut().zip(CORNERS).for_each(|(slope, corner)| *slope = corner.map(|x| 0.125 * x));
-    let (inverse_centre, at_centre) = jacobian(N, &centre, nodes)?;
+    let map = InnerMap::new(nodes)?;
     let mut inner = Mat::<f64>::zeros(9, 9);
     let mut coupling = Mat::<f64>::zeros(9, 3 * N);
     for point in rule {
-        let at = place(point);
         let (inverse, determinant) = jacobian(N, point, nodes)?;
         let g = gradients(N, point, &inverse);
         let weight = determinant * point.weight;
         let law = law(point.place(nodes));
         add_stiffness(N, &g, weight, &law, stiffness);
-        let scale = at_centre / determinant;
-        let h: [[f64; 3]; 3] =
-            std::array::from_fn(|m| inverse_centre[m].map(|slope| -2.0 * at[m] * scale * slope));
+        let h = map.gradients(point, determinant);
         for m in 0..3 {
             for (k, q) in h.iter().enumerate() {
                 let block = law.block(h[m], *q);
@@ -138,7 +136,51 @@ pub(super) fn with_inner_functions(
             }
         }
     }
-    Ok(InnerFunctions { stiffness: inner, coupling, centre: at_centre })
+    Ok(InnerFunctions { stiffness: inner, coupling, centre: map.determinant })
+}
+
+/// The map of an element at its centre, which gradients of inner functions take.
+pub(super) struct InnerMap {
+    inverse: [[f64; 3]; 3],
+    determinant: f64,
+}
+
+impl InnerMap {
+    pub(super) fn new(nodes: &[[f64; 3]]) -> Result<Self, ElementError> {
+        let mut centre = Point { weight: 8.0, values: [0.125; MAX_NODES], gradients: [[0.0; 3]; MAX_NODES] };
+        centre
+            .gradients
+            .iter_mut()
+            .zip(CORNERS)
+            .for_each(|(slope, corner)| *slope = corner.map(|x| 0.125 * x));
+        let (inverse, determinant) = jacobian(N, &centre, nodes)?;
+        Ok(Self { inverse, determinant })
+    }
+
+    /// Gradients of the inner functions at a point with this volume form.
+    pub(super) fn gradients(&self, point: &Point, determinant: f64) -> [[f64; 3]; 3] {
+        let (at, scale) = (place(point), self.determinant / determinant);
+        std::array::from_fn(|m| self.inverse[m].map(|slope| -2.0 * at[m] * scale * slope))
+    }
+}
+
+impl InnerFunctions {
+    /// `K_αα⁻¹ K_αu` over the components of the nodes, shape (9, 24): less this the inner functions carry no
+    /// force.
+    fn solved(&self) -> Result<Mat<f64>, ElementError> {
+        // Positive definite: the inner functions have strains of their own.
+        let factor = self.stiffness.llt(Side::Lower);
+        factor
+            .map(|factor| factor.solve(&self.coupling))
+            .map_err(|_| ElementError { determinant: self.centre })
+    }
+}
+
+/// Components of nodes and inner functions that follow the nodes, shape (33, 24).
+pub(super) fn follow(rule: &[Point], nodes: &[[f64; 3]], law: LawAt<'_>) -> Result<Mat<f64>, ElementError> {
+    let solved = with_inner_functions(rule, nodes, law, &mut vec![0.0; 9 * N * N])?.solved()?;
+    let unit = |i: usize, j: usize| if i == j { 1.0 } else { 0.0 };
+    Ok(Mat::from_fn(33, 24, |i, j| if i < 24 { unit(i, j) } else { -solved[(i - 24, j)] }))
 }
 
 /// Mass of inner functions: of each pair, and of each with the nodes, the same for each component.
@@ -166,13 +208,7 @@ pub(super) fn incompatible(
     stiffness: &mut [f64],
 ) -> Result<(), ElementError> {
     let inner = with_inner_functions(rule, nodes, law, stiffness)?;
-    let InnerFunctions { stiffness: inner, coupling, centre } = inner;
-    // Positive definite: the inner functions have strains of their own.
-    let solved = match inner.llt(Side::Lower) {
-        Ok(factor) => factor.solve(&coupling),
-        Err(_) => return Err(ElementError { determinant: centre }),
-    };
-    let lost = coupling.transpose() * &solved;
+    let lost = inner.coupling.transpose() * inner.solved()?;
     for a in 0..N {
         for b in a..N {
             let block = &mut stiffness[(a * N + b) * 9..][..9];

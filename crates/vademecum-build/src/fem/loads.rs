@@ -8,8 +8,10 @@ use std::collections::{HashMap, HashSet};
 use faer::{Mat, MatMut, MatRef};
 
 use super::assembly::element_nodes;
+use super::blocks::Block;
 use super::kernels::ElementKernels;
 use super::model::Model;
+use crate::linalg::symmetric_part;
 use crate::linalg::vec3::{cross, norm};
 use crate::mesh::rules::quadrangle_rule;
 use crate::mesh::shapes::MAX_NODES;
@@ -243,6 +245,35 @@ pub fn facet_matrix(mesh: &Mesh, facet: &Facet, p: f64, t: f64) -> Mat<f64> {
         }
     }
     sum
+}
+
+/// Stiffness of a pressure that stays normal to each facet, `−∂f/∂u` of its forces in a displacement of all
+/// nodes, symmetric part: that of the whole is symmetric but for the rim of the facets (Bathe, *Finite Element
+/// Procedures*, §6.3).
+pub fn pressure_stiffness(mesh: &Mesh, facets: &[Facet], pressure: f64, displacement: &[f64]) -> Vec<Block> {
+    let of_facet = |facet: &Facet| {
+        let nodes = facet.nodes();
+        let dofs: Vec<u32> = nodes.iter().flat_map(|&node| (0..3).map(move |c| 3 * node + c)).collect();
+        let mut turn = Mat::zeros(dofs.len(), dofs.len());
+        for FacetPoint { weight, values, slopes } in facet_points(facet.kind) {
+            let mut tangents = [[0.0; 3]; 2];
+            for (&node, slope) in nodes.iter().zip(&slopes) {
+                let (x, u) = (mesh.nodes[node as usize], &displacement[3 * node as usize..]);
+                (0..3).for_each(|i| (0..2).for_each(|r| tangents[r][i] += slope[r] * (x[i] + u[i])));
+            }
+            for column in 0..dofs.len() {
+                let (slope, mut along) = (slopes[column / 3], [0.0; 3]);
+                along[column % 3] = 1.0;
+                let (one, other) = (cross(along, tangents[1]), cross(tangents[0], along));
+                for row in 0..dofs.len() {
+                    let normal = slope[0] * one[row % 3] + slope[1] * other[row % 3];
+                    turn[(row, column)] += pressure * weight * values[row / 3] * normal;
+                }
+            }
+        }
+        Block { stiffness: symmetric_part(turn.as_ref()), mass: Mat::zeros(dofs.len(), dofs.len()), dofs }
+    };
+    facets.iter().map(of_facet).collect()
 }
 
 /// A point of integration on a facet.

@@ -29,6 +29,7 @@ mod number;
 mod ordering;
 mod pencil;
 mod point;
+mod prestress;
 mod raised;
 mod rigid;
 mod selected;
@@ -57,13 +58,14 @@ pub use factor_error::FactorError;
 pub(crate) use green::SOFTENING;
 pub use green::{GreenError, GreenStrain};
 pub(crate) use loads::facet_shapes;
-pub use loads::{Facet, LoadError, facet_load, facet_matrix, surface_facets};
+pub use loads::{Facet, LoadError, facet_load, facet_matrix, pressure_stiffness, surface_facets};
 pub(crate) use local_rows::pencil_rows;
 pub use material::{Cylinder, Elasticity, Material, Stiffness};
 pub use model::{Attachments, Model};
 pub use model_error::ModelError;
 pub(crate) use ordering::elimination_order;
 pub use pencil::{Pencil, PencilError};
+pub use prestress::{Prestress, Rotation, buckling_factor};
 pub(crate) use raised::RaisedSpace;
 pub use rigid::RigidBody;
 pub(crate) use selected::SelectedInverse;
@@ -86,6 +88,8 @@ mod foundation_tests;
 mod green_tests;
 #[cfg(test)]
 mod oracle_tests;
+#[cfg(test)]
+mod prestress_tests;
 #[cfg(test)]
 mod rigid_tests;
 #[cfg(test)]

@@ -13,6 +13,7 @@ use super::engine::Engine;
 use super::material::Material;
 use super::model_error::ModelError;
 use super::pencil::Pencil;
+use super::prestress::Prestress;
 use super::rigid::RigidBody;
 use super::whole::AssemblyPlan;
 use crate::mesh::Mesh;
@@ -28,11 +29,12 @@ pub struct Model {
     attached: Option<Arc<Attached>>,
 }
 
-/// Attachments of a body, and the constraints between its dofs.
+/// Attachments of a body, the constraints between its dofs, and the state about which it moves.
 #[derive(Clone, Debug)]
 struct Attached {
     blocks: Vec<Block>,
     elimination: Elimination,
+    prestress: Option<Prestress>,
 }
 
 /// Attachments of a body over its dofs: three for each node of the mesh, then those of reference points.
@@ -46,6 +48,19 @@ pub struct Attachments {
     pub dashpots: Vec<DampingBlock>,
     /// Number of dofs of reference points.
     pub reference_dofs: usize,
+}
+
+impl Attached {
+    /// Matrices of single elements about the state.
+    fn elements<'a>(
+        &'a self,
+        mesh: &'a Mesh,
+        materials: &'a [Material],
+        lumped: &'a [bool],
+    ) -> ElementMatrices<'a> {
+        let elements = ElementMatrices::new(mesh, materials, lumped);
+        self.prestress.iter().fold(elements, |elements, state| elements.about(state))
+    }
 }
 
 impl Attachments {
@@ -130,17 +145,50 @@ impl Model {
         let pencil = assemble_blocks(&elements, &blocks, &elimination)?;
         let dofs = Arc::new(DofMap::of_elimination(mesh.nodes.len(), &elimination));
         let pencil = pencil.with_dampers(Dampers::of(&dashpots, &dofs)?);
-        let attached = Some(Arc::new(Attached { blocks, elimination }));
+        let attached = Some(Arc::new(Attached { blocks, elimination, prestress: None }));
         Ok(Model { mesh: Arc::new(mesh), materials: materials.to_vec(), dofs, pencil, attached })
     }
 
-    /// Adds the forces of a uniform acceleration on attached masses to a load over the free dofs.
-    pub(crate) fn add_attached_weight(&self, acceleration: [f64; 3], load: &mut [f64]) {
+    /// The same body about a static state under dead loads: `K + K_σ`, with the softening of rotations, which
+    /// act on attached masses too. All regions together: the pencil has one.
+    ///
+    /// # Errors
+    /// [`ModelError::TooLarge`], [`ModelError::Contradiction`].
+    pub(crate) fn about(&self, prestress: Prestress) -> Result<Model, ModelError> {
+        let (mut blocks, elimination) = match &self.attached {
+            Some(attached) => (attached.blocks.clone(), attached.elimination.clone()),
+            None => {
+                let mut constraints = Constraints::default();
+                let held = (0..self.dofs.n_dof()).filter(|&dof| self.dofs.is_held(dof));
+                held.for_each(|dof| constraints.hold(dof as u32, 0.0));
+                (vec![], constraints.eliminate(self.dofs.n_dof())?)
+            }
+        };
+        for Block { mass, stiffness, .. } in &mut blocks {
+            prestress.rotations.iter().for_each(|rotation| rotation.soften(mass, stiffness));
+        }
+        let attached = Attached { blocks, elimination, prestress: Some(prestress) };
+        let lumped = vec![false; self.mesh.regions.len()];
+        let elements = attached.elements(&self.mesh, &self.materials, &lumped);
+        let pencil = assemble_blocks(&elements, &attached.blocks, &attached.elimination)?;
+        let pencil = pencil.with_dampers(self.pencil.dampers().clone());
+        Ok(Model { pencil, attached: Some(Arc::new(attached)), ..self.clone() })
+    }
+
+    /// Adds the forces of an acceleration on attached masses to a load over the free dofs; `points` are the
+    /// places of the reference points.
+    pub(crate) fn add_attached_weight(
+        &self,
+        points: &[[f64; 3]],
+        acceleration: impl Fn([f64; 3]) -> [f64; 3],
+        load: &mut [f64],
+    ) {
         for block in self.attached.iter().flat_map(|attached| &attached.blocks) {
             // Reference points have three displacements, then three rotations.
             let of_dof = |dof: u32| match dof.checked_sub(self.dofs.n_dof() as u32) {
                 Some(place) if place % 6 >= 3 => 0.0,
-                _ => acceleration[dof as usize % 3],
+                Some(place) => acceleration(points[place as usize / 6])[place as usize % 6],
+                None => acceleration(self.mesh.nodes[dof as usize / 3])[dof as usize % 3],
             };
             for (row, &dof) in block.dofs.iter().enumerate() {
                 let columns = block.dofs.iter().enumerate();
@@ -150,9 +198,14 @@ impl Model {
         }
     }
 
-    /// True if something is attached to the body.
-    pub fn has_attachments(&self) -> bool {
-        self.attached.is_some()
+    /// True of a body of elements alone: nothing is attached to it, and it has no prestress.
+    pub fn is_bare(&self) -> bool {
+        self.attached.is_none()
+    }
+
+    /// True if the body moves about a loaded state.
+    pub(crate) fn is_prestressed(&self) -> bool {
+        self.attached.as_ref().is_some_and(|attached| attached.prestress.is_some())
     }
 
     /// Takes matrices that another program assembled. `mesh` has nodes and no elements, `constrained` one
@@ -184,7 +237,7 @@ impl Model {
             return found.expect("the assembled mesh has no folded element");
         };
         let lumped = vec![false; self.mesh.regions.len()];
-        let elements = ElementMatrices::new(&self.mesh, &self.materials, &lumped);
+        let elements = attached.elements(&self.mesh, &self.materials, &lumped);
         let found = held_columns(&elements, &attached.blocks, &attached.elimination, t);
         found.expect("the assembled mesh has no folded element")
     }
@@ -375,7 +428,7 @@ impl StageInput for Model {
             return shape.indices(&kinds).value(&(hexahedra, self.materials()));
         }
         // Of a body without attachments the numbers of its free dofs say it all.
-        let shape = if self.has_attachments() { self.dofs().add_dependent(shape) } else { shape };
+        let shape = if self.is_bare() { shape } else { self.dofs().add_dependent(shape) };
         let shape = self.pencil().dampers().add_to(shape);
         let (pencil, pattern) = (self.pencil(), self.pencil().mass().pattern());
         let shape = (0..pattern.n()).fold(shape, |inputs, j| inputs.indices(pattern.rows_of(j)));

@@ -11,8 +11,10 @@ mod chapter;
 mod check;
 mod check_attachments;
 mod check_large;
+mod check_prestress;
 mod large;
 mod plan;
+mod prestress;
 mod ranges;
 
 pub use attachments::{
@@ -34,6 +36,7 @@ pub use plan::{
     SnapshotPlan, StressPlaces, TimeEntry, Tolerances,
 };
 pub(crate) use plan::{GaugeEntry, InnerProduct, Precision, STRESS_UNASKED};
+pub use prestress::PrestressEntry;
 pub use ranges::{problem_schema, range_table};
 
 use std::path::{Path, PathBuf};
@@ -126,6 +129,8 @@ pub struct Problem {
     /// Dashpots at reference points.
     #[serde(rename = "dashpot", default)]
     pub dashpots: Vec<DashpotEntry>,
+    /// Static load case about which the body moves.
+    pub prestress: Option<PrestressEntry>,
     /// Base of the supports.
     #[serde(default)]
     pub base: BaseEntry,

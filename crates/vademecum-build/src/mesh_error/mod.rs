@@ -130,6 +130,9 @@ enum NoEstimate {
     /// Something is attached to the body.
     #[error("the estimate is for a body alone: one with couplings, ties, masses or springs has none")]
     Attachments,
+    /// The body moves about a loaded state.
+    #[error("the estimate is for a body without load: one with `[prestress]` has none")]
+    Prestress,
     /// The matrices are not in this process.
     #[error("matrices on several ranks are not refined: ask `vademecum modes --mesh-error` in one process")]
     Ranks,
@@ -193,7 +196,10 @@ pub fn estimate(
     if model.mesh().tetrahedra().is_none() {
         return Ok(NoEstimate::NoTetrahedra.into());
     }
-    if model.has_attachments() {
+    if model.is_prestressed() {
+        return Ok(NoEstimate::Prestress.into());
+    }
+    if !model.is_bare() {
         return Ok(NoEstimate::Attachments.into());
     }
     if symbolic.is_spread() {

@@ -142,10 +142,10 @@ impl Body {
         let embedded = problem.output.embedded.as_ref().map(embed).transpose()?;
         let stress = stress_places(problem, &mesh, &surface, embedded.as_ref())?;
         let unusable = |source| BodyError::Model { path: problem.place("support"), source };
+        if engine.is_some() && (problem.has_attachments() || problem.prestress.is_some()) {
+            return Err(BodyError::SpreadAttachments { path: problem.place("mesh") });
+        }
         let model = if problem.has_attachments() {
-            if engine.is_some() {
-                return Err(BodyError::SpreadAttachments { path: problem.place("mesh") });
-            }
             let attached = attachments(problem, &mesh, &surface, &materials)?;
             Model::assemble_attached(mesh, &materials, &constrained, attached).map_err(unusable)?
         } else {
@@ -156,7 +156,7 @@ impl Body {
             let force = pattern_force(problem, i, entry, &model, &surface)?;
             let mut free = model.free_part(&force);
             if let Some(acceleration) = entry.acceleration {
-                model.add_attached_weight(acceleration, &mut free);
+                model.add_attached_weight(&problem.reference_places(), |_| acceleration, &mut free);
             }
             if let Some(point) = entry.reference.as_deref().and_then(|name| problem.reference_point(name)) {
                 let loads = [entry.force, entry.moment].map(Option::unwrap_or_default);

@@ -153,11 +153,23 @@ pub enum BodyError {
     },
     /// Attachments on a matrix that ranks hold.
     #[error(
-        "{path}: a body with couplings, ties, masses or springs is not built by an engine of several ranks"
+        "{path}: a body with couplings, ties, masses, springs or a prestress is not built by an engine of several \
+         ranks"
     )]
     SpreadAttachments {
         /// The problem file and line.
         path: String,
+    },
+    /// A static load case that no body stands.
+    #[error(
+        "{path}: `prestress`: the body buckles under {factor:.3} of this load case (loads and the square of the speed \
+         of rotation), so that it has no motion about it; expected a smaller load case, a stiffer body or more supports"
+    )]
+    Buckled {
+        /// The problem file and line.
+        path: String,
+        /// Share of the load case.
+        factor: f64,
     },
     /// A strain gauge off the surface.
     #[error("{path}: gauge `{name}`")]

@@ -9,6 +9,7 @@ mod matrices;
 mod means;
 mod parameters;
 mod places;
+mod prestress;
 mod proposed;
 mod size;
 mod time_step;
@@ -184,7 +185,12 @@ pub(crate) fn prepare_within(
         problem.check_free()?;
         note_locking(problem, &mesh, listener);
         let space = ParameterSpace::new(problem, &mesh, rayleigh)?;
-        (watch.stage("assemble", || Body::build(problem, mesh, engine))?, space)
+        let body = watch.stage("assemble", || Body::build(problem, mesh, engine))?;
+        let loaded = |body| match &problem.prestress {
+            None => Ok(body),
+            Some(entry) => prestress::prestressed(problem, entry, body, memory, listener),
+        };
+        (loaded(body)?, space)
     };
     note_probes(problem, &body, listener);
     note_free(&body, listener);

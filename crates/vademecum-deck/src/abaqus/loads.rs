@@ -1,6 +1,6 @@
 //! Steps, supports and loads of a deck of Abaqus or CalculiX.
 
-use vademecum_build::mesh::inp::{DataLine, InpCard};
+use vademecum_build::mesh::inp::{DataLine, Dialect, InpCard};
 
 use crate::abaqus::reader::Reader;
 use crate::deck::{Dynamic, Load, Step, StepKind, Support};
@@ -9,16 +9,23 @@ use crate::error::DeckError;
 /// Begins a step. Loads and supports of the one before go on.
 pub(crate) fn begin_step(reader: &mut Reader<'_>, card: &InpCard) {
     reader.end_step();
-    if card.parameter("NLGEOM").is_some_and(|value| !value.eq_ignore_ascii_case("NO")) {
+    let nonlinear = card.parameter("NLGEOM").is_some_and(|value| !value.eq_ignore_ascii_case("NO"));
+    if nonlinear {
         reader.leave(card, "large displacements are not computed here: the answer is that of small ones");
     }
+    let abaqus = reader.contents.dialect == Dialect::Abaqus;
     let steps = &mut reader.deck.steps;
     let name = card.parameter("NAME").map_or_else(|| (steps.len() + 1).to_string(), str::to_string);
     let perturbation = card.parameter("PERTURBATION").is_some();
     let supports = steps.last().map_or_else(Vec::new, |last| last.supports.clone());
     let carried = steps.last().filter(|_| !perturbation).map_or_else(Vec::new, |last| last.loads.clone());
     let kind = StepKind::Other("a step without a procedure".into());
-    steps.push(Step { name, kind, loads: vec![], supports, line: card.place.line() });
+    // CalculiX takes up the last static step where the deck asks for it, Abaqus wherever that step has large
+    // displacements.
+    let last = steps.iter().rposition(|step| step.kind == StepKind::Static);
+    let about = last.filter(|_| if abaqus { reader.nonlinear } else { perturbation });
+    steps.push(Step { name, kind, loads: vec![], supports, about, line: card.place.line() });
+    reader.nonlinear |= nonlinear;
     reader.carried = carried;
     reader.in_step = true;
     reader.period = 1.0;
@@ -56,6 +63,8 @@ pub(crate) fn procedure(reader: &mut Reader<'_>, card: &InpCard) -> Result<(), D
     };
     match reader.step() {
         Some(step) => {
+            // Other procedures start from the body without load.
+            step.about = step.about.filter(|_| matches!(kind, StepKind::Frequency(_)));
             step.kind = kind;
             Ok(())
         }

@@ -42,6 +42,8 @@ pub(crate) struct Reader<'a> {
     pub(crate) in_step: bool,
     /// Period of the step.
     pub(crate) period: f64,
+    /// True once a step had large displacements.
+    pub(crate) nonlinear: bool,
     /// Loads of the step before, which go on.
     pub(crate) carried: Vec<Load>,
     /// Components of nodes whose force the step gives anew.
@@ -83,6 +85,7 @@ impl<'a> Reader<'a> {
             coupling: None,
             in_step: false,
             period: 1.0,
+            nonlinear: false,
             carried: vec![],
             replaced: HashSet::new(),
         })

@@ -54,6 +54,7 @@ pub(crate) fn take(model: &mut Model<'_>) -> Result<(), DeckError> {
             kind,
             loads: set("LOAD").map_or_else(Vec::new, |id| loads.of(id, 1.0, 0)),
             supports: set("SPC").map_or_else(Vec::new, |id| supports.of(id, 0)),
+            about: None,
             line: case.line,
         };
         model.deck.steps.push(step);

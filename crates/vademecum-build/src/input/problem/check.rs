@@ -72,6 +72,7 @@ impl Problem {
         self.check_parameters()?;
         self.check_chapter()?;
         self.check_large()?;
+        self.check_prestress()?;
         self.check_sizes()?;
         self.check_scales()
     }

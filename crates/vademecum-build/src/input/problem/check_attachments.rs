@@ -58,6 +58,11 @@ impl Problem {
         self.reference_points.iter().position(|point| point.name == name)
     }
 
+    /// Places of the reference points.
+    pub(crate) fn reference_places(&self) -> Vec<[f64; 3]> {
+        self.reference_points.iter().map(|point| point.at).collect()
+    }
+
     pub(super) fn check_attachments(&self) -> Result<(), ProblemError> {
         for (i, point) in self.reference_points.iter().enumerate() {
             let twice = self.reference_points[..i].iter().any(|other| other.name == point.name);

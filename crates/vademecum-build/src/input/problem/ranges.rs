@@ -129,6 +129,13 @@ const ROWS: &[Row] = &[
         "ratios",
         "1 is critical damping",
     ),
+    row(
+        "prestress.speed",
+        |p| one(p.prestress.as_ref().and_then(|p| p.speed)),
+        POSITIVE,
+        "a positive angular velocity in rad/s",
+        CARRIED,
+    ),
     row("time.step", |p| one(p.time.step), POSITIVE, "a positive time in seconds", CARRIED),
     row(
         "snapshots.positions",
