@@ -3,7 +3,6 @@
 use super::check::{Words, positive};
 use super::{ParameterKind, Problem, ProblemError, Representation};
 use crate::limits::MAGNITUDE;
-use crate::suggest::did_you_mean;
 
 impl Problem {
     pub(super) fn check_prestress(&self) -> Result<(), ProblemError> {
@@ -11,11 +10,15 @@ impl Problem {
         let loaded = !entry.loads.is_empty() || entry.acceleration.is_some() || entry.speed.is_some();
         let expected = "`loads`, `acceleration` or `speed`";
         self.require(loaded, "prestress", Words("a table without a load"), expected)?;
-        let names = || self.load.patterns.iter().map(|pattern| pattern.name.as_str());
+        let names: Vec<&str> = self.load.patterns.iter().map(|pattern| pattern.name.as_str()).collect();
         for (name, amplitude) in &entry.loads {
-            let known = names().any(|known| known == name);
-            let expected = || format!("names of `[[load.pattern]]`{}", did_you_mean(name, names()));
-            self.require(known, "prestress.loads", name, expected())?;
+            let known = names.contains(&name.as_str());
+            self.require(
+                known,
+                "prestress.loads",
+                name,
+                format!("names of `[[load.pattern]]`: {}", names.join(", ")),
+            )?;
             let sound = amplitude.abs() <= MAGNITUDE.1;
             self.require(sound, "prestress.loads", amplitude, "amplitudes between -1e30 and 1e30")?;
         }
