@@ -101,11 +101,13 @@ fn place(point: &Point) -> [f64; 3] {
     std::array::from_fn(|i| CORNERS.iter().zip(&point.values).map(|(x, n)| x[i] * n).sum::<f64>())
 }
 
-/// The nodal blocks of full integration, on and above the diagonal, and the inner functions.
+/// The nodal blocks of full integration, on and above the diagonal, and the inner functions. Their gradients
+/// take the Jacobian of the centre; `scaled` by the ratio of its determinant to that of the point, without
+/// which a distorted element fails the patch test.
 pub(super) fn with_inner_functions(
     rule: &[Point],
     nodes: &[[f64; 3]],
-    law: LawAt<'_>,
+    (law, scaled): (LawAt<'_>, bool),
     stiffness: &mut [f64],
 ) -> Result<InnerFunctions, ElementError> {
     let mut centre = Point { weight: 8.0, values: [0.125; MAX_NODES], gradients: [[0.0; 3]; MAX_NODES] };
@@ -120,7 +122,7 @@ pub(super) fn with_inner_functions(
         let weight = determinant * point.weight;
         let law = law(point.place(nodes));
         add_stiffness(N, &g, weight, &law, stiffness);
-        let scale = at_centre / determinant;
+        let scale = if scaled { at_centre / determinant } else { 1.0 };
         let h: [[f64; 3]; 3] =
             std::array::from_fn(|m| inverse_centre[m].map(|slope| -2.0 * at[m] * scale * slope));
         for m in 0..3 {
@@ -165,7 +167,7 @@ pub(super) fn incompatible(
     law: LawAt<'_>,
     stiffness: &mut [f64],
 ) -> Result<(), ElementError> {
-    let inner = with_inner_functions(rule, nodes, law, stiffness)?;
+    let inner = with_inner_functions(rule, nodes, (law, true), stiffness)?;
     let InnerFunctions { stiffness: inner, coupling, centre } = inner;
     // Positive definite: the inner functions have strains of their own.
     let solved = match inner.llt(Side::Lower) {
