@@ -162,8 +162,9 @@ impl ElementKernel {
         Ok(())
     }
 
-    /// Stiffness and mass of an 8-node hexahedron whose incompatible modes are kept, shape (33, 33): 24
-    /// components of the nodes, nine of the inner functions.
+    /// Stiffness and mass of an 8-node hexahedron whose incompatible modes are kept as CalculiX has them,
+    /// shape (33, 33): 24 components of the nodes, nine of the inner functions, whose gradients are not
+    /// scaled.
     pub(crate) fn with_inner_functions(
         &self,
         nodes: &[[f64; 3]],
@@ -171,7 +172,7 @@ impl ElementKernel {
         density: f64,
     ) -> Result<[Mat<f64>; 2], ElementError> {
         let mut blocks = vec![0.0; 9 * 64];
-        let inner = with_inner_functions(&self.stiffness, nodes, law, &mut blocks)?;
+        let inner = with_inner_functions(&self.stiffness, nodes, (law, false), &mut blocks)?;
         mirror_blocks(&mut blocks, 8);
         let mut mass = vec![0.0; 64];
         self.mass_into(nodes, density, &mut mass)?;

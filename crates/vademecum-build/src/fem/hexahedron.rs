@@ -104,14 +104,16 @@ fn place(point: &Point) -> [f64; 3] {
     std::array::from_fn(|i| CORNERS.iter().zip(&point.values).map(|(x, n)| x[i] * n).sum::<f64>())
 }
 
-/// The nodal blocks of full integration, on and above the diagonal, and the inner functions.
+/// The nodal blocks of full integration, on and above the diagonal, and the inner functions. Their gradients
+/// take the Jacobian of the centre; `scaled` by the ratio of its determinant to that of the point, without
+/// which a distorted element fails the patch test.
 pub(super) fn with_inner_functions(
     rule: &[Point],
     nodes: &[[f64; 3]],
-    law: LawAt<'_>,
+    (law, scaled): (LawAt<'_>, bool),
     stiffness: &mut [f64],
 ) -> Result<InnerFunctions, ElementError> {
-    let map = InnerMap::new(nodes)?;
+    let map = InnerMap::new(nodes, scaled)?;
     let mut inner = Mat::<f64>::zeros(9, 9);
     let mut coupling = Mat::<f64>::zeros(9, 3 * N);
     for point in rule {
@@ -142,11 +144,14 @@ pub(super) fn with_inner_functions(
 /// The map of an element at its centre, which gradients of inner functions take.
 pub(super) struct InnerMap {
     inverse: [[f64; 3]; 3],
+    /// Volume form there.
     determinant: f64,
+    /// Gradients are scaled by it over that of their place.
+    scaled: bool,
 }
 
 impl InnerMap {
-    pub(super) fn new(nodes: &[[f64; 3]]) -> Result<Self, ElementError> {
+    pub(super) fn new(nodes: &[[f64; 3]], scaled: bool) -> Result<Self, ElementError> {
         let mut centre = Point { weight: 8.0, values: [0.125; MAX_NODES], gradients: [[0.0; 3]; MAX_NODES] };
         centre
             .gradients
@@ -154,12 +159,13 @@ impl InnerMap {
             .zip(CORNERS)
             .for_each(|(slope, corner)| *slope = corner.map(|x| 0.125 * x));
         let (inverse, determinant) = jacobian(N, &centre, nodes)?;
-        Ok(Self { inverse, determinant })
+        Ok(Self { inverse, determinant, scaled })
     }
 
     /// Gradients of the inner functions at a point with this volume form.
     pub(super) fn gradients(&self, point: &Point, determinant: f64) -> [[f64; 3]; 3] {
-        let (at, scale) = (place(point), self.determinant / determinant);
+        let at = place(point);
+        let scale = if self.scaled { self.determinant / determinant } else { 1.0 };
         std::array::from_fn(|m| self.inverse[m].map(|slope| -2.0 * at[m] * scale * slope))
     }
 }
@@ -178,7 +184,7 @@ impl InnerFunctions {
 
 /// Components of nodes and inner functions that follow the nodes, shape (33, 24).
 pub(super) fn follow(rule: &[Point], nodes: &[[f64; 3]], law: LawAt<'_>) -> Result<Mat<f64>, ElementError> {
-    let solved = with_inner_functions(rule, nodes, law, &mut vec![0.0; 9 * N * N])?.solved()?;
+    let solved = with_inner_functions(rule, nodes, (law, true), &mut vec![0.0; 9 * N * N])?.solved()?;
     let unit = |i: usize, j: usize| if i == j { 1.0 } else { 0.0 };
     Ok(Mat::from_fn(33, 24, |i, j| if i < 24 { unit(i, j) } else { -solved[(i - 24, j)] }))
 }
@@ -207,7 +213,7 @@ pub(super) fn incompatible(
     law: LawAt<'_>,
     stiffness: &mut [f64],
 ) -> Result<(), ElementError> {
-    let inner = with_inner_functions(rule, nodes, law, stiffness)?;
+    let inner = with_inner_functions(rule, nodes, (law, true), stiffness)?;
     let lost = inner.coupling.transpose() * inner.solved()?;
     for a in 0..N {
         for b in a..N {

@@ -106,7 +106,7 @@ impl ElementKernel {
         displaced: bool,
     ) -> Result<Mat<f64>, ElementError> {
         let (n, rule) = (nodes.len(), self.stiffness_points(nodes));
-        let inner = self.is_incompatible().then(|| InnerMap::new(nodes)).transpose()?;
+        let inner = self.is_incompatible().then(|| InnerMap::new(nodes, u.len() == n)).transpose()?;
         let follow = match &inner {
             Some(_) if u.len() == n => Some(follow(rule, nodes, law)?),
             _ => None,
