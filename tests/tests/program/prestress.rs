@@ -126,7 +126,8 @@ fn differences(folder: &Path, element: &str, loads: &str) -> [f64; 2] {
     [largest(&|k| ours[k] / theirs[k] - 1.0), largest(&change)]
 }
 
-/// A pull, a push below the buckling load, a rotation about a skew axis, a pressure that turns with its faces.
+/// A pull, a push below the buckling load, a rotation about a skew axis, a pressure that turns with its
+/// faces.
 const LOADS: [&str; 4] = [
     "*CLOAD\ntip,1,4e3\ntip,2,30.\n",
     "*CLOAD\ntip,1,-200.\n",

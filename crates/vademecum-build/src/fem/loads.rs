@@ -248,8 +248,8 @@ pub fn facet_matrix(mesh: &Mesh, facet: &Facet, p: f64, t: f64) -> Mat<f64> {
 }
 
 /// Stiffness of a pressure that stays normal to each facet, `−∂f/∂u` of its forces in a displacement of all
-/// nodes, symmetric part: that of the whole is symmetric but for the rim of the facets (Bathe, *Finite Element
-/// Procedures*, §6.3).
+/// nodes, symmetric part: that of the whole is symmetric but for the rim of the facets (Bathe, *Finite
+/// Element Procedures*, §6.3).
 pub fn pressure_stiffness(mesh: &Mesh, facets: &[Facet], pressure: f64, displacement: &[f64]) -> Vec<Block> {
     let of_facet = |facet: &Facet| {
         let nodes = facet.nodes();

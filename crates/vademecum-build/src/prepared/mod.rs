@@ -186,9 +186,11 @@ pub(crate) fn prepare_within(
         note_locking(problem, &mesh, listener);
         let space = ParameterSpace::new(problem, &mesh, rayleigh)?;
         let body = watch.stage("assemble", || Body::build(problem, mesh, engine))?;
-        let loaded = |body| match &problem.prestress {
-            None => Ok(body),
-            Some(entry) => prestress::prestressed(problem, entry, body, memory, listener),
+        let loaded = |body| -> Result<Body, PrepareError> {
+            match &problem.prestress {
+                None => Ok(body),
+                Some(entry) => prestress::prestressed(problem, entry, body, memory, listener),
+            }
         };
         (loaded(body)?, space)
     };

@@ -2,26 +2,25 @@
 
 use faer::Mat;
 
-use super::PrepareError;
 use super::body::Body;
 use super::body_error::BodyError;
 use crate::fem::{FactorError, Prestress, Rotation, Solve, Symbolic, buckling_factor};
 use crate::input::{PrestressEntry, Problem};
-use crate::limits::Memory;
+use crate::limits::{Memory, TooMuchMemory};
 use crate::linalg::unit;
 use crate::progress::Listener;
 
 /// The body of a problem about the static state of its prestress.
 ///
 /// # Errors
-/// [`PrepareError`]: a body that is not held, that buckles, or that does not fit into memory.
-pub(super) fn prestressed(
+/// A body that is not held, that buckles, or that does not fit into memory.
+pub(super) fn prestressed<E: From<BodyError> + From<FactorError> + From<TooMuchMemory>>(
     problem: &Problem,
     entry: &PrestressEntry,
     body: Body,
     memory: Memory,
     listener: &dyn Listener,
-) -> Result<Body, PrepareError> {
+) -> Result<Body, E> {
     let (model, pencil) = (&body.model, body.model.pencil());
     let symbolic = Symbolic::analyze(pencil)?;
     // Both stiffnesses and one factor at a time.
