@@ -155,7 +155,7 @@ fn every_command_prints_the_keys_of_its_page() {
     compare(at, &["static"], &["static bar.inp --json"]);
     compare(at, &["init"], &["init cube.msh -o cube.toml --json"]);
     let frf =
-        "frf beam.vdm --in gravity --out tip --range 1,200 --points 3 --json --problem beam.toml --compare 2";
+        "frf beam.vdm --in gravity --out tip --range 1,10 --points 3 --json --problem beam.toml --compare 2";
     compare(at, &["frf"], &[frf]);
     compare(at, &["run"], &["run beam.vdm --scenario push.toml -o out --plot probes.svg --json"]);
     let still = "duration = 0.05\n[[contact]]\npoint = [1.0, 0.05, 0.1]\nforce = [0.0, 0.0, -1.0]\n";

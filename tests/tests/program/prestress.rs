@@ -141,8 +141,10 @@ fn prestressed_frequencies_of_decks_are_those_of_calculix() {
         return;
     }
     let folder = tempfile::tempdir().expect("a folder");
-    for element in ["C3D8", "C3D8I", "C3D20", "C3D20R"] {
-        for loads in LOADS {
+    for element in ["C3D8", "C3D8I", "C3D20", "C3D20R", "C3D4", "C3D10"] {
+        // The fourth presses a face of a brick.
+        let count = if matches!(element, "C3D4" | "C3D10") { 3 } else { 4 };
+        for loads in &LOADS[..count] {
             // CalculiX leaves parts of the rotation out for incompatible modes; seven digits are printed.
             let rotates = element == "C3D8I" && loads.contains("CENTRIF");
             let [found, _] = differences(folder.path(), element, loads);
@@ -152,15 +154,15 @@ fn prestressed_frequencies_of_decks_are_those_of_calculix() {
     }
 }
 
-/// CalculiX integrates the mass of these kinds at the few points of their stiffness, so that frequencies are
-/// others without a load too: the change by the load is compared.
+/// CalculiX integrates the mass of wedges at the few points of their stiffness, so that frequencies are others
+/// without a load too: the change by the load is compared.
 #[test]
-fn prestress_changes_frequencies_of_tetrahedra_and_wedges_as_in_calculix() {
+fn prestress_changes_frequencies_of_wedges_as_in_calculix() {
     if !calculix::is_there() {
         return;
     }
     let folder = tempfile::tempdir().expect("a folder");
-    for element in ["C3D4", "C3D10", "C3D6", "C3D15"] {
+    for element in ["C3D6", "C3D15"] {
         for loads in &LOADS[..3] {
             let [own, change] = differences(folder.path(), element, loads);
             println!("{element} {loads:?}: {own:e}, of the change {change:e}");
