@@ -154,8 +154,8 @@ fn prestressed_frequencies_of_decks_are_those_of_calculix() {
     }
 }
 
-/// CalculiX integrates the mass of wedges at the few points of their stiffness, so that frequencies are others
-/// without a load too: the change by the load is compared.
+/// CalculiX integrates the mass of wedges at the few points of their stiffness, so that frequencies are
+/// others without a load too: the change by the load is compared.
 #[test]
 fn prestress_changes_frequencies_of_wedges_as_in_calculix() {
     if !calculix::is_there() {
