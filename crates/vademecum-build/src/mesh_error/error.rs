@@ -19,16 +19,16 @@ pub enum MeshErrorFailure {
     NoConvergence(#[from] NoConvergence),
     /// A disc that no traction can be spread over.
     #[error(
-        "a disc of radius {radius:e} m: expected one from a tenth of a mean edge of the mesh to half of the body's \
-         size, {least:.3e} to {most:.3e} m"
+        "a disc of radius {radius:e} m: expected at most half of the body's size, {most:.3e} m, and enough for points of \
+         integration on a facet that can move, such as a mean edge of the mesh, {edge:.3e} m"
     )]
     Disc {
         /// Its radius.
         radius: f64,
-        /// The smallest.
-        least: f64,
         /// The largest.
         most: f64,
+        /// The mean edge of the mesh.
+        edge: f64,
     },
     /// The user wants to stop.
     #[error("the search in the raised space")]

@@ -51,8 +51,6 @@ use crate::progress::Listener;
 
 /// Radius of a disc where nobody asks for one, in mean edges of the mesh.
 const EDGES: f64 = 3.0;
-/// Smallest radius of a disc, in mean edges of the mesh.
-const SMALLEST: f64 = 0.1;
 /// Modes beside them in the start block: linear meshes sort modes wrongly.
 const GUARD: usize = 2;
 
@@ -222,12 +220,13 @@ pub fn estimate(
     let (eigenvalues, vectors) = (&eigenvalues[..count], vectors.subcols(0, count));
     let factor = symbolic.factor_of(pencil.stiffness())?;
     let space = RaisedSpace::new(model);
-    if let DiscRequest::Radius(Some(radius)) = disc {
-        let (low, high) = model.mesh().bounding_box();
-        let [least, most] = [SMALLEST * space.mean_edge(), 0.5 * norm(sub(high, low))];
-        if !(least..=most).contains(&radius) {
-            return Err(MeshErrorFailure::Disc { radius, least, most });
-        }
+    let (low, high) = model.mesh().bounding_box();
+    let (edge, most) = (space.mean_edge(), 0.5 * norm(sub(high, low)));
+    let bad_disc = |radius: f64| MeshErrorFailure::Disc { radius, most, edge };
+    if let DiscRequest::Radius(Some(radius)) = disc
+        && radius > most
+    {
+        return Err(bad_disc(radius));
     }
     let [scale, bound_scale] = factors(model.mesh().order(), rim);
     let change = frequency_changes(
@@ -245,11 +244,14 @@ pub fn estimate(
     let frequencies = frequencies.collect();
     let mut steps = [change.steps, 0];
     let mut displacement = None;
-    if let (DiscRequest::Radius(radius), false) = (disc, free) {
-        let radius = radius.unwrap_or_else(|| EDGES * space.mean_edge());
+    if let (DiscRequest::Radius(asked), false) = (disc, free) {
+        let radius = asked.unwrap_or(EDGES * edge);
         let place = softest_place(&prepared.body, eigenvalues, vectors, radius);
         let loaded = place
             .and_then(|(disc, facets)| Some((disc, raised_load(&space, &prepared.body, &disc, &facets)?)));
+        if let (None, Some(radius)) = (&loaded, asked) {
+            return Err(bad_disc(radius));
+        }
         if let Some((disc, load)) = loaded {
             let (mesh, change) = compliance_change(&space, &factor, &load, listener)?;
             let g = change.values[0];
