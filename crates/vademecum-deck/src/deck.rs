@@ -31,8 +31,9 @@ pub struct Deck {
     pub cylinders: Vec<Option<Cylinder>>,
     /// True for each region whose mass is lumped.
     pub lumped: Vec<bool>,
-    /// True if incompatible modes are dofs with a mass.
-    pub inner_functions: bool,
+    /// True of the dialect of CalculiX: incompatible modes are dofs with a mass, and motions about a loaded
+    /// state take their strains about the displaced body.
+    pub of_calculix: bool,
     /// Axes of nodes whose components are not those of space; rows are unit vectors.
     pub axes: BTreeMap<NodeNumber, [[f64; 3]; 3]>,
     /// Supports of all steps.
@@ -270,14 +271,14 @@ impl Deck {
         Deck {
             file: file.to_path_buf(),
             program: program.into(),
-            units: Units(None, true),
+            units: Units::guessed(None),
             notes: mesh.notes.clone(),
             mesh,
             points,
             materials: vec![],
             cylinders: vec![],
             lumped: vec![],
-            inner_functions: false,
+            of_calculix: false,
             axes: BTreeMap::new(),
             supports: vec![],
             links: vec![],

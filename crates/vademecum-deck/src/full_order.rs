@@ -82,7 +82,7 @@ impl<'a> FullOrder<'a> {
         let blocks = deck.attachments.iter().filter_map(|one| block(deck, &dofs, one)).collect();
         let mut elements = ElementMatrices::new(&deck.mesh, &deck.materials, &deck.lumped);
         elements.turn(&deck.cylinders);
-        if deck.inner_functions {
+        if deck.of_calculix {
             dofs.end_at(elements.keep_inner_functions(dofs.count() as u32));
         }
         FullOrder { deck, elements, dofs, blocks }
@@ -161,7 +161,7 @@ impl<'a> FullOrder<'a> {
         let rotations = before.loads.iter().filter_map(rotation).collect();
         let displacement = self.solve(before)?.displacement;
         // CalculiX keeps inner functions, and takes strains about the displaced body.
-        let state = Prestress { displacement, rotations, displaced: self.deck.inner_functions };
+        let state = Prestress { displacement, rotations, displaced: self.deck.of_calculix };
         let mut blocks = self.blocks.clone();
         for (value, facets) in self.pressures(&before.loads)? {
             blocks.extend(pressure_stiffness(&self.deck.mesh, &facets, value, &state.displacement));

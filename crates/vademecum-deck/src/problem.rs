@@ -60,7 +60,7 @@ impl Deck {
     /// # Errors
     /// [`DeckError::UnknownUnits`], [`DeckError::Incomplete`] without a density.
     pub fn problem_parts(&self, density: Option<f64>) -> Result<ProblemParts, DeckError> {
-        let system = self.units.0.ok_or_else(|| DeckError::UnknownUnits { file: self.file.clone() })?;
+        let system = self.units.system.ok_or_else(|| DeckError::UnknownUnits { file: self.file.clone() })?;
         let [metre, pascal, kilogram] = system.factors();
         if let Some(turning) = self.cylinders.iter().position(Option::is_some) {
             return Err(DeckError::TurningAxes { region: self.mesh.regions[turning].name.clone() });
@@ -121,7 +121,7 @@ impl Deck {
         if !hexahedra && self.has_kind(Hexahedra::ReducedMass) {
             missing.push("the mass of tetrahedra by one point or four: bodies integrate it exactly".into());
         }
-        if self.inner_functions && self.has_kind(Hexahedra::Incompatible) {
+        if self.of_calculix && self.has_kind(Hexahedra::Incompatible) {
             missing.push("the mass of incompatible modes: bodies eliminate them".into());
         }
         let in_units = |text: &str| if system == System::Own { without_units(text) } else { text.into() };

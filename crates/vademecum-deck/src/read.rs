@@ -3,6 +3,7 @@
 use std::path::Path;
 
 use vademecum_build::mesh::inp::Dialect;
+use vademecum_build::mesh::{self, LS_DYNA_EXTENSIONS};
 
 use crate::deck::Deck;
 use crate::error::DeckError;
@@ -18,13 +19,13 @@ pub struct ReadOptions {
     pub units: Option<System>,
 }
 
-/// Extensions of decks of LS-DYNA, which are refused by name.
-const LS_DYNA: [&str; 3] = ["k", "key", "dyn"];
-
 /// True of the name of a deck: one that ends in `.inp`, `.bdf`, `.nas`, `.dat` or `.cdb`, or of a deck that
 /// is refused by name.
 pub fn is_deck(file: &Path) -> bool {
-    ["inp", "bdf", "nas", "dat", "cdb"].iter().chain(&LS_DYNA).any(|known| *known == extension(file))
+    ["inp", "bdf", "nas", "dat", "cdb"]
+        .iter()
+        .chain(&LS_DYNA_EXTENSIONS)
+        .any(|known| *known == extension(file))
 }
 
 fn extension(file: &Path) -> String {
@@ -37,9 +38,9 @@ fn extension(file: &Path) -> String {
 /// [`DeckError`]: a file that cannot be read, cards that cannot be used, elements that are no solids.
 pub fn read(file: &Path, options: &ReadOptions) -> Result<Deck, DeckError> {
     let extension = extension(file);
-    if LS_DYNA.contains(&extension.as_str()) {
+    if LS_DYNA_EXTENSIONS.contains(&extension.as_str()) {
         // The mesh reader names the format.
-        vademecum_build::mesh::parse(file)?;
+        mesh::parse(file)?;
     }
     let mut deck = match extension.as_str() {
         "bdf" | "nas" | "dat" => nastran::read(file)?,
@@ -48,10 +49,10 @@ pub fn read(file: &Path, options: &ReadOptions) -> Result<Deck, DeckError> {
     };
     deck.check_rotations()?;
     deck.units = match options.units {
-        Some(system) => Units(Some(system), false),
+        Some(system) => Units { system: Some(system), guessed: false },
         None => {
             let heaviest = deck.materials.iter().max_by(|a, b| a.density.total_cmp(&b.density));
-            heaviest.map_or(Units(None, true), |material| {
+            heaviest.map_or(Units::guessed(None), |material| {
                 Units::guess(material.elasticity.modulus(), material.density)
             })
         }

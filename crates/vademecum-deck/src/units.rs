@@ -25,9 +25,14 @@ pub enum System {
     Own,
 }
 
-/// Units of a deck, if they are known, and whether that is a guess.
+/// Units of a deck.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Units(pub Option<System>, pub bool);
+pub struct Units {
+    /// Their system; none where nothing tells it.
+    pub system: Option<System>,
+    /// True if modulus and density tell it, and nobody said it.
+    pub guessed: bool,
+}
 
 /// Densities from light foam to tungsten, moduli from soft tissue to diamond, in kg/m³ and Pa.
 const DENSITY: [f64; 2] = [20.0, 25e3];
@@ -72,6 +77,11 @@ impl System {
 }
 
 impl Units {
+    /// Units that modulus and density tell, if they do.
+    pub(crate) fn guessed(system: Option<System>) -> Units {
+        Units { system, guessed: true }
+    }
+
     /// The system in which modulus and density are those of a solid; of several, the one in which they are
     /// nearest to those of common metals. None without a density.
     pub(crate) fn guess(young: f64, density: f64) -> Units {
@@ -79,24 +89,24 @@ impl Units {
         /// about it.
         const TYPICAL: [f64; 2] = [1e11, 4e3];
         if !(young > 0.0 && density > 0.0) {
-            return Units(None, true);
+            return Units::guessed(None);
         }
         let within = |value: f64, [low, high]: [f64; 2]| (low..=high).contains(&value);
         let in_si = SYSTEMS.map(|(system, _, kilogram, pascal)| (system, young / pascal, density / kilogram));
         let fitting = in_si.iter().filter(|(_, e, rho)| within(*e, MODULUS) && within(*rho, DENSITY));
         let off =
             |(_, e, rho): &(System, f64, f64)| (e / TYPICAL[0]).ln().abs() + (rho / TYPICAL[1]).ln().abs();
-        Units(fitting.min_by(|a, b| off(a).total_cmp(&off(b))).map(|found| found.0), true)
+        Units::guessed(fitting.min_by(|a, b| off(a).total_cmp(&off(b))).map(|found| found.0))
     }
 
     /// Description for the user.
     pub fn words(self) -> String {
-        let (name, guessed) = match self.0 {
+        let name = match self.system {
             None => return "unknown: numbers are in those of the deck".into(),
             Some(System::Own) => return "not converted: numbers are in those of the deck".into(),
-            Some(system) => (system.name(), self.1),
+            Some(system) => system.name(),
         };
-        format!("{name}{}", if guessed { " (guessed from modulus and density)" } else { "" })
+        format!("{name}{}", if self.guessed { " (guessed from modulus and density)" } else { "" })
     }
 }
 
@@ -111,9 +121,9 @@ mod tests {
                 let found = Units::guess(young * pascal, density * kilogram);
                 // Soft solids may look like stiff ones of another system.
                 if young > 1e9 {
-                    assert_eq!(found, Units(Some(system), true), "{young} {density}");
+                    assert_eq!(found, Units::guessed(Some(system)), "{young} {density}");
                 } else {
-                    assert!(found.0.is_some());
+                    assert!(found.system.is_some());
                 }
             }
         }
@@ -121,8 +131,8 @@ mod tests {
 
     #[test]
     fn numbers_without_a_density_or_of_no_solid_have_no_units() {
-        assert_eq!(Units::guess(2.1e11, 0.0), Units(None, true));
-        assert_eq!(Units::guess(1.0, 1.0), Units(None, true));
+        assert_eq!(Units::guess(2.1e11, 0.0), Units::guessed(None));
+        assert_eq!(Units::guess(1.0, 1.0), Units::guessed(None));
         for (system, name, ..) in SYSTEMS {
             assert_eq!(System::parse(name), Some(system));
             assert_eq!(system.name(), name);

@@ -529,7 +529,7 @@ fn units_of_their_own_keep_the_numbers() {
     let text = BAR.replace("\n100,0\n*DENSITY\n3\n", "\n1,0\n*DENSITY\n1\n").replace("*SOLID", mass);
     std::fs::write(&path, text).unwrap();
     let unknown = read(&path, &ReadOptions::default()).unwrap();
-    assert_eq!((unknown.units.0, unknown.units.words().contains("unknown")), (None, true));
+    assert_eq!((unknown.units.system, unknown.units.words().contains("unknown")), (None, true));
     let error = unknown.problem_parts(None).unwrap_err().to_string();
     assert!(error.contains("--units none") && error.contains("own.inp"), "{error}");
     let own = read(&path, &ReadOptions { units: System::parse("none"), ..ReadOptions::default() }).unwrap();

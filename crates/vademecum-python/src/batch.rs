@@ -84,9 +84,8 @@ struct Instances<T: Number, C> {
 impl<T: Number, C: Cell<T>> Instances<T, C> {
     fn new(one: Simulation<T>, n_instances: usize) -> PyResult<Self> {
         let too_many = || PyValueError::new_err(format!("{n_instances} instances do not fit into memory"));
-        let each = Batch::len_for(one.scene(), 1);
-        // A batch of no instances has what all share; each one adds less than a batch of one.
-        each.checked_mul(n_instances).ok_or_else(too_many)?;
+        // A batch takes no more than as many of one: its length does not overflow.
+        Batch::len_for(one.scene(), 1).checked_mul(n_instances).ok_or_else(too_many)?;
         let (mut memory, mut applied): (Vec<T>, Vec<Vec<Applied>>) = (vec![], vec![]);
         let needed = Batch::len_for(one.scene(), n_instances);
         memory.try_reserve_exact(needed).map_err(|_| too_many())?;

@@ -17,7 +17,9 @@ use vademecum_eval::SceneOptions;
 use vademecum_format::File;
 use vademecum_rewrite::default_limit;
 use vademecum_study::StudyError;
-use vademecum_study::frf::{Channel, Quantity, ResponseRequest, frequencies, frequency_response, with_poles};
+use vademecum_study::frf::{
+    Channel, FREQUENCIES, POINTS, Quantity, ResponseRequest, frequencies, frequency_response, with_poles,
+};
 use vademecum_study::modes::natural_modes;
 use vademecum_study::player::PlayOptions;
 use vademecum_study::run::{Moment, Run};
@@ -222,6 +224,21 @@ pub struct Spacing {
 }
 
 impl Spacing {
+    /// Refuses frequencies, and numbers of them, that the program does not take.
+    fn check(&self) -> Result<(), Refusal> {
+        let asked = self.range.as_ref().map_or(&self.frequencies[..], |range| range);
+        if !asked.iter().all(|frequency| FREQUENCIES.contains(frequency)) {
+            let (first, last) = (FREQUENCIES.start(), FREQUENCIES.end());
+            return Err(Refusal::usage(format!("frequencies are numbers from {first:e} to {last:e} Hz")));
+        }
+        let taken = u32::try_from(self.points).is_ok_and(|points| POINTS.contains(&points));
+        if self.range.is_some() && !taken {
+            let (least, most) = (POINTS.start(), POINTS.end());
+            return Err(Refusal::usage(format!("a range has {least} to {most} points")));
+        }
+        Ok(())
+    }
+
     fn grid(&self, file: &File<'_>, options: &SceneOptions) -> Result<Vec<f64>, StudyError> {
         let grid = self.range.map(|range| frequencies(range, self.points, self.log));
         let grid = grid.unwrap_or_else(|| self.frequencies.clone());
@@ -241,6 +258,7 @@ pub fn frf<'py>(
     quantity: &str,
     options: Option<&Bound<'py, PyDict>>,
 ) -> PyResult<(Bound<'py, PyAny>, Bound<'py, PyAny>, String)> {
+    spacing.check()?;
     let channel = |text: &String| text.parse::<Channel>().map_err(|error| Refusal::usage(error.to_string()));
     let quantity = match quantity {
         "displacement" => Quantity::Displacement,

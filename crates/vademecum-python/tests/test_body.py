@@ -548,7 +548,7 @@ def test_sizes_that_no_memory_has_are_errors_of_the_argument(live_beam):
     for instances in (10**12, 10**19, -1):
         with pytest.raises((ValueError, TypeError)):
             live_beam.batch(instances)
-    with pytest.raises(ValueError, match="1 000 000 points"):
+    with pytest.raises(ValueError, match="points"):
         live_beam.frf("gravity", "tip", (1, 100), points=10**12)
     with pytest.raises(ValueError, match="stiffness scale"):
         live_beam.body(stiffness=-1.0)

@@ -70,6 +70,9 @@ impl Quantity {
 /// Frequencies that may be asked for \[Hz\]: their squares times any mass stay far from overflow.
 pub const FREQUENCIES: std::ops::RangeInclusive<f64> = 1e-12..=1e12;
 
+/// Number of frequencies of a range.
+pub const POINTS: std::ops::RangeInclusive<u32> = 2..=1_000_000;
+
 /// Frequencies from the first to the last \[Hz\], in equal steps or in equal ratios.
 pub fn frequencies([first, last]: [f64; 2], count: usize, ratios: bool) -> Vec<f64> {
     let share = |i: usize| i as f64 / (count.max(2) - 1) as f64;

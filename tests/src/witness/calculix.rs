@@ -55,11 +55,9 @@ pub fn run(folder: &Path, witness: &Witness, problem: &Problem, mesh: &Mesh) -> 
     let job = format!("{name}-calculix");
     let text = deck(witness, problem, mesh);
     std::fs::write(folder.join(format!("{job}.inp")), text).expect("the deck is written");
-    let ran =
-        Command::new("ccx").arg("-i").arg(&job).current_dir(folder).env("OMP_NUM_THREADS", "2").output();
-    let ran = ran.expect("ccx starts");
-    let printed = std::fs::read_to_string(folder.join(format!("{job}.dat"))).unwrap_or_default();
-    let mut answer = parse(&printed, mesh);
+    let found = self::answer(folder, &job);
+    let mut answer =
+        Answer { displacement: found.of_mesh(mesh), frequencies: found.frequencies, ..Answer::default() };
     if loaded {
         let fields = std::fs::read_to_string(folder.join(format!("{job}.frd"))).unwrap_or_default();
         answer.stress = stress(&fields, mesh);
@@ -70,7 +68,7 @@ pub fn run(folder: &Path, witness: &Witness, problem: &Problem, mesh: &Mesh) -> 
         "{name}: CalculiX gave {} frequencies and {} displacements\n{}",
         answer.frequencies.len(),
         answer.displacement.len(),
-        String::from_utf8_lossy(&ran.stdout)
+        found.said
     );
     answer
 }
@@ -174,32 +172,48 @@ fn stress(fields: &str, mesh: &Mesh) -> Vec<[f64; 6]> {
     stress
 }
 
-/// Reads the tables of a `.dat` file.
-pub(super) fn parse(printed: &str, mesh: &Mesh) -> Answer {
-    let mut answer = Answer::default();
+/// Tables of a `.dat` file.
+#[derive(Clone, Debug, Default)]
+pub struct Tables {
+    /// Natural frequencies \[Hz\].
+    pub frequencies: Vec<f64>,
+    /// Displacements, by the numbers of their nodes, in order.
+    pub displacements: Vec<(u64, [f64; 3])>,
+    /// What CalculiX said while it ran.
+    pub said: String,
+}
+
+/// Runs CalculiX on `JOB.inp` of a folder.
+///
+/// # Panics
+/// If it does not start.
+#[must_use]
+pub fn answer(folder: &Path, job: &str) -> Tables {
+    let ran = Command::new("ccx").arg("-i").arg(job).current_dir(folder).env("OMP_NUM_THREADS", "2").output();
+    let said = String::from_utf8_lossy(&ran.expect("ccx starts").stdout).into_owned();
+    let printed = std::fs::read_to_string(folder.join(format!("{job}.dat"))).unwrap_or_default();
+    let mut found = Tables { said, ..Tables::default() };
     let mut table = "";
     for line in printed.lines() {
         let columns: Vec<f64> = line.split_whitespace().map_while(|word| word.parse().ok()).collect();
-        if columns.is_empty() {
-            if line.contains("E I G E N V A L U E") {
-                table = "frequencies";
-            } else if line.contains("displacements") {
-                table = "displacements";
-            } else if line.contains("P A R T I C I P A T I O N") {
-                table = "";
-            }
-            continue;
-        }
         match (table, &columns[..]) {
+            (_, []) if line.contains("E I G E N V A L U E") => table = "frequencies",
+            (_, []) if line.contains("P A R T I C I P A T I O N") => table = "",
+            (_, []) if line.contains("displacements") => table = "displacements",
             // Number, eigenvalue, rad/s, Hz, imaginary part.
-            ("frequencies", &[_, _, _, hz, _]) => answer.frequencies.push(hz),
-            ("displacements", &[node, x, y, z]) => {
-                let next = mesh.node_ids.get(answer.displacement.len()).map(|id| *id as f64);
-                assert_eq!(Some(node), next, "CalculiX prints the nodes in another order");
-                answer.displacement.push([x, y, z]);
-            }
+            ("frequencies", &[_, _, _, hz, _]) => found.frequencies.push(hz),
+            ("displacements", &[node, x, y, z]) => found.displacements.push((node as u64, [x, y, z])),
             _ => {}
         }
     }
-    answer
+    found
+}
+
+impl Tables {
+    /// The displacements of a mesh whose nodes are all printed.
+    pub(super) fn of_mesh(&self, mesh: &Mesh) -> Vec<[f64; 3]> {
+        let in_order = self.displacements.iter().zip(&mesh.node_ids).all(|((node, _), id)| node == id);
+        assert!(in_order, "CalculiX prints the nodes in another order");
+        self.displacements.iter().map(|row| row.1).collect()
+    }
 }

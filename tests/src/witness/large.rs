@@ -7,7 +7,6 @@
 
 use std::fmt::Write as _;
 use std::path::Path;
-use std::process::Command;
 
 use vademecum_build::dynamics::large::{Newton, RestOptions, rest};
 use vademecum_build::fem::{Elasticity, GreenStrain, Material, Model, Symbolic};
@@ -88,10 +87,8 @@ fn answer(mesh: &Mesh, end: &[u32], share: [f64; 3], folder: &Path) -> Vec<[f64;
     }
     text.push_str("*NODE PRINT, NSET=all, FREQUENCY=1000\nU\n*END STEP\n");
     std::fs::write(folder.join("bent-calculix.inp"), text).expect("the deck is written");
-    let ran =
-        Command::new("ccx").args(["-i", "bent-calculix"]).current_dir(folder).output().expect("ccx starts");
-    let printed = std::fs::read_to_string(folder.join("bent-calculix.dat")).unwrap_or_default();
-    let found = calculix::parse(&printed, mesh).displacement;
-    assert_eq!(found.len(), mesh.nodes.len(), "{}", String::from_utf8_lossy(&ran.stdout));
+    let answer = calculix::answer(folder, "bent-calculix");
+    let found = answer.of_mesh(mesh);
+    assert_eq!(found.len(), mesh.nodes.len(), "{}", answer.said);
     found
 }

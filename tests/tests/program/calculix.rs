@@ -6,10 +6,9 @@
 use std::collections::HashMap;
 use std::fmt::Write;
 use std::path::Path;
-use std::process::Command;
 
 use vademecum_tests::program::vademecum;
-use vademecum_tests::witness::calculix::is_there;
+use vademecum_tests::witness::calculix::{self, Tables, is_there};
 
 /// Corners of a brick, and its edges in the order of the middles.
 const CORNERS: [[usize; 3]; 8] =
@@ -116,24 +115,13 @@ fn cases(bar: &Bar) -> Vec<Case> {
     let second = Bar::new([3, 3, 2], 1.0, 2001, "BAR2");
     let faces: String = (2001..2007).map(|element| format!("{element},S6\n")).collect();
     let weights: String = bar.section(8).iter().map(|node| format!("{node},{}.\n", 1 + node % 3)).collect();
+    let alone = |name, attached| Case { name, attached, ..Case::default() };
     vec![
-        Case { name: "none", ..Case::default() },
-        Case { name: "*MASS", attached: element("MASS", &[tip], "MASS,ELSET=EA\n15.\n"), ..Case::default() },
-        Case {
-            name: "*SPRING, SPRINGA",
-            attached: element("SPRINGA", &[tip, other], "SPRING,ELSET=EA\n\n3.e7\n"),
-            ..Case::default()
-        },
-        Case {
-            name: "*SPRING, SPRING1",
-            attached: element("SPRING1", &[tip], "SPRING,ELSET=EA\n3\n2.e6\n"),
-            ..Case::default()
-        },
-        Case {
-            name: "*SPRING, SPRING2",
-            attached: element("SPRING2", &[tip, middle], "SPRING,ELSET=EA\n2,3\n2.e7\n"),
-            ..Case::default()
-        },
+        alone("none", String::new()),
+        alone("*MASS", element("MASS", &[tip], "MASS,ELSET=EA\n15.\n")),
+        alone("*SPRING, SPRINGA", element("SPRINGA", &[tip, other], "SPRING,ELSET=EA\n\n3.e7\n")),
+        alone("*SPRING, SPRING1", element("SPRING1", &[tip], "SPRING,ELSET=EA\n3\n2.e6\n")),
+        alone("*SPRING, SPRING2", element("SPRING2", &[tip, middle], "SPRING,ELSET=EA\n2,3\n2.e7\n")),
         Case {
             name: "*RIGID BODY, mass",
             more: point.into(),
@@ -182,33 +170,13 @@ fn cases(bar: &Bar) -> Vec<Case> {
     ]
 }
 
-/// Frequencies and displacements that CalculiX prints.
-fn calculix(folder: &Path, job: &str) -> (Vec<f64>, HashMap<u64, [f64; 3]>) {
-    let ran = Command::new("ccx").arg("-i").arg(job).current_dir(folder).output().expect("ccx starts");
-    let printed = std::fs::read_to_string(folder.join(format!("{job}.dat"))).unwrap_or_default();
-    let (mut frequencies, mut displacements, mut table) = (vec![], HashMap::new(), "");
-    for line in printed.lines() {
-        let columns: Vec<f64> = line.split_whitespace().map_while(|word| word.parse().ok()).collect();
-        match (table, &columns[..]) {
-            (_, []) if line.contains("E I G E N V A L U E") => table = "frequencies",
-            (_, []) if line.contains("P A R T I C I P A T I O N") => table = "",
-            (_, []) if line.contains("displacements") => table = "displacements",
-            ("frequencies", &[_, _, _, hz, _]) => frequencies.push(hz),
-            ("displacements", &[node, x, y, z]) => {
-                displacements.insert(node as u64, [x, y, z]);
-            }
-            _ => {}
-        }
-    }
-    assert!(frequencies.len() >= 6, "{job}: {}", String::from_utf8_lossy(&ran.stdout));
-    (frequencies, displacements)
-}
-
 /// Largest deviation of six frequencies, and that of the largest displacement.
 fn compare(folder: &Path, job: &str, deck: &str) -> [f64; 2] {
     let path = folder.join(format!("{job}.inp"));
     std::fs::write(&path, deck).unwrap();
-    let (frequencies, displacements) = calculix(folder, job);
+    let Tables { frequencies, displacements, said } = calculix::answer(folder, job);
+    assert!(frequencies.len() >= 6, "{job}: {said}");
+    let displacements: HashMap<u64, [f64; 3]> = displacements.into_iter().collect();
     let answer = |command: &[&str]| {
         let ran = vademecum(&[command, &["--dialect", "calculix", "--json"]].concat());
         assert_eq!(ran.code, Some(0), "{job}: {}", ran.stderr);

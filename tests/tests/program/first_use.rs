@@ -1,4 +1,4 @@
-//! What new users met: folders that are not there yet, loads that never end, places off the body, ranges
+//! Findings of new users: folders that are not there yet, loads that never end, places off the body, ranges
 //! that mean nothing.
 
 use vademecum_tests::program::{Ran, program, repository, vademecum};
@@ -80,7 +80,7 @@ fn frequencies_places_and_discs_that_mean_nothing_are_refused() {
     let (file, problem) = (at.at("beam.vdm"), at.at("beam.toml"));
     for range in ["1,1e300", "1e-300,1", "1e200,1e300"] {
         vademecum(&["frf", &file, "--in", "tip", "--out", "tip", "--range", range])
-            .fails(2, &["1e-12 to 1e12"]);
+            .fails(2, &["from 1e-12 to 1e12 Hz"]);
     }
     // The probe is known on both sides.
     let unknown = ["frf", &file, "--in", "tipp", "--out", "tip", "--range", "1,100"];

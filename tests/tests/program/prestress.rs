@@ -3,7 +3,6 @@
 use std::collections::BTreeMap;
 use std::fmt::Write as _;
 use std::path::Path;
-use std::process::Command;
 
 use serde_json::Value;
 use tempfile::TempDir;
@@ -91,19 +90,6 @@ fn beam(element: &str, loads: &str) -> String {
     )
 }
 
-/// Frequencies \[Hz\] of CalculiX.
-fn calculix_of(folder: &Path, job: &str) -> Vec<f64> {
-    Command::new("ccx").args(["-i", job]).current_dir(folder).output().expect("ccx starts");
-    let printed = std::fs::read_to_string(folder.join(format!("{job}.dat"))).expect("ccx has answered");
-    let table = printed.split("E I G E N V A L U E").nth(1).unwrap_or_default();
-    let table = table.split("P A R T I C I P A T I O N").next().unwrap_or_default();
-    let row = |line: &str| {
-        let columns: Vec<f64> = line.split_whitespace().map_while(|word| word.parse().ok()).collect();
-        if let [_, _, _, hz, _] = columns[..] { Some(hz) } else { None }
-    };
-    table.lines().filter_map(row).collect()
-}
-
 fn frequencies(found: &Value) -> Vec<f64> {
     let list = found["frequencies_hz"].as_array().expect("frequencies");
     list.iter().map(|hz| hz.as_f64().expect("a number")).collect()
@@ -114,7 +100,7 @@ fn differences(folder: &Path, element: &str, loads: &str) -> [f64; 2] {
     let run = |name: &str, loads: &str| {
         let (job, path) = (format!("{element}-{name}"), folder.join(format!("{element}-{name}.inp")));
         std::fs::write(&path, beam(element, loads)).expect("written");
-        let expected = calculix_of(folder, &job);
+        let expected = calculix::answer(folder, &job).frequencies;
         let path = path.to_str().expect("a path in UTF-8");
         let found = frequencies(&vademecum(&["modes", path, "--dialect", "calculix", "--json"]).json());
         assert!(expected.len() >= 8 && found.len() >= 8, "{element}: {expected:?} {found:?}");

@@ -10,6 +10,9 @@ const DYNA: &str = "write the mesh as Nastran .bdf, Abaqus .inp, Gmsh .msh or VT
 /// Remedy for a packed surface.
 const SURFACE: &str = "write the surface as STL, OBJ, PLY or GLB";
 
+/// Extensions of decks of LS-DYNA.
+pub const LS_DYNA_EXTENSIONS: [&str; 3] = ["k", "key", "dyn"];
+
 const LS_DYNA: (&str, &str) = ("an LS-DYNA keyword file", DYNA);
 const MED: (&str, &str) = ("a MED file", MESHIO);
 const EXODUS: (&str, &str) = ("an Exodus file", MESHIO);
@@ -20,7 +23,7 @@ const XDMF: (&str, &str) = ("an XDMF file", MESHIO);
 /// its extension in small letters.
 pub(super) fn foreign(head: &[u8], extension: &str) -> Option<(&'static str, &'static str)> {
     by_words(head, extension).or(match extension {
-        "k" | "key" | "dyn" => Some(LS_DYNA),
+        _ if LS_DYNA_EXTENSIONS.contains(&extension) => Some(LS_DYNA),
         "med" => Some(MED),
         "exo" | "ex2" | "exii" => Some(EXODUS),
         "cgns" => Some(CGNS),

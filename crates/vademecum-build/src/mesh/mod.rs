@@ -56,6 +56,7 @@ pub(crate) use error::{FaultSite, shown};
 pub use filled::CELLS;
 pub(crate) use filled::Embedded;
 pub use flaw::{Flaw, UnsupportedCells};
+pub use foreign::LS_DYNA_EXTENSIONS;
 pub use hash::hash;
 pub use hexahedra::Hexahedra;
 pub(crate) use kind::{EDGES, FACES, FaceKey, MAX_FACET_NODES, corner_triples, face_key};

@@ -42,10 +42,11 @@ pub(super) fn ends_between_nodes(
     let n = mesh.nodes.len();
     let points = Mesh {
         nodes: mesh.nodes.iter().copied().chain(beside).collect(),
+        // Numbers and groups of the file choose none of these points.
+        node_ids: mesh.node_ids.clone(),
         node_groups: mesh.node_groups.clone(),
         ..Mesh::of_nothing()
     };
-    // Numbers in the file choose none of these points.
     selection.nodes(&points).is_ok_and(|chosen| chosen.last().is_some_and(|&last| last as usize >= n))
 }
 

@@ -8,7 +8,7 @@ use vademecum_build::progress::Listener;
 use vademecum_build::store::Kind;
 use vademecum_study::StudyError;
 use vademecum_study::frf::{
-    Channel, FREQUENCIES, FrequencyResponse, Peak, Quantity, ResponseError, ResponseRequest,
+    Channel, FREQUENCIES, FrequencyResponse, POINTS, Peak, Quantity, ResponseError, ResponseRequest,
     compare_response, frequencies, frequency_response, polar, with_poles,
 };
 use vademecum_study::parameters::{self, ParameterValue};
@@ -44,7 +44,7 @@ pub(crate) struct Frf {
     range: [f64; 2],
     /// Number of frequencies. The damped natural frequencies and the half-power points of the file that lie
     /// in the range are added.
-    #[arg(long, default_value_t = 1000, value_parser = clap::value_parser!(u32).range(2..=1_000_000))]
+    #[arg(long, default_value_t = 1000, value_parser = points())]
     points: u32,
     /// Space the frequencies in equal ratios instead of equal steps; the picture has a logarithmic axis then.
     #[arg(long)]
@@ -264,6 +264,11 @@ fn table(frequencies: &[f64], names: &[String], found: &FrequencyResponse, unit:
     out
 }
 
+/// The range of `--points`, as clap takes it.
+fn points() -> clap::builder::RangedI64ValueParser<u32> {
+    clap::value_parser!(u32).range(i64::from(*POINTS.start())..=i64::from(*POINTS.end()))
+}
+
 /// Two frequencies, ascending, above 0.
 fn range(text: &str) -> Result<[f64; 2], String> {
     let numbers: Option<Vec<f64>> = text.split(',').map(|part| part.trim().parse().ok()).collect();
@@ -274,7 +279,9 @@ fn range(text: &str) -> Result<[f64; 2], String> {
             Ok([first, last])
         }
         _ => Err(format!(
-            "`{text}` is no range of frequencies; write two ascending ones from 1e-12 to 1e12 Hz, such as 1,500"
+            "`{text}` is no range of frequencies; write two ascending ones from {:e} to {:e} Hz, such as 1,500",
+            FREQUENCIES.start(),
+            FREQUENCIES.end()
         )),
     }
 }

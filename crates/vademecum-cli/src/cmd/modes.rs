@@ -141,7 +141,7 @@ impl Modes {
         if self.json {
             print_json(&DeckModesOutput {
                 program: &deck.program,
-                units: deck.units.0.map(|system| system.name()),
+                units: deck.units.system.map(|system| system.name()),
                 dofs: modes.dofs,
                 rigid_motions: modes.rigid_motions,
                 frequencies_hz: &modes.frequencies_hz,
@@ -158,7 +158,8 @@ impl Modes {
                 modes.rigid_motions
             );
         }
-        let unit = if deck.units.0.is_some_and(|system| system != System::Own) { "Hz" } else { "1/time" };
+        let unit =
+            if deck.units.system.is_some_and(|system| system != System::Own) { "Hz" } else { "1/time" };
         let heading = format!("frequency [{unit}]");
         println!("{} free dofs\n\nmode  {heading:>14}   residual", modes.dofs);
         for (k, (frequency, residual)) in modes.frequencies_hz.iter().zip(&modes.residuals).enumerate() {

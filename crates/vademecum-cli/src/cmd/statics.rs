@@ -107,7 +107,7 @@ impl Static {
         if self.json {
             print_json(&StaticOutput {
                 program: &deck.program,
-                units: deck.units.0.map(|system| system.name()),
+                units: deck.units.system.map(|system| system.name()),
                 steps,
                 left_out: &deck.left_out,
                 notes: &deck.notes,

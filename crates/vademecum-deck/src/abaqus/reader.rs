@@ -322,7 +322,7 @@ impl<'a> Reader<'a> {
         let abaqus = self.contents.dialect == Dialect::Abaqus;
         let linear = elements.filter_map(|element| element.kind).all(|kind| kind.nodes() == kind.corners());
         self.deck.lumped = vec![abaqus && linear; materials.len()];
-        self.deck.inner_functions = !abaqus;
+        self.deck.of_calculix = !abaqus;
         // Regions without hexahedra: both programs give the stiffness of quadratic tetrahedra four points,
         // curved ones too; CalculiX gives their mass the same points, and that of linear ones one.
         let tetrahedra = if abaqus { Hexahedra::Reduced } else { Hexahedra::ReducedMass };

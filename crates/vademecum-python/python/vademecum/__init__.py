@@ -229,10 +229,10 @@ class File:
             raise TypeError("expected either `range` or `frequencies`")
         own = np.asarray([] if frequencies is None else frequencies, np.float64)
         wanted = own if range is None else np.asarray(range, np.float64)
-        if wanted.ndim != 1 or not ((wanted >= 1e-12) & (wanted <= 1e12)).all() or (np.diff(wanted) <= 0).any():
-            raise ValueError("frequencies are numbers from 1e-12 to 1e12 Hz in ascending order")
-        if range is not None and (len(wanted) != 2 or not 2 <= points <= 1_000_000):
-            raise ValueError("a range is two frequencies, with 2 to 1 000 000 points")
+        if wanted.ndim != 1 or not np.isfinite(wanted).all() or (np.diff(wanted) <= 0).any():
+            raise ValueError("frequencies are numbers in ascending order")
+        if range is not None and len(wanted) != 2:
+            raise ValueError("a range is two frequencies")
         spacing = {
             "range": range if range is None else tuple(wanted),
             "frequencies": own.tolist(),
