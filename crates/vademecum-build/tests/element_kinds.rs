@@ -498,9 +498,21 @@ fn faces_of_a_deck_are_those_of_its_elements() {
     assert_eq!(read_text("more.inp", &more).unwrap().regions[0].hexahedra, Some(Hexahedra::Incompatible));
     let mixed = deck.replace(
         "*SURFACE, NAME=S1",
-        "*ELEMENT, TYPE=C3D8R, ELSET=all\n2, 1, 2, 3, 4, 5, 6, 7, 8\n*SURFACE, NAME=S1",
+        "*NODE\n9, -1, -1, 3\n10, 1, -1, 3\n11, 1, 1, 3\n12, -1, 1, 3\n\
+         *ELEMENT, TYPE=C3D8R, ELSET=all\n2, 5, 6, 7, 8, 9, 10, 11, 12\n*SURFACE, NAME=S1",
     );
-    assert!(read_text("mixed.inp", &mixed).unwrap_err().to_string().contains("two formulations"));
+    let regions = read_text("mixed.inp", &mixed).unwrap().regions;
+    let named = |k: usize| (regions[k].name.as_str(), regions[k].hexahedra.unwrap());
+    let expected = [("all", Hexahedra::Full), ("all C3D8R", Hexahedra::Reduced)];
+    assert_eq!([named(0), named(1)], expected);
+    // Nodes after the elements that name them, and a node without coordinates.
+    let at = deck.find("*ELEMENT").unwrap();
+    let late = format!("{}{}", &deck[at..], &deck[..at]);
+    assert_eq!(read_text("late.inp", &late).unwrap().volume(), mesh.volume());
+    assert!(
+        read_text("bare.inp", "*NODE\n1\n2, 1.0\n3, 0, 1.0\n4,,,1.0\n*ELEMENT, TYPE=C3D4\n1,1,2,3,4\n")
+            .is_ok()
+    );
 }
 
 #[test]

@@ -6,7 +6,7 @@ use std::path::Path;
 use vademecum_build::fem::{Elasticity, Material, Stiffness};
 use vademecum_build::mesh::ansys::{Command, commands, rotations};
 use vademecum_build::mesh::nastran::number as fortran_real;
-use vademecum_build::mesh::{MeshError, RawMesh, parse, repaired_apart};
+use vademecum_build::mesh::{MeshError, RawMesh, parse, repaired_deck};
 
 use crate::deck::{Deck, Extent, Load, NodeNumber, Numbers, Step, StepKind, Support};
 use crate::error::{CardFault, DeckError};
@@ -99,7 +99,7 @@ const DEFAULT_POISSON: f64 = 0.3;
 /// Reads a deck.
 pub(crate) fn read(file: &Path) -> Result<Deck, DeckError> {
     let raw = parse(file)?;
-    let mesh = repaired_apart(&raw)?;
+    let mesh = repaired_deck(&raw)?;
     let bytes = std::fs::read(file).map_err(|source| MeshError::Io { file: file.to_path_buf(), source })?;
     let all = raw.node_ids.iter().copied().zip(raw.nodes.iter().copied());
     let (numbers, points) = Numbers::new(&mesh, all);

@@ -42,6 +42,8 @@ pub struct Deck {
     pub links: Vec<Link>,
     /// Masses, springs, dashpots and beams.
     pub attachments: Vec<Attachment>,
+    /// Damping of motions and of harmonic answers.
+    pub damping: Damping,
     /// Steps in order.
     pub steps: Vec<Step>,
     /// Cards that were not taken.
@@ -117,6 +119,17 @@ pub enum Link {
     },
 }
 
+/// Damping of a deck: a natural mode decays by `½ (α + β λ) + ξ √λ`.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Damping {
+    /// Damping proportional to mass \[1 per unit of time\].
+    pub alpha: f64,
+    /// Damping proportional to stiffness \[unit of time\].
+    pub beta: f64,
+    /// Damping ratio of each natural mode, in ascending order of their frequencies.
+    pub ratios: Vec<f64>,
+}
+
 /// Something at nodes that is no solid element.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Attachment {
@@ -189,11 +202,13 @@ pub enum StepKind {
     Frequency(Option<usize>),
     /// Motion over time.
     Dynamic(Dynamic),
+    /// Answer to harmonic loads.
+    Harmonic(Harmonic),
     /// Another kind, as the deck names it.
     Other(String),
 }
 
-/// A motion over time under loads that follow one course.
+/// A motion over time.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Dynamic {
     /// True of a sum of modes.
@@ -202,10 +217,19 @@ pub struct Dynamic {
     pub increment: f64,
     /// Duration.
     pub duration: f64,
-    /// Name of the amplitude that the loads follow; set by the first load.
-    pub amplitude: Option<String>,
-    /// Factor on the loads over time, linear between rows; constant 1 where it is empty.
-    pub course: Vec<[f64; 2]>,
+    /// Factors on loads over time by the name of their amplitude, linear between rows; 1 without rows.
+    pub courses: Vec<(String, Vec<[f64; 2]>)>,
+    /// Index of the course of each of the last loads of the step; those before them are constant.
+    pub follows: Vec<usize>,
+    /// Nodes whose displacements the deck asks for.
+    pub printed: Vec<NodeNumber>,
+}
+
+/// Answers to harmonic loads over a range of frequencies.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Harmonic {
+    /// First and last frequency \[cycles per unit of time\].
+    pub range: [f64; 2],
     /// Nodes whose displacements the deck asks for.
     pub printed: Vec<NodeNumber>,
 }
@@ -283,6 +307,7 @@ impl Deck {
             supports: vec![],
             links: vec![],
             attachments: vec![],
+            damping: Damping::default(),
             steps: vec![],
             left_out: vec![],
         }

@@ -90,13 +90,15 @@ pub enum DeckError {
     /// Something can move freely.
     #[error(
         "the model is not held: a part of it can move without a force (its elements form {parts} bodies; one node of \
-         each: {nodes}); expected supports, and ties or couplings between bodies"
+         each: {nodes}{contact}); expected supports, and ties or couplings between bodies"
     )]
     NotHeld {
         /// Bodies that share no node.
         parts: usize,
         /// A node of each of the first ones.
         nodes: String,
+        /// Contact of the deck between them, in words.
+        contact: String,
     },
     /// A static step that the body does not stand.
     #[error(

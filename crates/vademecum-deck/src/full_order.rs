@@ -14,6 +14,13 @@ use crate::deck::{Attachment, Deck, Extent, Load, NodeNumber, Spring, Step, Step
 use crate::error::DeckError;
 use crate::links::{Dofs, link};
 
+/// Share of a motion of the whole model that its own forces may leave open: a part that nothing holds but
+/// rounding comes back anywhere, and a body as slender as double precision takes to 1e-4.
+const UNSETTLED: f64 = 1e-2;
+
+/// Squares of displacements that differ by no more are those of symmetric nodes.
+const SAME: f64 = 1e-9;
+
 /// A deck with its dofs.
 pub struct FullOrder<'a> {
     deck: &'a Deck,
@@ -101,6 +108,7 @@ impl<'a> FullOrder<'a> {
                 StepKind::Other(kind) => kind.clone(),
                 StepKind::Frequency(_) => "natural frequencies".into(),
                 StepKind::Dynamic(_) => "motion over time".into(),
+                StepKind::Harmonic(_) => "answers to harmonic loads".into(),
                 StepKind::Static => "static".into(),
             });
             let found: Vec<String> = kinds.collect();
@@ -120,10 +128,14 @@ impl<'a> FullOrder<'a> {
         let energy = 0.5 * internal.iter().zip(&displacement).map(|(f, u)| f * u).sum::<f64>();
         let displacement = self.of_nodes(&displacement);
         let square = |u: &[f64; 3]| u.iter().map(|x| x * x).sum::<f64>();
-        let largest = displacement.iter().enumerate().max_by(|a, b| square(a.1).total_cmp(&square(b.1)));
+        // CalculiX answers for nodes of elements; others may be rotations and pressures.
+        let nodes = if self.deck.of_calculix { self.deck.mesh.nodes.len() } else { displacement.len() };
+        let most = displacement[..nodes].iter().map(square).fold(0.0, f64::max);
+        // Of nodes that differ by rounding the first one.
+        let node = displacement.iter().position(|u| square(u) >= (1.0 - SAME) * most).unwrap_or(0);
         Ok(StaticAnswer {
             step: step.name.clone(),
-            node: largest.map_or(0, |found| found.0 as NodeNumber),
+            node: node as NodeNumber,
             displacement,
             reaction_sum: self.reaction_sum(step, &elimination, &reactions),
             strain_energy: energy,
@@ -147,10 +159,37 @@ impl<'a> FullOrder<'a> {
         let rhs = elimination.gather(&force).0;
         let symbolic = Symbolic::analyze(&pencil)?;
         let factor = symbolic.factorize(pencil.stiffness().clone()).map_err(|error| self.not_held(error))?;
-        let mut solution = Mat::from_fn(rhs.len(), 1, |i, _| rhs[i]);
-        Solve::new(&symbolic, 1, true).solve_in_place(&factor, solution.as_mut());
+        // The second column asks whether a motion of the whole model comes back from its own forces.
+        let (moved, n) = (self.moved(&elimination), rhs.len());
+        let mut solution = Mat::from_fn(n, 2, |i, k| if k == 0 { rhs[i] } else { moved[i] });
+        let mut forces = Mat::zeros(n, 1);
+        pencil.stiffness().mul_into(solution.as_ref().subcols(1, 1), forces.as_mut());
+        solution.col_mut(1).copy_from(forces.col(0));
+        Solve::new(&symbolic, 2, true).solve_in_place(&factor, solution.as_mut());
+        let off = solution.col_as_slice(1).iter().zip(&moved).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
+        let largest = moved.iter().map(|x| x.abs()).fold(0.0, f64::max);
+        if off > UNSETTLED * largest || !solution.as_ref().is_all_finite() {
+            return Err(self.loose());
+        }
         let displacement = elimination.expand(solution.col_as_slice(0));
         Ok(Solved { elimination, load, rhs, displacement })
+    }
+
+    /// A translation with a rotation about the middle of the model, over the free dofs.
+    fn moved(&self, elimination: &Elimination) -> Vec<f64> {
+        let (low, high) = self.deck.mesh.bounding_box();
+        let size = (0..3).map(|c| high[c] - low[c]).fold(0.0, f64::max);
+        let (shift, turn) = ([1.0, 0.9, 0.8], [1.0, 0.7, 0.5].map(|x| x / size));
+        let of_dof = |&dof: &u32| {
+            let (node, c) = (dof / 3, dof as usize % 3);
+            if node as usize >= self.deck.node_count() {
+                return turn[c];
+            }
+            let at = self.deck.place(node);
+            let arm: [f64; 3] = std::array::from_fn(|k| at[k] - 0.5 * (low[k] + high[k]));
+            shift[c] + turn[(c + 1) % 3] * arm[(c + 2) % 3] - turn[(c + 2) % 3] * arm[(c + 1) % 3]
+        };
+        elimination.free().iter().map(of_dof).collect()
     }
 
     /// Mass and stiffness of a step, about the state of a static step where the deck asks for it.
@@ -355,9 +394,18 @@ impl<'a> FullOrder<'a> {
         if !matches!(error, FactorError::NotPositiveDefinite { .. }) {
             return error.into();
         }
+        self.loose()
+    }
+
+    /// The error of a model that can move, with its bodies and the contact that is not computed.
+    fn loose(&self) -> DeckError {
         let parts = self.deck.parts();
         let nodes: Vec<String> = parts.iter().take(8).map(|node| self.deck.id(*node).to_string()).collect();
-        DeckError::NotHeld { parts: parts.len(), nodes: nodes.join(", ") }
+        let contact = self.deck.left_out.iter().find(|left| left.card.starts_with("*CONTACT"));
+        let contact = contact.map_or(String::new(), |left| {
+            format!("; the deck joins them by {} at line {}, which is not computed", left.card, left.line)
+        });
+        DeckError::NotHeld { parts: parts.len(), nodes: nodes.join(", "), contact }
     }
 
     fn without_density(&self) -> String {

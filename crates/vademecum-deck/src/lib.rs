@@ -24,12 +24,13 @@ mod tables;
 mod units;
 
 pub use deck::{
-    Attachment, Deck, Dynamic, Extent, Link, Load, NodeNumber, Point, Spring, Step, StepKind, Support,
+    Attachment, Damping, Deck, Dynamic, Extent, Harmonic, Link, Load, NodeNumber, Point, Spring, Step,
+    StepKind, Support,
 };
 pub use error::{CardFault, DeckError};
 pub use full_order::{FullOrder, Modes, StaticAnswer};
 pub use left_out::LeftOut;
-pub use problem::ProblemParts;
+pub use problem::{FrequencyResponse, ProblemParts};
 pub use read::{ReadOptions, is_deck, read};
 pub use units::{System, Units};
 pub use vademecum_build::mesh::inp::Dialect;

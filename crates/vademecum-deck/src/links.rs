@@ -7,6 +7,9 @@ use vademecum_build::linalg::vec3::{norm, sub};
 
 use crate::deck::{Attachment, Deck, Link, Load, NodeNumber, Spring};
 
+/// Value of the shape function of a corner from which on a tie of CalculiX is at the corner.
+const AT_CORNER: f64 = 0.998;
+
 /// Dofs of a model: three displacements of every node along the axes of space, then the rotations of
 /// reference nodes, then displacements along own axes.
 pub(crate) struct Dofs {
@@ -158,7 +161,17 @@ pub(crate) fn link(deck: &Deck, dofs: &Dofs, constraints: &mut Constraints) -> R
                 let facets = surface_facets(&deck.mesh, faces)?;
                 let points: Vec<[f64; 3]> = slaves.iter().map(|&node| deck.place(node)).collect();
                 for (&node, anchor) in slaves.iter().zip(anchors(&deck.mesh, &facets, &points)) {
-                    let Some(anchor) = anchor else { continue };
+                    let Some(mut anchor) = anchor else { continue };
+                    // CalculiX takes the corner itself where the nearest place of the rim is next to one.
+                    let corners = if anchor.weights.len() % 3 == 0 { 3 } else { 4 };
+                    let mut nearest = anchor.weights.iter().take(corners);
+                    let corner = nearest.find(|term| term.1 > AT_CORNER).map(|term| term.0);
+                    if let Some(corner) = corner.filter(|_| deck.of_calculix && anchor.on_rim) {
+                        anchor
+                            .weights
+                            .iter_mut()
+                            .for_each(|(node, w)| *w = f64::from(u8::from(*node == corner)));
+                    }
                     let size = || {
                         let at = anchor.weights.iter().map(|(node, _)| deck.place(*node));
                         let corners: Vec<[f64; 3]> = at.collect();

@@ -6,13 +6,16 @@ use std::fmt::Write;
 use vademecum_build::fem::{Elasticity, Material, Stiffness};
 use vademecum_build::mesh::{ElementKind, Hexahedra};
 
-use crate::deck::{Deck, Dynamic, Load, NodeNumber, Step, StepKind};
+use crate::deck::{Damping, Deck, Dynamic, Harmonic, Load, NodeNumber, Step, StepKind};
 use crate::error::DeckError;
 use crate::tables::Tables;
 use crate::units::System;
 
 /// Nodes that get probes.
 const PROBED: usize = 20;
+
+/// Directions of probes.
+const AXES: [(&str, [f64; 3]); 3] = [("x", [1.0, 0.0, 0.0]), ("y", [0.0, 1.0, 0.0]), ("z", [0.0, 0.0, 1.0])];
 
 /// Parts of a problem file that a deck gives.
 #[derive(Clone, Debug)]
@@ -27,6 +30,10 @@ pub struct ProblemParts {
     pub attachments: String,
     /// Tables of load patterns.
     pub patterns: String,
+    /// Lines of the damping.
+    pub damping: Option<String>,
+    /// Frequency range \[Hz\], load pattern and probes of the first answer to harmonic loads.
+    pub frequency_response: Option<FrequencyResponse>,
     /// Scenario of the first motion over time.
     pub scenario: Option<String>,
     /// Time step of that motion \[s\].
@@ -43,6 +50,17 @@ pub struct ProblemParts {
     pub support_words: String,
     /// Parts of the deck that a problem file does not hold.
     pub missing: Vec<String>,
+}
+
+/// A frequency response that a deck asks for.
+#[derive(Clone, Debug)]
+pub struct FrequencyResponse {
+    /// First and last frequency \[Hz\].
+    pub range: [f64; 2],
+    /// The load pattern.
+    pub pattern: String,
+    /// Probes.
+    pub probes: Vec<String>,
 }
 
 /// Tables without the units at the ends of their lines. What is quoted ends in a quotation mark.
@@ -131,6 +149,8 @@ impl Deck {
             own_units: system == System::Own,
             attachments: in_units(tables.text()),
             patterns: in_units(tables.patterns()),
+            damping: self.damping_lines().map(|lines| in_units(&lines)),
+            frequency_response: self.frequency_response(&tables),
             scenario: tables.scenario().map(str::to_string),
             time_step: self.dynamic().map(|dynamic| dynamic.increment),
             modes: self.modes_of_sum(),
@@ -149,9 +169,17 @@ impl Deck {
     }
 
     /// The first motion over time.
-    fn dynamic(&self) -> Option<&Dynamic> {
+    pub(crate) fn dynamic(&self) -> Option<&Dynamic> {
         self.steps.iter().find_map(|step| match &step.kind {
             StepKind::Dynamic(dynamic) => Some(dynamic),
+            _ => None,
+        })
+    }
+
+    /// The first answer to harmonic loads.
+    pub(crate) fn harmonic(&self) -> Option<&Harmonic> {
+        self.steps.iter().find_map(|step| match &step.kind {
+            StepKind::Harmonic(harmonic) => Some(harmonic),
             _ => None,
         })
     }
@@ -162,22 +190,76 @@ impl Deck {
             StepKind::Frequency(count) => count,
             _ => None,
         });
-        self.dynamic().filter(|dynamic| dynamic.modal).and(count)
+        let of_modes = self.dynamic().map_or(self.harmonic().is_some(), |dynamic| dynamic.modal);
+        count.filter(|_| of_modes)
+    }
+
+    /// Lines of the damping; none where the deck has none.
+    fn damping_lines(&self) -> Option<String> {
+        let Damping { alpha, beta, ratios } = &self.damping;
+        // The last ratio of a problem file holds for all further modes.
+        let mut ratios = ratios.clone();
+        if !ratios.is_empty() {
+            let modes = self.modes_of_sum().unwrap_or(ratios.len() + 1);
+            ratios.push(0.0);
+            ratios.truncate(modes);
+        }
+        let mut text = String::new();
+        if *alpha > 0.0 {
+            let _ = writeln!(text, "alpha = {alpha:?} # 1/s");
+        }
+        if *beta > 0.0 {
+            let _ = writeln!(text, "beta = {beta:?} # s");
+        }
+        match ratios[..] {
+            [] => {}
+            [ratio] => {
+                let _ = writeln!(text, "ratio = {ratio:?}");
+            }
+            _ => {
+                let _ = writeln!(text, "modal = {ratios:?}");
+            }
+        }
+        (!text.is_empty()).then_some(text)
+    }
+
+    /// The first answer to harmonic loads, as a request.
+    fn frequency_response(&self, tables: &Tables<'_>) -> Option<FrequencyResponse> {
+        let (range, pattern) = (self.harmonic()?.range, tables.harmonic()?.to_string());
+        let nodes = self.probed(tables).into_iter();
+        let probes = nodes.flat_map(|node| AXES.map(|(axis, _)| self.probe(node, axis))).collect();
+        Some(FrequencyResponse { range, pattern, probes })
+    }
+
+    /// Nodes whose displacements are printed, each once.
+    fn probed(&self, tables: &Tables<'_>) -> Vec<NodeNumber> {
+        let of_harmonic = || self.harmonic().map(|harmonic| &harmonic.printed);
+        let printed = self.dynamic().map(|dynamic| &dynamic.printed).or_else(of_harmonic);
+        let mut nodes: Vec<NodeNumber> = Vec::new();
+        for &node in printed.into_iter().flatten() {
+            let moves = (node as usize) < self.mesh.nodes.len() || tables.has_point(node);
+            if moves && nodes.len() < PROBED && !nodes.contains(&node) {
+                nodes.push(node);
+            }
+        }
+        nodes
+    }
+
+    /// Name of a probe.
+    fn probe(&self, node: NodeNumber, axis: &str) -> String {
+        format!("N{}.{axis}", self.id(node))
     }
 
     /// Probes along the three axes at nodes whose displacements are printed.
     fn probe_tables(&self, metre: f64, tables: &Tables<'_>) -> String {
         let mut text = String::new();
-        let printed = self.dynamic().map_or(&[][..], |dynamic| &dynamic.printed);
-        let moves =
-            |node: &&NodeNumber| (**node as usize) < self.mesh.nodes.len() || tables.has_point(**node);
-        for &node in printed.iter().filter(moves).take(PROBED) {
-            let (id, at) = (self.id(node), self.place(node).map(|x| metre * x));
-            for (axis, direction) in [("x", [1.0, 0.0, 0.0]), ("y", [0.0, 1.0, 0.0]), ("z", [0.0, 0.0, 1.0])]
-            {
+        for node in self.probed(tables) {
+            let at = self.place(node).map(|x| metre * x);
+            for (axis, direction) in AXES {
+                let name = self.probe(node, axis);
                 let _ = write!(
                     text,
-                    "\n[[output.probe]]\nname = \"N{id}.{axis}\"\npoint = {at:?}\ndirection = {direction:?}\n"
+                    "\n[[output.probe]]\nname = {name:?}\npoint = {at:?}\ndirection = {direction:?}\n"
                 );
             }
         }

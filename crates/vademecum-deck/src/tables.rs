@@ -7,7 +7,7 @@ use vademecum_build::fem::surface_facets;
 use vademecum_build::linalg::vec3::{norm, sub};
 use vademecum_build::mesh::surface::Surface;
 
-use crate::deck::{Attachment, Deck, Dynamic, Extent, Link, Load, NodeNumber, Spring, StepKind};
+use crate::deck::{Attachment, Deck, Dynamic, Extent, Link, Load, NodeNumber, Spring, Step, StepKind};
 use crate::units::System;
 
 /// Names of the motions of a reference point.
@@ -33,6 +33,8 @@ pub(crate) struct Tables<'a> {
     names: Vec<String>,
     /// Scenario of the first motion over time.
     scenario: Option<String>,
+    /// Pattern of the first answer to harmonic loads.
+    harmonic: Option<String>,
     surface: Option<Surface>,
 }
 
@@ -53,6 +55,7 @@ impl<'a> Tables<'a> {
             patterns: String::new(),
             names: vec![],
             scenario: None,
+            harmonic: None,
             surface: None,
         };
         deck.links.iter().for_each(|one| tables.link(one));
@@ -76,6 +79,11 @@ impl<'a> Tables<'a> {
     /// Scenario of the first motion over time.
     pub(crate) fn scenario(&self) -> Option<&str> {
         self.scenario.as_deref()
+    }
+
+    /// Pattern of the first answer to harmonic loads.
+    pub(crate) fn harmonic(&self) -> Option<&str> {
+        self.harmonic.as_deref()
     }
 
     /// Tables of load patterns.
@@ -335,93 +343,140 @@ impl<'a> Tables<'a> {
         self.text.push('\n');
     }
 
-    /// Loads of the static steps and of motions over time: accelerations of the whole model, pressures and
-    /// tractions on faces, forces at nodes and at reference points.
+    /// Loads of the static steps, of motions over time and of answers to harmonic loads.
     fn loads(&mut self) {
         let deck = self.deck;
         for (index, step) in deck.steps.iter().enumerate() {
             let is_state = deck.steps.iter().find_map(|other| other.about) == Some(index);
-            let mut rotation = None;
-            let dynamic = match &step.kind {
-                StepKind::Static => None,
-                StepKind::Dynamic(dynamic) => Some(dynamic),
-                _ => continue,
-            };
             let before = self.names.len();
-            let mut at_points: BTreeMap<NodeNumber, [f64; 6]> = BTreeMap::new();
-            let mut at_nodes: BTreeMap<NodeNumber, [f64; 3]> = BTreeMap::new();
-            let mut faces: BTreeMap<[u64; 4], Vec<[u32; 3]>> = BTreeMap::new();
-            for load in &step.loads {
-                match load {
-                    Load::Force { value: 0.0, .. } => {}
-                    Load::Acceleration { on: Extent::All, value } => {
-                        let value = value.map(|a| self.metre * a);
-                        self.pattern(&step.name, &format!("acceleration = {value:?} # m/s²"));
+            match &step.kind {
+                StepKind::Static => {
+                    let rotation = self.patterns_of(step, &step.loads, is_state);
+                    if is_state && (before < self.names.len() || rotation.is_some()) {
+                        self.prestress(before, rotation);
                     }
-                    Load::Force { node, component: component @ 0..3, value }
-                        if self.turns.contains_key(node) =>
-                    {
-                        let moments = at_points.entry(self.turns[node]).or_default();
-                        for (c, share) in deck.along(*node, *component) {
-                            moments[3 + usize::from(c)] += self.newton * self.metre * share * value;
-                        }
-                    }
-                    Load::Force { node, component, value } if self.points.contains(node) => {
-                        let arm = if *component < 3 { 1.0 } else { self.metre };
-                        let sums = at_points.entry(*node).or_default();
-                        for (c, share) in deck.along(*node, *component) {
-                            sums[usize::from(c)] += self.newton * arm * share * value;
-                        }
-                    }
-                    Load::Force { node, component: component @ 0..3, value } if self.is_solid(*node) => {
-                        let sums = at_nodes.entry(*node).or_default();
-                        for (c, share) in deck.along(*node, *component) {
-                            sums[usize::from(c)] += self.newton * share * value;
-                        }
-                    }
-                    Load::Pressure { faces: own, value } => {
-                        faces.entry([value.to_bits(), u64::MAX, 0, 0]).or_default().extend(own);
-                    }
-                    Load::Traction { faces: own, value } => {
-                        let [x, y, z] = value.map(f64::to_bits);
-                        faces.entry([x, y, z, 1]).or_default().extend(own);
-                    }
-                    Load::Rotation { on: Extent::All, speed_squared, point, axis } if is_state => {
-                        rotation = Some((speed_squared.sqrt(), axis, point.map(|x| self.metre * x)));
-                    }
-                    _ => self.leave_out("body forces of a part, rotations, moments on the solid"),
+                    continue;
                 }
-            }
-            for (key, faces) in faces {
-                self.on_faces(&step.name, key, &faces);
-            }
-            if !at_nodes.is_empty() {
-                let rows = at_nodes
-                    .iter()
-                    .map(|(&node, [x, y, z])| format!("[{}, {x:?}, {y:?}, {z:?}]", deck.id(node)));
-                let rows: Vec<String> = rows.collect();
-                self.pattern(&step.name, &format!("forces = [{}] # N", rows.join(", ")));
-            }
-            for (node, [fx, fy, fz, mx, my, mz]) in at_points {
-                let (name, force, moment) = (self.name(node), [fx, fy, fz], [mx, my, mz]);
-                let mut keys = format!("reference = {name:?}");
-                if force != [0.0; 3] {
-                    let _ = write!(keys, "\nforce = {force:?} # N");
+                StepKind::Dynamic(_) if self.scenario.is_some() => {
+                    self.leave_out("motions over time after the first one");
                 }
-                if moment != [0.0; 3] {
-                    let _ = write!(keys, "\nmoment = {moment:?} # N m");
+                StepKind::Dynamic(dynamic) => self.motion(step, dynamic),
+                StepKind::Harmonic(_) if self.harmonic.is_some() => {
+                    self.leave_out("answers to harmonic loads after the first one");
                 }
-                if force != [0.0; 3] || moment != [0.0; 3] {
-                    self.pattern(&format!("{} {name}", step.name), &keys);
+                StepKind::Harmonic(_) => {
+                    self.patterns_of(step, &step.loads, false);
+                    match &self.names[before..] {
+                        [pattern] => self.harmonic = Some(pattern.clone()),
+                        [] => self.leave_out("answers to harmonic loads without a load"),
+                        _ => self.leave_out("harmonic loads of several kinds at a time"),
+                    }
                 }
+                _ => continue,
             }
-            if is_state && (before < self.names.len() || rotation.is_some()) {
-                self.prestress(before, rotation);
-            }
-            if let Some(dynamic) = dynamic.filter(|_| self.scenario.is_none()) {
-                self.scenario = Some(scenario(dynamic, &self.names[before..]));
+            if step.supports.iter().any(|support| support.value != 0.0) {
+                self.leave_out("motions of supports in time or at frequencies: they are held");
             }
         }
+    }
+
+    /// Patterns and the scenario of a motion over time: a pattern for each course of its loads.
+    fn motion(&mut self, step: &Step, dynamic: &Dynamic) {
+        let (constant, driven) = step.loads.split_at(step.loads.len() - dynamic.follows.len());
+        let mut courses: Vec<(&[[f64; 2]], Vec<Load>)> = vec![(&[], constant.to_vec())];
+        courses.extend(dynamic.courses.iter().map(|course| (&course.1[..], vec![])));
+        for (load, course) in driven.iter().zip(&dynamic.follows) {
+            courses[1 + course].1.push(load.clone());
+        }
+        let Dynamic { increment, duration, .. } = dynamic;
+        let mut text = format!("# Written by `vademecum init` from the deck.\nduration = {duration:?} # s\n");
+        for (course, loads) in &courses {
+            let before = self.names.len();
+            self.patterns_of(step, loads, false);
+            for name in &self.names[before..] {
+                let _ =
+                    write!(text, "\n[[pattern]]\nname = {name:?}\n{}", table(course, duration + increment));
+            }
+        }
+        self.scenario = Some(text);
+    }
+
+    /// Patterns of loads: accelerations of the whole model, pressures and tractions on faces, forces at nodes
+    /// and at reference points. A rotation of the whole model that makes a state is returned: speed, axis and
+    /// point.
+    fn patterns_of<'l>(
+        &mut self,
+        step: &Step,
+        loads: &'l [Load],
+        is_state: bool,
+    ) -> Option<(f64, &'l [f64; 3], [f64; 3])> {
+        let deck = self.deck;
+        let mut rotation = None;
+        let mut at_points: BTreeMap<NodeNumber, [f64; 6]> = BTreeMap::new();
+        let mut at_nodes: BTreeMap<NodeNumber, [f64; 3]> = BTreeMap::new();
+        let mut faces: BTreeMap<[u64; 4], Vec<[u32; 3]>> = BTreeMap::new();
+        for load in loads {
+            match load {
+                Load::Force { value: 0.0, .. } => {}
+                Load::Acceleration { on: Extent::All, value } => {
+                    let value = value.map(|a| self.metre * a);
+                    self.pattern(&step.name, &format!("acceleration = {value:?} # m/s²"));
+                }
+                Load::Force { node, component: component @ 0..3, value } if self.turns.contains_key(node) => {
+                    let moments = at_points.entry(self.turns[node]).or_default();
+                    for (c, share) in deck.along(*node, *component) {
+                        moments[3 + usize::from(c)] += self.newton * self.metre * share * value;
+                    }
+                }
+                Load::Force { node, component, value } if self.points.contains(node) => {
+                    let arm = if *component < 3 { 1.0 } else { self.metre };
+                    let sums = at_points.entry(*node).or_default();
+                    for (c, share) in deck.along(*node, *component) {
+                        sums[usize::from(c)] += self.newton * arm * share * value;
+                    }
+                }
+                Load::Force { node, component: component @ 0..3, value } if self.is_solid(*node) => {
+                    let sums = at_nodes.entry(*node).or_default();
+                    for (c, share) in deck.along(*node, *component) {
+                        sums[usize::from(c)] += self.newton * share * value;
+                    }
+                }
+                Load::Pressure { faces: own, value } => {
+                    faces.entry([value.to_bits(), u64::MAX, 0, 0]).or_default().extend(own);
+                }
+                Load::Traction { faces: own, value } => {
+                    let [x, y, z] = value.map(f64::to_bits);
+                    faces.entry([x, y, z, 1]).or_default().extend(own);
+                }
+                Load::Rotation { on: Extent::All, speed_squared, point, axis } if is_state => {
+                    rotation = Some((speed_squared.sqrt(), axis, point.map(|x| self.metre * x)));
+                }
+                _ => self.leave_out("body forces of a part, rotations, moments on the solid"),
+            }
+        }
+        for (key, faces) in faces {
+            self.on_faces(&step.name, key, &faces);
+        }
+        if !at_nodes.is_empty() {
+            let rows =
+                at_nodes.iter().map(|(&node, [x, y, z])| format!("[{}, {x:?}, {y:?}, {z:?}]", deck.id(node)));
+            let rows: Vec<String> = rows.collect();
+            self.pattern(&step.name, &format!("forces = [{}] # N", rows.join(", ")));
+        }
+        for (node, [fx, fy, fz, mx, my, mz]) in at_points {
+            let (name, force, moment) = (self.name(node), [fx, fy, fz], [mx, my, mz]);
+            let mut keys = format!("reference = {name:?}");
+            if force != [0.0; 3] {
+                let _ = write!(keys, "\nforce = {force:?} # N");
+            }
+            if moment != [0.0; 3] {
+                let _ = write!(keys, "\nmoment = {moment:?} # N m");
+            }
+            if force != [0.0; 3] || moment != [0.0; 3] {
+                self.pattern(&format!("{} {name}", step.name), &keys);
+            }
+        }
+        rotation
     }
 
     /// The state of the patterns from one on, and of a rotation by speed, axis and point.
@@ -499,28 +554,19 @@ impl<'a> Tables<'a> {
     }
 }
 
-/// The scenario of a motion over time: its patterns, on their course.
-fn scenario(dynamic: &Dynamic, patterns: &[String]) -> String {
-    let Dynamic { increment, duration, course, .. } = dynamic;
-    let mut text = format!("# Written by `vademecum init` from the deck.\nduration = {duration:?} # s\n");
-    for name in patterns {
-        let _ = write!(text, "\n[[pattern]]\nname = {name:?}\n");
-        if course.is_empty() {
-            continue;
-        }
-        let mut rows = course.clone();
-        // Programs hold the first and the last value; a table ends at its last row.
-        let (first, last) = (rows[0], rows[rows.len() - 1]);
-        if first[0] > 0.0 {
-            rows.insert(0, [0.0, first[1]]);
-        }
-        if last[0] < duration + increment {
-            rows.push([duration + increment, last[1]]);
-        }
-        let rows: Vec<String> = rows.iter().map(|[time, factor]| format!("[{time:?}, {factor:?}]")).collect();
-        let _ = writeln!(text, "table = [{}]", rows.join(", "));
+/// The table of a course up to an instant; none of a constant load.
+fn table(course: &[[f64; 2]], end: f64) -> String {
+    let (Some(&first), Some(&last)) = (course.first(), course.last()) else { return String::new() };
+    let mut rows = course.to_vec();
+    // Programs hold the first and the last value; a table ends at its last row.
+    if first[0] > 0.0 {
+        rows.insert(0, [0.0, first[1]]);
     }
-    text
+    if last[0] < end {
+        rows.push([end, last[1]]);
+    }
+    let rows: Vec<String> = rows.iter().map(|[time, factor]| format!("[{time:?}, {factor:?}]")).collect();
+    format!("table = [{}]\n", rows.join(", "))
 }
 
 /// The node whose displacement is the rotation of a reference, and the reference.

@@ -1,7 +1,7 @@
 //! Decks of a few elements whose answers are known on paper.
 
 use vademecum_deck::{
-    Deck, DeckError, Dialect, FullOrder, Load, ReadOptions, StaticAnswer, StepKind, System, read,
+    Deck, DeckError, Dialect, FullOrder, ProblemParts, ReadOptions, StaticAnswer, System, read,
 };
 
 /// Reads a deck from a text.
@@ -407,30 +407,38 @@ fn broken_decks_are_named_and_never_panic() {
 }
 
 #[test]
-fn a_motion_over_time_has_its_course_and_loads_of_another_one_do_not_act() {
-    let text = format!(
-        "{BAR}*AMPLITUDE,NAME=a\n0,0,1,2\n*AMPLITUDE,NAME=b\n0,1,1,1\n*STEP\n*MODAL DYNAMIC\n0.1,2\n*BOUNDARY\nleft,1,1\n\
-         *CLOAD,AMPLITUDE=a\nright,1,3\n*CLOAD,AMPLITUDE=b\nright,2,5\n*END STEP\n"
+fn loads_of_a_motion_over_time_follow_their_own_courses() {
+    let found = parts(
+        "*AMPLITUDE,NAME=a\n0,0,1,2\n*AMPLITUDE,NAME=b\n0.5,1,3,4\n*STEP\n*STATIC\n*DLOAD\nbar,GRAV,9,0,0,-1\n\
+         *END STEP\n*STEP\n*MODAL DYNAMIC\n0.1,2\n*BOUNDARY\nleft,1,1\n*CLOAD,AMPLITUDE=a\nright,1,3\n\
+         *CLOAD,AMPLITUDE=b\nright,2,5\n*CLOAD\nright,3,7\n*END STEP\n",
     );
-    let deck = deck_of("moved.inp", &text).unwrap();
-    let step = deck.steps.last().unwrap();
-    let StepKind::Dynamic(dynamic) = &step.kind else { panic!("{:?}", step.kind) };
-    assert_eq!((dynamic.increment, dynamic.duration), (0.1, 2.0));
-    assert_eq!(dynamic.course, [[0.0, 0.0], [1.0, 2.0]]);
-    let values = |wanted: u8| -> Vec<f64> {
-        let of = |load: &Load| match load {
-            Load::Force { component, value, .. } if *component == wanted => Some(*value),
-            _ => None,
-        };
-        step.loads.iter().filter_map(of).collect()
-    };
-    assert!(values(0).iter().all(|value| *value == 3.0) && !values(0).is_empty());
-    assert!(values(1).iter().all(|value| *value == 0.0));
-    assert!(
-        deck.left_out.iter().any(|left| left.meaning.contains("another amplitude")),
-        "{:?}",
-        deck.left_out
-    );
+    assert_eq!((found.time_step, &found.missing[..]), (Some(0.1), &[][..]));
+    // Gravity of the step before goes on, and a course holds its first and its last value.
+    let expected = "\
+duration = 2.0 # s
+
+[[pattern]]
+name = \"2 2\"
+
+[[pattern]]
+name = \"3 2\"
+table = [[0.0, 0.0], [1.0, 2.0], [2.1, 2.0]]
+
+[[pattern]]
+name = \"4 2\"
+table = [[0.0, 1.0], [0.5, 1.0], [3.0, 4.0]]
+
+[[pattern]]
+name = \"5 2\"
+";
+    let scenario = found.scenario.unwrap();
+    assert!(scenario.ends_with(expected), "{scenario}");
+    for (name, keys) in [("2 2", "acceleration = [0.0, 0.0, -9.0]"), ("4 2", "[3, 0.0, 5.0, 0.0]")] {
+        let table =
+            found.patterns.split("[[load.pattern]]").find(|table| table.contains(&format!("\"{name}\"")));
+        assert!(table.is_some_and(|table| table.contains(keys)), "{name}: {}", found.patterns);
+    }
 }
 
 #[test]
@@ -543,4 +551,108 @@ fn units_of_their_own_keep_the_numbers() {
     let millimetres = ReadOptions { units: System::parse("mm-t-N"), ..ReadOptions::default() };
     let parts = read(&path, &millimetres).unwrap().problem_parts(None).unwrap();
     assert!(parts.materials.contains("young = 1e6 # Pa"), "{}", parts.materials);
+}
+
+/// The parts of a problem file of the bar with these cards.
+fn parts(cards: &str) -> ProblemParts {
+    let text = format!("{BAR}{cards}");
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("bar.inp");
+    std::fs::write(&path, text).unwrap();
+    let options = ReadOptions { units: Some(System::MetreKilogram), ..ReadOptions::default() };
+    read(&path, &options).unwrap().problem_parts(None).unwrap()
+}
+
+#[test]
+fn damping_of_a_deck_is_that_of_its_problem_file() {
+    let modal = |cards: &str| {
+        let steps =
+            format!("*STEP\n*FREQUENCY\n4\n*END STEP\n*STEP\n*MODAL DYNAMIC\n0.1,2\n{cards}*END STEP\n");
+        parts(&steps).damping
+    };
+    assert_eq!(modal(""), None);
+    let rayleigh = modal("*MODAL DAMPING,RAYLEIGH\n,,5.,0.25\n");
+    assert_eq!(rayleigh.as_deref(), Some("alpha = 5.0 # 1/s\nbeta = 0.25 # s\n"));
+    // Modes without a ratio have none, and a list has no more than the modes of the sum.
+    let ratios = modal("*MODAL DAMPING\n1,2,0.5\n3,3,0.25\n");
+    assert_eq!(ratios.as_deref(), Some("modal = [0.5, 0.5, 0.25, 0.0]\n"));
+    assert_eq!(modal("*MODAL DAMPING\n1,9,0.5\n").as_deref(), Some("modal = [0.5, 0.5, 0.5, 0.5]\n"));
+    // That of a material acts in motions that are no sums of modes.
+    let direct = "*DAMPING,ALPHA=3,BETA=1e-3\n*STEP\n*DYNAMIC\n0.1,2\n*END STEP\n";
+    assert_eq!(parts(direct).damping.as_deref(), Some("alpha = 3.0 # 1/s\nbeta = 0.001 # s\n"));
+    assert_eq!(parts(&direct.replace("*DYNAMIC", "*MODAL DYNAMIC")).damping, None);
+    for wrong in ["*MODAL DAMPING\n0,2,0.5\n", "*MODAL DAMPING\n1,2,-0.5\n", "*MODAL DAMPING\n2,1,0.5\n"] {
+        let text = format!("{BAR}*STEP\n*MODAL DYNAMIC\n0.1,2\n{wrong}*END STEP\n");
+        let error = deck_of("wrong.inp", &text).unwrap_err().to_string();
+        assert!(error.contains("MODAL DAMPING"), "{error}");
+    }
+}
+
+#[test]
+fn a_harmonic_step_is_a_frequency_response() {
+    let step =
+        "*NSET,NSET=out\n3,3,12\n*STEP\n*FREQUENCY\n5\n*END STEP\n*STEP\n*STEADY STATE DYNAMICS\n1,9,5\n";
+    let loads = "*CLOAD\nright,2,3\n*CLOAD,LOAD CASE=2\nright,3,7\n*NODE PRINT,NSET=out\nU\n*END STEP\n";
+    let found = parts(&format!("{step}{loads}"));
+    let response = found.frequency_response.unwrap();
+    assert_eq!((response.range, response.pattern.as_str()), ([1.0, 9.0], "1 2"));
+    // A node that a set names twice has its probes once.
+    assert_eq!(response.probes, ["N3.x", "N3.y", "N3.z", "N12.x", "N12.y", "N12.z"]);
+    assert_eq!(found.probes.matches("[[output.probe]]").count(), 6);
+    assert_eq!(found.modes, Some(5));
+    // Loads out of phase are named and do not act.
+    assert!(found.patterns.contains("3.0, 0.0]") && !found.patterns.contains("7.0"), "{}", found.patterns);
+    let moved = parts(&format!("{step}*BOUNDARY\nleft,1,1,2.\n*END STEP\n"));
+    assert!(moved.missing.iter().any(|words| words.contains("motions of supports")), "{:?}", moved.missing);
+}
+
+#[test]
+fn contact_is_named_where_a_body_is_loose() {
+    // The brick beyond the gap is held by contact alone.
+    let second = "*NODE\n31,5,0,0\n32,6,0,0\n33,6,1,0\n34,5,1,0\n35,5,0,1\n36,6,0,1\n37,6,1,1\n38,5,1,1\n\
+                  *ELEMENT,TYPE=C3D8,ELSET=bar\n9,31,32,33,34,35,36,37,38\n*CONTACT PAIR,INTERACTION=i\na,b\n";
+    let step = "*STEP\n*STATIC\n*CLOAD\n33,1,1.\n*END STEP\n";
+    let deck = deck_of("loose.inp", &format!("{BAR}{second}{step}")).unwrap();
+    let error = FullOrder::new(&deck).static_answers().unwrap_err().to_string();
+    let line = BAR.lines().count() + second.lines().count() - 1;
+    assert!(error.contains(&format!("*CONTACT PAIR at line {line}")), "{error}");
+    assert!(error.contains("2 bodies"), "{error}");
+}
+
+#[test]
+fn parameters_do_not_mind_blanks_and_rotations_are_no_displacements() {
+    let steps = "*NODE\n40,9,9,9\n*RIGID BODY,NSET=right,REFNODE=20,ROTNODE=40\n*STEP\n*STATIC\n*BOUNDARY\n\
+                 40,1,1,0.5\n20,1,3\n*END STEP\n";
+    let found = answers("turned.inp", &format!("{BAR}{steps}"));
+    // The corner stands half a diagonal from the axis; the rotation itself is 0.5.
+    assert!((found[0].largest_displacement() - 0.5 * 0.5_f64.sqrt()).abs() < 1e-9, "{:?}", found[0]);
+}
+
+#[test]
+fn displacements_of_other_steps_and_models_are_named() {
+    let fixed = "*STEP\n*STATIC\n*BOUNDARY,FIXED\nright,1,1\n*END STEP\n";
+    let deck = deck_of("fixed.inp", &format!("{BAR}{fixed}")).unwrap();
+    assert!(deck.left_out[0].meaning.contains("step before"), "{:?}", deck.left_out);
+    let submodel = fixed.replace("FIXED", "SUBMODEL,STEP=1");
+    let error = deck_of("part.inp", &format!("{BAR}{submodel}")).unwrap_err().to_string();
+    assert!(error.contains("SUBMODEL") && error.contains("in this deck"), "{error}");
+}
+
+#[test]
+fn decks_without_solids_name_their_elements() {
+    let nodes: String =
+        BAR.lines().take_while(|line| !line.starts_with("*ELEMENT")).map(|l| l.to_string() + "\n").collect();
+    for (kind, ids) in [("B32R", "1,2,3"), ("CAX8R", "1,3,6,4,2,5,11,10"), ("S4", "1,2,5,4"), ("T3D2", "1,2")]
+    {
+        let text = format!(
+            "{nodes}*ELEMENT,TYPE={kind},ELSET=e\n1,{ids}\n*MATERIAL,NAME=m\n*ELASTIC\n1,0\n\
+             *BEAM SECTION,ELSET=e,MATERIAL=m\n1\n"
+        );
+        let error = deck_of("thin.inp", &text).unwrap_err().to_string();
+        assert!(error.contains(kind) && error.contains("100.0 %"), "{error}");
+    }
+    let shell = "SOL 101\nCEND\nBEGIN BULK\nGRID,1,,0.,0.,0.\nGRID,2,,1.,0.,0.\nGRID,3,,0.,1.,0.\n\
+                 CTRIA3,1,1,1,2,3\nPSHELL,1,1,.1\nMAT1,1,1.,,0.\nENDDATA\n";
+    let error = deck_of("thin.bdf", shell).unwrap_err().to_string();
+    assert!(error.contains("CTRIA3") && error.contains("100.0 %"), "{error}");
 }

@@ -345,3 +345,93 @@ fn masses_of_tetrahedra_are_those_of_calculix() {
         assert!(frequencies < 1e-6 && displacement < 1e-6, "{kind}: {frequencies:e} {displacement:e}");
     }
 }
+
+/// A bar with eight modes and a step that prints the motion of its tip.
+fn moved(bar: &Bar, tip: usize, step: &str) -> String {
+    format!(
+        "{}{}*NSET,NSET=OUT\n{tip}\n{STEEL}*SOLID SECTION,ELSET=BAR,MATERIAL=M\n*BOUNDARY\nLEFT,1,3\n\
+         *AMPLITUDE,NAME=A\n0.,0.,1.e-3,1.,2.e-3,-1.,4.e-3,.5\n*AMPLITUDE,NAME=B\n0.,1.,1.,1.\n\
+         *STEP\n*FREQUENCY,STORAGE=YES\n8\n*END STEP\n*STEP\n{step}*NODE PRINT,NSET=OUT\nU\n*END STEP\n",
+        bar.cards,
+        set("LEFT", &bar.section(0)),
+    )
+}
+
+/// The body of a deck: `init`, then `build`; the place of the file, and what `init` printed.
+fn body(folder: &Path, job: &str) -> (String, String) {
+    let at = |ending: &str| folder.join(format!("{job}.{ending}")).display().to_string();
+    let run = |arguments: &[&str]| {
+        let ran = vademecum(arguments);
+        assert_eq!(ran.code, Some(0), "{arguments:?}: {}", ran.stderr);
+        ran.stdout
+    };
+    let proposed = run(&["init", &at("inp"), "-o", &at("toml"), "--force"]);
+    run(&["build", &at("toml"), "-o", &at("vdm"), "--force"]);
+    (at("vdm"), proposed)
+}
+
+/// Columns of a table of numbers by the beginning of their names.
+fn columns(table: &str, names: &[String]) -> Vec<Vec<f64>> {
+    let mut rows = table.lines().filter(|line| !line.starts_with('#')).map(|line| line.split(','));
+    let head: Vec<&str> = rows.next().expect("a head").collect();
+    let place = |name: &String| head.iter().position(|found| found.starts_with(name.as_str())).expect(name);
+    let places: Vec<usize> = names.iter().map(place).collect();
+    let of = |row: Vec<&str>| places.iter().map(|&k| row[k].parse().expect("a number")).collect();
+    rows.map(|row| of(row.collect())).collect()
+}
+
+#[test]
+fn damped_motions_and_harmonic_answers_are_those_of_calculix() {
+    if !is_there() {
+        return;
+    }
+    let folder = tempfile::tempdir().unwrap();
+    let bar = Bar::new([4, 2, 1], 0.0, 1, "BAR");
+    let tip = bar.numbers[&[8, 4, 2]];
+    let axes = ["x", "y", "z"];
+    let rayleigh = "*MODAL DAMPING,RAYLEIGH\n,,50.,1.e-5\n";
+    let loads = format!("*CLOAD,AMPLITUDE=A\n{tip},2,100.\n*CLOAD,AMPLITUDE=B\n{tip},3,-300.\n");
+    for (name, damping) in [("RAYLEIGH", rayleigh), ("ratios", "*MODAL DAMPING\n1,2,.02\n3,5,.3\n")] {
+        let deck = moved(&bar, tip, &format!("*MODAL DYNAMIC\n1.e-4,4.e-3\n{damping}{loads}"));
+        std::fs::write(folder.path().join("bar.inp"), deck).unwrap();
+        let theirs = calculix::answer(folder.path(), "bar");
+        assert_eq!(theirs.displacements.len(), 40, "{}", theirs.said);
+        let (file, _) = body(folder.path(), "bar");
+        let scenario = folder.path().join("bar.scenario.toml").display().to_string();
+        let out = folder.path().join("out").display().to_string();
+        let ran = vademecum(&["run", &file, "--scenario", &scenario, "-o", &out, "--force"]);
+        assert_eq!(ran.code, Some(0), "{}", ran.stderr);
+        let table = std::fs::read_to_string(folder.path().join("out/probes.csv")).unwrap();
+        let ours = columns(&table, &axes.map(|axis| format!("N{tip}.{axis}")));
+        assert_eq!(ours.len(), 41);
+        let largest = theirs.displacements.iter().flat_map(|row| row.1).map(f64::abs).fold(0.0, f64::max);
+        let apart = ours[1..].iter().zip(&theirs.displacements).flat_map(|(ours, (_, theirs))| {
+            ours.iter().zip(*theirs).map(|(a, b)| (a - b).abs()).collect::<Vec<_>>()
+        });
+        let off = apart.fold(0.0, f64::max) / largest;
+        println!("| *MODAL DYNAMIC with *MODAL DAMPING, {name} | | {off:.0e} |");
+        assert!(off < 1e-6, "{name}: {off:e}");
+    }
+    let step = format!("*STEADY STATE DYNAMICS\n30.,70.,4\n{rayleigh}*CLOAD\n{tip},2,100.\n{tip},3,-300.\n");
+    std::fs::write(folder.path().join("bar.inp"), moved(&bar, tip, &step)).unwrap();
+    let theirs = calculix::answer(folder.path(), "bar").displacements;
+    let (file, proposed) = body(folder.path(), "bar");
+    let outs = format!("--out N{tip}.x --out N{tip}.y --out N{tip}.z --range 30,70");
+    assert!(proposed.contains(&format!("--in \"1 2\" {outs}")), "{proposed}");
+    let table = folder.path().join("frf.csv").display().to_string();
+    let mut arguments = vec!["frf", &file, "--in", "1 2", "--points", "2", "--no-poles", "-o", &table];
+    arguments.extend(outs.split(' '));
+    let ran = vademecum(&arguments);
+    assert_eq!(ran.code, Some(0), "{}", ran.stderr);
+    let names = ["re", "im"].map(|part| axes.map(|axis| format!("{part} N{tip}.{axis}")));
+    let ours = columns(&std::fs::read_to_string(&table).unwrap(), &names.concat());
+    // The real and the imaginary part at each frequency, the ends of the range first and last.
+    let [first, .., last] = &theirs.chunks_exact(2).collect::<Vec<_>>()[..] else { panic!("{theirs:?}") };
+    for (ours, theirs) in ours.iter().zip([first, last]) {
+        let theirs = [theirs[0].1, theirs[1].1].concat();
+        let largest = theirs.iter().map(|x| x.abs()).fold(0.0, f64::max);
+        let off = ours.iter().zip(&theirs).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max) / largest;
+        println!("| *STEADY STATE DYNAMICS with Rayleigh damping | | {off:.0e} |");
+        assert!(off < 1e-6, "{off:e}: {ours:?} for {theirs:?}");
+    }
+}

@@ -13,6 +13,8 @@ pub struct Anchor {
     pub weights: Vec<(u32, f64)>,
     /// Distance from the point.
     pub distance: f64,
+    /// True of a place on the rim of its facet, from where the point is not straight above the facet.
+    pub on_rim: bool,
 }
 
 /// The place nearest to each point on any of the facets; none where there is no facet.
@@ -83,14 +85,14 @@ fn nearest_on(mesh: &Mesh, facet: &Facet, point: [f64; 3]) -> Anchor {
         false => r.abs() <= 1.0 && s.abs() <= 1.0,
     };
     if let Some(found) = search.stationary(middle).filter(|found| inside(*found)) {
-        return search.anchor(found);
+        return search.anchor(found, false);
     }
     let edges = (0..corners.len()).map(|k| {
         let (from, to) = (corners[k], corners[(k + 1) % corners.len()]);
-        search.anchor(search.on_edge(from, to))
+        search.anchor(search.on_edge(from, to), true)
     });
     let nearest = edges.min_by(|a, b| a.distance.total_cmp(&b.distance));
-    nearest.unwrap_or_else(|| search.anchor(middle))
+    nearest.unwrap_or_else(|| search.anchor(middle, true))
 }
 
 impl Search<'_> {
@@ -146,10 +148,10 @@ impl Search<'_> {
         place(t)
     }
 
-    fn anchor(&self, at: [f64; 2]) -> Anchor {
+    fn anchor(&self, at: [f64; 2], on_rim: bool) -> Anchor {
         let (gap, _, values) = self.gap(at);
         let weights = self.facet.nodes().iter().copied().zip(values).collect();
-        Anchor { weights, distance: norm(gap) }
+        Anchor { weights, distance: norm(gap), on_rim }
     }
 }
 

@@ -210,33 +210,39 @@ fn degenerate(mesh: &Mesh) -> Option<Flaw> {
 
 fn folded(mesh: &Mesh) -> Option<Flaw> {
     let points: Vec<[f64; 3]> = degree_4_rule().iter().map(|&(x, _)| x).chain(degree_2_points()).collect();
-    let (mut count, mut first, mut worst) = (0, None, f64::INFINITY);
+    let (mut count, mut first, mut worst, mut stiff) = (0, None, f64::INFINITY, true);
     for (kind, element) in mesh.each() {
-        // The least volume form beside the mean one.
-        let least = match kind {
+        // The least volume form beside the mean one, and that at the points of the stiffness.
+        let (least, at_points) = match kind {
             ElementKind::Tet4 => continue,
             ElementKind::Tet10 => {
                 let p = ten(&mesh.nodes, element);
                 let straight = 6.0 * super::quality::corner_volume(corners(&mesh.nodes, element));
                 let forms = points.iter().map(|&x| jacobian_10(&p, x) / straight);
                 // A flat element is a problem of its own.
-                if straight > 0.0 { forms.fold(f64::INFINITY, f64::min) } else { continue }
+                if straight <= 0.0 {
+                    continue;
+                }
+                let at_points =
+                    degree_2_points().into_iter().map(|x| jacobian_10(&p, x)).fold(f64::INFINITY, f64::min);
+                (forms.fold(f64::INFINITY, f64::min), at_points)
             }
             _ => {
                 let forms: Vec<(f64, f64)> = volume_forms(kind, &mesh.nodes, element).collect();
                 let (volume, whole) =
                     forms.iter().fold((0.0, 0.0), |(v, w), (form, weight)| (v + form * weight, w + weight));
                 let least = forms.iter().map(|(form, _)| form * whole / volume).fold(f64::INFINITY, f64::min);
-                if volume > 0.0 { least } else { continue }
+                if volume > 0.0 { (least, least) } else { continue }
             }
         };
         if least <= 0.0 {
             count += 1;
             worst = worst.min(least);
+            stiff &= at_points > 0.0;
             first = first.or(Some(ids(mesh, &element[..kind.corners()])));
         }
     }
-    first.map(|first| Flaw::FoldedElements { count, first, worst })
+    first.map(|first| Flaw::FoldedElements { count, first, worst, stiff })
 }
 
 /// Nodes closer than 1e-12 of the bounding box diagonal, which is what writing 16 digits leaves of one

@@ -47,9 +47,29 @@ pub fn repaired(mut raw: RawMesh, smallest: f64) -> Result<Mesh, MeshError> {
 /// # Errors
 /// [`MeshError::Unsound`].
 pub fn repaired_apart(raw: &RawMesh) -> Result<Mesh, MeshError> {
+    without(raw, |flaw| matches!(flaw, Flaw::Disconnected { .. } | Flaw::DuplicateNodes { .. }))
+}
+
+/// The same of a deck, whose quadratic tetrahedra have the mass of its program: those that are folded are no
+/// flaw if they are sound at the points of the stiffness, and are noted.
+///
+/// # Errors
+/// [`MeshError::Unsound`].
+pub fn repaired_deck(raw: &RawMesh) -> Result<Mesh, MeshError> {
+    use Flaw::{Disconnected, DuplicateNodes, FoldedElements};
+    without(raw, |flaw| {
+        matches!(flaw, Disconnected { .. } | DuplicateNodes { .. } | FoldedElements { stiff: true, .. })
+    })
+}
+
+/// Checks and repairs a raw mesh; some flaws are none, and folded elements among them are noted.
+fn without(raw: &RawMesh, harmless: impl Fn(&Flaw) -> bool) -> Result<Mesh, MeshError> {
     let mut checked = check(raw);
-    let apart = |flaw: &Flaw| matches!(flaw, Flaw::Disconnected { .. } | Flaw::DuplicateNodes { .. });
-    checked.problems.retain(|flaw| !apart(flaw));
+    let folded = |flaw: &&Flaw| matches!(flaw, Flaw::FoldedElements { .. }) && harmless(flaw);
+    if let Some(flaw) = checked.problems.iter().find(folded) {
+        checked.mesh.notes.push(format!("{flaw}; the points of their stiffness are sound"));
+    }
+    checked.problems.retain(|flaw| !harmless(flaw));
     match checked.problems.is_empty() {
         true => Ok(checked.mesh),
         false => Err(MeshError::Unsound { file: raw.file.clone(), problems: checked.problems }),

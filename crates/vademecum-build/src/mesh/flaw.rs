@@ -46,6 +46,8 @@ pub enum Flaw {
         first: Vec<u64>,
         /// Smallest Jacobian relative to that of the straight element, over all elements.
         worst: f64,
+        /// True if all of them are positive at the points of the stiffness.
+        stiff: bool,
     },
     /// Different nodes at one position.
     DuplicateNodes {
@@ -120,7 +122,7 @@ impl fmt::Display for Flaw {
                 f,
                 "{count} elements without volume, the first on nodes {first:?} near {position:?}: remesh there"
             ),
-            Flaw::FoldedElements { count, first, worst } => write!(
+            Flaw::FoldedElements { count, first, worst, .. } => write!(
                 f,
                 "{count} elements folded by their shape or their mid-side nodes (Jacobian down to {worst:.2e} of the straight \
                  element), the first on corner nodes {first:?}: optimise the high-order mesh or refine the curved surface"

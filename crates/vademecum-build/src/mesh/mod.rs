@@ -50,7 +50,7 @@ pub(crate) mod vtk;
 use std::collections::BTreeMap;
 
 pub use block::block;
-pub use detect::{parse, parse_with_cells, read, read_without, repaired, repaired_apart};
+pub use detect::{parse, parse_with_cells, read, read_without, repaired, repaired_apart, repaired_deck};
 pub use error::{Fault, MeshError};
 pub(crate) use error::{FaultSite, shown};
 pub use filled::CELLS;

@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use vademecum_build::mesh::CELLS;
 use vademecum_build::mesh_error::MeshEstimate;
 use vademecum_build::store::Kind;
-use vademecum_deck::{DeckError, LeftOut, is_deck, read};
+use vademecum_deck::{DeckError, FrequencyResponse, LeftOut, is_deck, read};
 use vademecum_study::starter::{
     KnownParts, NamedMaterial, SMALLEST_PART, Starter, StarterError, StarterOptions, starter,
 };
@@ -74,6 +74,7 @@ struct DeckParts {
     scale: f64,
     /// Scenario of its motion over time.
     scenario: Option<String>,
+    frequency_response: Option<FrequencyResponse>,
     known: KnownParts,
 }
 
@@ -104,6 +105,7 @@ impl Init {
         let parts = if is_deck(&self.mesh) { self.parts_of_deck()? } else { None };
         let scale = parts.as_ref().map(|parts| parts.scale);
         let scenario = parts.as_ref().and_then(|parts| parts.scenario.clone());
+        let response = parts.as_ref().and_then(|parts| parts.frequency_response.clone());
         let scenario = scenario.map(|text| (problem.with_extension("scenario.toml"), text));
         if let Some((path, _)) = &scenario {
             check_output(&outputs, path, Kind::Own)?;
@@ -155,6 +157,15 @@ impl Init {
             if !self.view {
                 println!("next: vademecum build {} -o {}", problem.display(), lines.1.display());
             }
+            if let Some(FrequencyResponse { range: [first, last], pattern, probes }) = &response {
+                let outs: String = probes.iter().map(|probe| format!(" --out {probe}")).collect();
+                let outs = if outs.is_empty() { " --out POINT".into() } else { outs };
+                println!(
+                    "the deck's answer to harmonic loads: vademecum frf {} --in \"{pattern}\"{outs} --range \
+                     {first},{last}",
+                    lines.1.display()
+                );
+            }
             if proposed.doubtful_scale {
                 println!("{longest_side:.1} m long? If the mesh is in millimetres, add --scale 0.001");
             }
@@ -186,11 +197,14 @@ impl Init {
         comments.extend(left);
         comments.extend(parts.missing.iter().map(|words| format!("not in this file: {words}")));
         comments.iter().for_each(|line| eprintln!("note: {line}"));
+        let (scale, scenario) = (parts.scale, parts.scenario);
+        let frequency_response = parts.frequency_response;
         let known = KnownParts {
             own_units: parts.own_units,
             materials: parts.materials,
             attachments: parts.attachments,
             patterns: parts.patterns,
+            damping: parts.damping,
             probes: parts.probes,
             time_step: parts.time_step,
             modes: parts.modes,
@@ -199,7 +213,7 @@ impl Init {
             support_words: parts.support_words,
             comments,
         };
-        Ok(Some(DeckParts { scale: parts.scale, scenario: parts.scenario, known }))
+        Ok(Some(DeckParts { scale, scenario, frequency_response, known }))
     }
 
     /// A problem file that exists may have been edited: it is never replaced unasked, and `--view` builds it.

@@ -3,7 +3,7 @@
 use vademecum_build::mesh::inp::InpCard;
 
 use crate::abaqus::reader::{Reader, Section};
-use crate::abaqus::{attach, loads, material};
+use crate::abaqus::{attach, damping, loads, material};
 use crate::error::DeckError;
 
 /// Cards without a meaning for the result: headings, output requests, and what the mesh reader takes.
@@ -78,10 +78,6 @@ const LEFT_OUT: &[(&[&str], &str)] = &[
         ],
         "bodies do not touch: the answer is that without contact",
     ),
-    (
-        &["DAMPING", "MODAL DAMPING", "GLOBAL DAMPING"],
-        "damping does not act in static answers and in undamped natural frequencies",
-    ),
     (&["BASE MOTION"], "the base does not move"),
     (&["PRE-TENSION SECTION"], "the section is not tightened: it is joined as it is"),
     (
@@ -138,6 +134,8 @@ pub(crate) fn take(reader: &mut Reader<'_>, card: &InpCard) -> Result<(), DeckEr
         | "UNCOUPLED TEMPERATURE-DISPLACEMENT"
         | "RANDOM RESPONSE"
         | "RESPONSE SPECTRUM" => loads::procedure(reader, card),
+        "DAMPING" | "GLOBAL DAMPING" => damping::proportional(reader, card),
+        "MODAL DAMPING" => damping::modal(reader, card),
         "NODE PRINT" => loads::node_print(reader, card),
         "BOUNDARY" => loads::boundary(reader, card),
         "CLOAD" => loads::cload(reader, card),

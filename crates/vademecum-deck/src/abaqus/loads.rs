@@ -3,7 +3,7 @@
 use vademecum_build::mesh::inp::{DataLine, Dialect, InpCard};
 
 use crate::abaqus::reader::Reader;
-use crate::deck::{Dynamic, Load, Step, StepKind, Support};
+use crate::deck::{Dynamic, Harmonic, Load, Step, StepKind, Support};
 use crate::error::DeckError;
 
 /// Begins a step. Loads and supports of the one before go on.
@@ -49,15 +49,25 @@ pub(crate) fn procedure(reader: &mut Reader<'_>, card: &InpCard) -> Result<(), D
             StepKind::Frequency(numbers.first().map(|count| *count as usize).filter(|count| *count > 0))
         }
         "MODAL DYNAMIC" | "DYNAMIC" if numbers.iter().take(2).filter(|x| **x > 0.0).count() == 2 => {
+            if card.parameter("STEADY STATE").is_some() {
+                reader.leave(card, "the motion begins at rest: it is not the periodic one");
+            }
             reader.period = numbers[1];
             StepKind::Dynamic(Dynamic {
                 modal: card.keyword == "MODAL DYNAMIC",
                 increment: numbers[0],
                 duration: numbers[1],
-                amplitude: None,
-                course: vec![],
+                courses: vec![],
+                follows: vec![],
                 printed: vec![],
             })
+        }
+        "STEADY STATE DYNAMICS" if numbers.iter().take(2).all(|x| *x > 0.0) && numbers.len() > 1 => {
+            if card.parameter("HARMONIC").is_some_and(|value| value.eq_ignore_ascii_case("NO")) {
+                reader
+                    .leave(card, "periodic loads are taken as harmonic ones of the frequencies of the step");
+            }
+            StepKind::Harmonic(Harmonic { range: [numbers[0], numbers[1]], printed: vec![] })
         }
         other => StepKind::Other(other.to_ascii_lowercase()),
     };
@@ -76,6 +86,13 @@ pub(crate) fn procedure(reader: &mut Reader<'_>, card: &InpCard) -> Result<(), D
 pub(crate) fn boundary(reader: &mut Reader<'_>, card: &InpCard) -> Result<(), DeckError> {
     if card.parameter("OP").is_some_and(|op| op.eq_ignore_ascii_case("NEW")) {
         reader.supports().clear();
+    }
+    if card.parameter("FIXED").is_some() {
+        reader
+            .leave(card, "displacements of the step before are not kept: these components are held at zero");
+    }
+    if card.parameter("SUBMODEL").is_some() {
+        return Err(reader.fault(card, None, "SUBMODEL", "displacements that stand in this deck"));
     }
     let factor = last_value(reader, card);
     for line in &card.data {
@@ -129,7 +146,10 @@ fn named(name: &str) -> Option<Vec<u8>> {
 
 /// Forces and moments at nodes.
 pub(crate) fn cload(reader: &mut Reader<'_>, card: &InpCard) -> Result<(), DeckError> {
-    let factor = amplitude(reader, card)?;
+    if is_imaginary(reader, card) {
+        return Ok(());
+    }
+    let factor = amplitude(reader, card);
     if new_loads(card) {
         clear(reader, |load| matches!(load, Load::Force { .. }));
     }
@@ -156,7 +176,10 @@ pub(crate) fn cload(reader: &mut Reader<'_>, card: &InpCard) -> Result<(), DeckE
 
 /// Loads on elements: gravity, rotation, pressure on faces.
 pub(crate) fn dload(reader: &mut Reader<'_>, card: &InpCard) -> Result<(), DeckError> {
-    let factor = amplitude(reader, card)?;
+    if is_imaginary(reader, card) {
+        return Ok(());
+    }
+    let factor = amplitude(reader, card);
     if new_loads(card) {
         clear(reader, |load| !matches!(load, Load::Force { .. }));
     }
@@ -203,7 +226,10 @@ pub(crate) fn dload(reader: &mut Reader<'_>, card: &InpCard) -> Result<(), DeckE
 
 /// Loads on surfaces: pressure and traction.
 pub(crate) fn dsload(reader: &mut Reader<'_>, card: &InpCard) -> Result<(), DeckError> {
-    let factor = amplitude(reader, card)?;
+    if is_imaginary(reader, card) {
+        return Ok(());
+    }
+    let factor = amplitude(reader, card);
     for line in &card.data {
         let fields = line.fields();
         let [name, label, size, ref rest @ ..] = fields[..] else {
@@ -255,27 +281,29 @@ pub(crate) fn node_print(reader: &mut Reader<'_>, card: &InpCard) -> Result<(), 
         return Ok(());
     }
     let Some(nodes) = reader.node_set(name) else { return Ok(()) };
-    if let Some(StepKind::Dynamic(dynamic)) = reader.step().map(|step| &mut step.kind) {
-        dynamic.printed.extend(nodes);
+    match reader.step().map(|step| &mut step.kind) {
+        Some(StepKind::Dynamic(Dynamic { printed, .. }) | StepKind::Harmonic(Harmonic { printed, .. })) => {
+            printed.extend(nodes);
+        }
+        _ => {}
     }
     Ok(())
 }
 
 /// The factor of a load: that of its amplitude at the end of the step. In a motion over time the amplitude is
-/// the course of all loads.
-fn amplitude(reader: &mut Reader<'_>, card: &InpCard) -> Result<f64, DeckError> {
-    let name = card.parameter("AMPLITUDE").map(str::to_ascii_uppercase);
-    let course = name.as_ref().and_then(|name| reader.amplitudes.get(name)).cloned();
-    if let Some(StepKind::Dynamic(dynamic)) = reader.step().map(|step| &mut step.kind) {
-        let own = name.unwrap_or_default();
-        if *dynamic.amplitude.get_or_insert_with(|| own.clone()) == own {
-            dynamic.course = course.unwrap_or_default();
-            return Ok(1.0);
-        }
-        reader.leave(card, "loads of one step that follow another amplitude than the first ones do not act");
-        return Ok(0.0);
-    }
-    Ok(last_value(reader, card))
+/// the course of the loads of the card.
+fn amplitude(reader: &mut Reader<'_>, card: &InpCard) -> f64 {
+    let name = card.parameter("AMPLITUDE").map(str::to_ascii_uppercase).unwrap_or_default();
+    let course = reader.amplitudes.get(&name).cloned().unwrap_or_default();
+    let Some(StepKind::Dynamic(dynamic)) = reader.step().map(|step| &mut step.kind) else {
+        return last_value(reader, card);
+    };
+    let known = dynamic.courses.iter().position(|known| known.0 == name);
+    reader.course = known.unwrap_or_else(|| {
+        dynamic.courses.push((name, course));
+        dynamic.courses.len() - 1
+    });
+    1.0
 }
 
 /// The factor of an amplitude at the end of the step; 1 without one.
@@ -291,6 +319,15 @@ fn last_value(reader: &Reader<'_>, card: &InpCard) -> f64 {
     }
 }
 
+/// True of a load that is a quarter of a period behind the others of a harmonic step; it is left out.
+fn is_imaginary(reader: &mut Reader<'_>, card: &InpCard) -> bool {
+    let imaginary = card.parameter("LOAD CASE") == Some("2") || card.parameter("IMAGINARY").is_some();
+    if imaginary {
+        reader.leave(card, "loads out of phase do not act: those in phase are taken");
+    }
+    imaginary
+}
+
 fn new_loads(card: &InpCard) -> bool {
     card.parameter("OP").is_some_and(|op| op.eq_ignore_ascii_case("NEW"))
 }
@@ -300,13 +337,11 @@ fn clear(reader: &mut Reader<'_>, which: impl Fn(&Load) -> bool) {
 }
 
 fn push(reader: &mut Reader<'_>, card: &InpCard, load: Load) -> Result<(), DeckError> {
-    match reader.step() {
-        Some(step) => {
-            step.loads.push(load);
-            Ok(())
-        }
-        None => outside(reader, card),
+    if reader.in_step {
+        reader.act(load);
+        return Ok(());
     }
+    outside(reader, card)
 }
 
 /// Programs write loads outside of steps and pass them over.

@@ -2,6 +2,7 @@
 
 mod attach;
 mod cards;
+mod damping;
 mod loads;
 mod material;
 mod reader;
@@ -10,19 +11,21 @@ mod solid;
 use std::path::Path;
 
 use vademecum_build::mesh::inp::{Dialect, read_contents};
-use vademecum_build::mesh::repaired_apart;
+use vademecum_build::mesh::repaired_deck;
 
-use crate::abaqus::reader::Reader;
+use crate::abaqus::reader::{Reader, refuse_structural};
 use crate::deck::Deck;
 use crate::error::DeckError;
 
 /// Reads a deck.
 pub(crate) fn read(file: &Path, dialect: Option<Dialect>) -> Result<Deck, DeckError> {
     let (raw, contents) = read_contents(file, dialect)?;
-    let mesh = repaired_apart(&raw)?;
+    refuse_structural(&contents)?;
+    let mesh = repaired_deck(&raw)?;
     let mut reader = Reader::new(file, &raw, &contents, mesh)?;
     for card in &contents.cards {
         cards::take(&mut reader, card)?;
     }
+    damping::of_materials(&mut reader);
     reader.finish(dialect.is_some())
 }

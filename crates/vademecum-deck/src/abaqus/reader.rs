@@ -8,7 +8,7 @@ use vademecum_build::mesh::inp::{DataLine, Dialect, InpCard, InpContents, InpEle
 use vademecum_build::mesh::{Hexahedra, Mesh, RawMesh};
 
 use crate::abaqus::solid::{Orientation, Solid};
-use crate::deck::{Deck, Extent, Load, NodeNumber, Numbers, Step, Support};
+use crate::deck::{Deck, Extent, Load, NodeNumber, Numbers, Step, StepKind, Support};
 use crate::error::{CardFault, DeckError};
 use crate::left_out::leave_out;
 
@@ -34,10 +34,14 @@ pub(crate) struct Reader<'a> {
     pub(crate) sections: Vec<Section>,
     /// Axes of materials by name.
     pub(crate) orientations: BTreeMap<String, Orientation>,
+    /// Damping proportional to mass and to stiffness, by material.
+    pub(crate) dampings: BTreeMap<String, [f64; 2]>,
     /// Points of amplitudes.
     pub(crate) amplitudes: BTreeMap<String, Vec<[f64; 2]>>,
     /// Coupling that the next *KINEMATIC or *DISTRIBUTING completes: reference, surface.
     pub(crate) coupling: Option<(NodeNumber, String)>,
+    /// Index of the course that loads follow in a motion over time.
+    pub(crate) course: usize,
     /// True between *STEP and *END STEP.
     pub(crate) in_step: bool,
     /// Period of the step.
@@ -57,7 +61,6 @@ impl<'a> Reader<'a> {
         contents: &'a InpContents,
         mesh: Mesh,
     ) -> Result<Self, DeckError> {
-        refuse_structural(contents)?;
         let all = raw.node_ids.iter().copied().zip(raw.nodes.iter().copied());
         let (numbers, points) = Numbers::new(&mesh, all);
         let mut by_nodes: HashMap<Vec<u32>, u32> = HashMap::new();
@@ -81,8 +84,10 @@ impl<'a> Reader<'a> {
             material: None,
             sections: vec![],
             orientations: BTreeMap::new(),
+            dampings: BTreeMap::new(),
             amplitudes: BTreeMap::new(),
             coupling: None,
+            course: 0,
             in_step: false,
             period: 1.0,
             nonlinear: false,
@@ -287,8 +292,17 @@ impl<'a> Reader<'a> {
     /// Adds a force to the step. Forces on one component add up; those of the step before are replaced.
     pub(crate) fn force(&mut self, node: NodeNumber, component: u8, value: f64) {
         self.replaced.insert((node, component));
+        self.act(Load::Force { node, component, value });
+    }
+
+    /// Adds a load to the step; in a motion over time it follows the course of its card.
+    pub(crate) fn act(&mut self, load: Load) {
+        let course = self.course;
         if let Some(step) = self.step() {
-            step.loads.push(Load::Force { node, component, value });
+            step.loads.push(load);
+            if let StepKind::Dynamic(dynamic) = &mut step.kind {
+                dynamic.follows.push(course);
+            }
         }
     }
 
@@ -343,7 +357,10 @@ impl<'a> Reader<'a> {
         let find = |region: &str| {
             let of_section = |section: &&Section| {
                 let plain = self.contents.plain_name(&section.set);
+                // The region of a second formulation has the name of its element type behind that of the set.
+                let set = region.rsplit_once(" C3D").map_or(region, |(set, _)| set);
                 plain.eq_ignore_ascii_case(region)
+                    || plain.eq_ignore_ascii_case(set)
                     || region.eq_ignore_ascii_case(&format!("assembly.{plain}"))
             };
             let section = self.sections.iter().rev().find(of_section)?;
@@ -375,7 +392,7 @@ fn sorted(mut nodes: Vec<u32>) -> Vec<u32> {
 
 /// Shells, beams and the like carry loads: a model without them is another one. Elements without a section
 /// only name surfaces and lines.
-fn refuse_structural(contents: &InpContents) -> Result<(), DeckError> {
+pub(crate) fn refuse_structural(contents: &InpContents) -> Result<(), DeckError> {
     let sections = contents.cards.iter().filter(|card| card.keyword.ends_with("SECTION"));
     let sets =
         sections.filter_map(|card| contents.element_sets.get(&contents.plain_name(card.parameter("ELSET")?)));

@@ -8,18 +8,19 @@ mod model;
 use std::path::Path;
 
 use vademecum_build::mesh::nastran::cards;
-use vademecum_build::mesh::{MeshError, parse, repaired_apart};
+use vademecum_build::mesh::{MeshError, parse, repaired_deck};
 
 use crate::deck::Deck;
 use crate::error::DeckError;
-use crate::nastran::model::Model;
+use crate::nastran::model::{Model, refuse_structural};
 
 /// Reads a deck.
 pub(crate) fn read(file: &Path) -> Result<Deck, DeckError> {
     let raw = parse(file)?;
-    let mesh = repaired_apart(&raw)?;
     let bytes = std::fs::read(file).map_err(|source| MeshError::Io { file: file.to_path_buf(), source })?;
     let cards = cards(file, &bytes)?;
+    refuse_structural(&cards)?;
+    let mesh = repaired_deck(&raw)?;
     let mut model = Model::new(file, &raw, &cards, mesh)?;
     model.materials()?;
     links::take(&mut model)?;

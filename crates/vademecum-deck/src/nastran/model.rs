@@ -46,7 +46,6 @@ pub(crate) struct Model<'a> {
 
 impl<'a> Model<'a> {
     pub(crate) fn new(file: &Path, raw: &RawMesh, cards: &'a Cards, mesh: Mesh) -> Result<Self, DeckError> {
-        refuse_structural(cards)?;
         let all = raw.node_ids.iter().copied().zip(raw.nodes.iter().copied());
         let (numbers, points) = Numbers::new(&mesh, all);
         let systems = systems(cards)?;
@@ -257,10 +256,12 @@ pub(crate) fn components(digits: &str) -> impl Iterator<Item = u8> {
 }
 
 /// Shells, beams and the like carry loads: a model without them is another one.
-fn refuse_structural(cards: &Cards) -> Result<(), DeckError> {
-    let others = || cards.bulk.iter().filter(|card| STRUCTURAL.contains(&card.name.as_str()));
-    let Some(first) = others().next() else { return Ok(()) };
+pub(crate) fn refuse_structural(cards: &Cards) -> Result<(), DeckError> {
     let solids = cards.bulk.iter().filter(|card| SOLIDS.contains(&card.name.as_str())).count();
+    // Bars join reference points of solids.
+    let other = |name: &str| STRUCTURAL.contains(&name) || (name == "CBAR" && solids == 0);
+    let others = || cards.bulk.iter().filter(|card| other(card.name.as_str()));
+    let Some(first) = others().next() else { return Ok(()) };
     let names: BTreeSet<&str> = others().map(|card| card.name.as_str()).collect();
     let names: Vec<&str> = names.into_iter().collect();
     let count = others().count();

@@ -11,6 +11,8 @@ pub struct KnownParts {
     pub attachments: String,
     /// Tables of load patterns.
     pub patterns: String,
+    /// Lines of the damping; absent: that of the deck is none.
+    pub damping: Option<String>,
     /// Tables of probes.
     pub probes: String,
     /// Time step \[s\].

@@ -58,9 +58,12 @@ impl LineLocation {
 }
 
 impl InpCard {
-    /// The value of a parameter, empty for a flag; none if it is absent.
+    /// The value of a parameter, empty for a flag; none if it is absent. Blanks in names do not count:
+    /// `REFNODE` is `REF NODE`.
     pub fn parameter(&self, name: &str) -> Option<&str> {
-        self.parameters.iter().find(|(key, _)| key == name).map(|(_, value)| value.as_str())
+        let letters = |text: &str| text.split(' ').collect::<String>();
+        let wanted = letters(name);
+        self.parameters.iter().find(|(key, _)| letters(key) == wanted).map(|(_, value)| value.as_str())
     }
 
     /// The keyword with its star.

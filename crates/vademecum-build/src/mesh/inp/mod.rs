@@ -72,6 +72,14 @@ fn parse_contents(
     let of_abaqus = ["PART", "INSTANCE", "ASSEMBLY"];
     let abaqus = cards.iter().any(|card| of_abaqus.contains(&card.keyword.as_str()));
     deck.dialect = dialect.unwrap_or(if abaqus { Dialect::Abaqus } else { Dialect::CalculiX });
+    // Elements may name nodes that follow them.
+    let first_element = cards.iter().position(|card| card.keyword == "ELEMENT").unwrap_or(cards.len());
+    if !abaqus {
+        for card in cards[first_element..].iter_mut().filter(|card| card.keyword == "NODE") {
+            deck.card(card)?;
+            (card.data, card.parameters) = (vec![], vec![]);
+        }
+    }
     let mut waiting = Vec::new();
     for (index, card) in cards.iter_mut().enumerate() {
         match deck.card(card) {
@@ -186,7 +194,7 @@ impl Deck {
             let fault = || at.malformed(shown(line.text.as_bytes()), EXPECTED);
             let fields = line.fields();
             // Coordinates left out are zero; up to three direction cosines may follow.
-            if !(2..=7).contains(&fields.len()) {
+            if !(1..=7).contains(&fields.len()) {
                 return Err(fault());
             }
             let id = u64::parse(fields[0].as_bytes()).ok_or_else(fault)?;
@@ -240,9 +248,13 @@ impl Deck {
                 numbers
                     .push(number.ok_or_else(|| at.malformed(shown(line.text.as_bytes()), expected.clone()))?);
             }
-            // CalculiX adds three nodes of its own to C3D8I.
-            if name == "C3D8I" && numbers.len() == 4 + kind.node_count() {
+            // CalculiX passes over what follows the nodes, such as those that it adds to C3D8I itself.
+            if numbers.len() > 1 + kind.node_count() && self.dialect == Dialect::CalculiX {
                 numbers.truncate(1 + kind.node_count());
+                let note = format!("numbers behind the nodes of elements of type {name} are passed over");
+                if name != "C3D8I" && !self.raw.notes.contains(&note) {
+                    self.raw.notes.push(note);
+                }
             }
             if numbers.len() > 1 + kind.node_count() {
                 return Err(at.malformed(format!("{} numbers", numbers.len()), expected));
@@ -326,20 +338,19 @@ impl Deck {
     fn finish(mut self) -> Result<RawMesh, MeshError> {
         let regions = self.regions()?;
         let mut names: BTreeMap<String, i64> = BTreeMap::new();
+        let tag_of = |names: &mut BTreeMap<String, i64>, name: String| {
+            let next = names.len() as i64 + 1;
+            *names.entry(name).or_insert(next)
+        };
         for (element, region) in self.elements.iter().zip(&regions) {
-            let mut tag = 0;
-            if let Some(name) = region {
-                let next = names.len() as i64 + 1;
-                tag = *names.entry(name.clone()).or_insert(next);
-            }
-            if let Some(named) = element.hexahedra {
-                let known = *self.raw.hexahedra.entry(tag).or_insert(named);
-                if known != named {
-                    let found = format!("a region with two formulations of hexahedra ({known:?}, {named:?})");
-                    let remedy = "give the elements of each type a *SOLID SECTION of their own";
-                    let at = element.place.at("*ELEMENT");
-                    return Err(at.unsupported(found, "one formulation in a region", remedy));
-                }
+            let mut tag = region.as_ref().map_or(0, |name| tag_of(&mut names, name.clone()));
+            if let Some(named) = element.hexahedra
+                && *self.raw.hexahedra.entry(tag).or_insert(named) != named
+            {
+                // Hexahedra of another formulation than the first ones are a region of their own.
+                let whole = region.as_deref().unwrap_or("body");
+                tag = tag_of(&mut names, format!("{whole} {}", element.name));
+                self.raw.hexahedra.insert(tag, named);
             }
             let tags = if element.kind.dimension() == 3 { &[tag][..] } else { &[][..] };
             self.raw.push(element.kind, &element.nodes, tags, element.place.place());
@@ -370,15 +381,32 @@ impl Deck {
 fn element_kind(name: &str) -> Option<CellKind> {
     const SURFACES: [(&[&str], CellKind); 4] = [
         (
-            &["S3", "S3R", "S3RS", "DS3", "STRI3", "M3D3", "SFM3D3", "R3D3", "CPS3", "CPE3"],
+            &["S3", "S3R", "S3RS", "DS3", "STRI3", "M3D3", "SFM3D3", "R3D3", "CPS3", "CPE3", "CAX3"],
             CellKind::Facet(FacetKind::Tri3),
         ),
-        (&["S6", "DS6", "STRI65", "M3D6", "SFM3D6", "CPS6", "CPE6"], CellKind::Facet(FacetKind::Tri6)),
-        (&["S4", "S4R", "DS4", "M3D4", "SFM3D4", "R3D4", "CPS4", "CPE4"], CellKind::Facet(FacetKind::Quad4)),
-        (&["S8", "S8R", "DS8", "M3D8", "SFM3D8", "CPS8", "CPE8"], CellKind::Facet(FacetKind::Quad8)),
+        (
+            &["S6", "DS6", "STRI65", "M3D6", "SFM3D6", "CPS6", "CPE6", "CAX6"],
+            CellKind::Facet(FacetKind::Tri6),
+        ),
+        (
+            &[
+                "S4", "S4R", "DS4", "M3D4", "M3D4R", "SFM3D4", "R3D4", "CPS4", "CPS4R", "CPE4", "CPE4R",
+                "CAX4", "CAX4R",
+            ],
+            CellKind::Facet(FacetKind::Quad4),
+        ),
+        (
+            &[
+                "S8", "S8R", "DS8", "M3D8", "M3D8R", "SFM3D8", "CPS8", "CPS8R", "CPE8", "CPE8R", "CAX8",
+                "CAX8R",
+            ],
+            CellKind::Facet(FacetKind::Quad8),
+        ),
     ];
-    const LINES: [(&[&str], CellKind); 2] =
-        [(&["T3D2", "B31", "B33", "T2D2"], CellKind::Line(2)), (&["T3D3", "B32", "T2D3"], CellKind::Line(3))];
+    const LINES: [(&[&str], CellKind); 2] = [
+        (&["T3D2", "B31", "B31R", "B33", "T2D2", "B21"], CellKind::Line(2)),
+        (&["T3D3", "B32", "B32R", "T2D3", "B22"], CellKind::Line(3)),
+    ];
     if let Some((_, kind)) = SURFACES.iter().chain(&LINES).find(|(names, _)| names.contains(&name)) {
         return Some(*kind);
     }
