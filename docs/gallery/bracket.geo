@@ -17,6 +17,13 @@ wall() = Surface In BoundingBox{-1e-4, -1e-4, -1e-4, 1e-4, 0.041, 0.081};
 Physical Surface("wall") = {wall()};
 arm() = Surface In BoundingBox{-0.001, -0.001, 0.0059, 0.071, 0.041, 0.0061};
 Physical Surface("arm") = {arm()};
+// The walls of the holes.
+lower() = Surface In BoundingBox{-1e-4, w / 2 - 0.0041, 0.0309, t + 1e-4, w / 2 + 0.0041, 0.0391};
+Physical Surface("lower bolt") = {lower()};
+upper() = Surface In BoundingBox{-1e-4, w / 2 - 0.0041, 0.0609, t + 1e-4, w / 2 + 0.0041, 0.0691};
+Physical Surface("upper bolt") = {upper()};
+seat() = Surface In BoundingBox{0.0499, w / 2 - 0.0051, -1e-4, 0.0601, w / 2 + 0.0051, t + 1e-4};
+Physical Surface("seat") = {seat()};
 
 Mesh.ElementOrder = 2;
 Mesh.SecondOrderLinear = 1;

@@ -2,7 +2,7 @@
 import { browser, picture, push } from "../../tests/browser/picture.mjs";
 
 const [folder, to] = process.argv.slice(2);
-for (const [body, share, dark] of [["fork", 0.6, false], ["glass", 1.5, true], ["organ", 0.3, false], ["bracket", 1, false], ["bridge", 1, true]]) {
+for (const [body, share, dark] of [["fork", 0.6, false], ["glass", 1.5, true], ["organ", 0.3, false], ["bracket", 1, false], ["bolted", 1, false], ["bridge", 1, true]]) {
   const options = { viewport: { width: 1120, height: 780 }, colorScheme: dark ? "dark" : "light", reducedMotion: "reduce" };
   await picture(`${folder}/${body}.html`, `${to}/gallery-${body}.webp`, options, async (page) => {
     // The bracket shows its stress.
