@@ -656,3 +656,69 @@ fn decks_without_solids_name_their_elements() {
     let error = deck_of("thin.bdf", shell).unwrap_err().to_string();
     assert!(error.contains("CTRIA3") && error.contains("100.0 %"), "{error}");
 }
+
+#[test]
+fn instances_are_copies_of_their_parts_where_they_stand() {
+    let text = "\
+*PART,NAME=brick
+*NODE
+1,0,0,0
+2,1,0,0
+3,1,1,0
+4,0,1,0
+5,0,0,1
+6,1,0,1
+7,1,1,1
+8,0,1,1
+*ELEMENT,TYPE=C3D8,ELSET=all
+1,1,2,3,4,5,6,7,8
+*NSET,NSET=left
+1,4,5,8
+*SURFACE,NAME=front
+all,S4
+*SURFACE,NAME=back
+1,S6
+*SOLID SECTION,ELSET=all,MATERIAL=soft
+*END PART
+*ASSEMBLY,NAME=both
+*INSTANCE,NAME=one,PART=brick
+*END INSTANCE
+*INSTANCE,NAME=two,PART=brick
+1,0,-1
+1,0,0,2,0,0,90
+*END INSTANCE
+*NSET,NSET=end,INSTANCE=two
+2,3,6,7
+*TIE,NAME=joint
+two.back,one.front
+*END ASSEMBLY
+*MATERIAL,NAME=soft
+*ELASTIC
+100,0
+*DENSITY
+3
+*STEP
+*STATIC
+*BOUNDARY
+one.left,1,3
+*CLOAD
+end,1,2.5
+two.2,2,0.5
+*END STEP
+";
+    let deck = deck_of("both.inp", text).unwrap();
+    let regions: Vec<&str> = deck.mesh.regions.iter().map(|region| region.name.as_str()).collect();
+    assert_eq!(regions, ["ONE.all", "TWO.all"]);
+    // A quarter turn about x: the second brick stands beside the first one.
+    let node = (0..deck.node_count() as u32).find(|&node| deck.id(node) == 22).unwrap();
+    let place = deck.place(node);
+    assert!((0..3).all(|c| (place[c] - [2.0, 1.0, 0.0][c]).abs() < 1e-12), "{place:?}");
+    let answer = &FullOrder::new(&deck).static_answers().unwrap()[0];
+    let mean = [22, 23, 26, 27].iter().map(|&id| at(&deck, answer, id)[0]).sum::<f64>() / 4.0;
+    close(mean, 10.0 * 2.0 / 100.0);
+    close(answer.reaction_sum[0], -10.0);
+    close(answer.reaction_sum[1], -0.5);
+    assert!(deck.notes.iter().any(|note| note.contains("`TWO`: their numbers plus 20")), "{:?}", deck.notes);
+    let error = deck_of("lost.inp", &text.replace("PART=brick", "PART=other")).unwrap_err().to_string();
+    assert!(error.contains("OTHER") && error.contains("*INSTANCE"), "{error}");
+}

@@ -4,6 +4,7 @@
 //! mesh and are not supported are refused by name. Names are compared without regard to case, as both
 //! programs do.
 
+mod assembly;
 mod contents;
 mod deck;
 mod dialect;
@@ -68,9 +69,11 @@ fn parse_contents(
         part_with_nodes: None,
         dialect: Dialect::CalculiX,
     };
-    let mut cards = cards(file, bytes)?;
+    let cards = cards(file, bytes)?;
     let of_abaqus = ["PART", "INSTANCE", "ASSEMBLY"];
     let abaqus = cards.iter().any(|card| of_abaqus.contains(&card.keyword.as_str()));
+    let (mut cards, notes) = assembly::flatten(cards)?;
+    deck.raw.notes.extend(notes);
     deck.dialect = dialect.unwrap_or(if abaqus { Dialect::Abaqus } else { Dialect::CalculiX });
     // Elements may name nodes that follow them.
     let first_element = cards.iter().position(|card| card.keyword == "ELEMENT").unwrap_or(cards.len());
