@@ -1,9 +1,9 @@
 //! The witnesses: geometry, reference values and where they are from (`docs/reference/bibliography.md`).
 
-use std::collections::HashMap;
+use std::collections::{BTreeMap, HashMap};
 use std::f64::consts::{FRAC_1_SQRT_2, FRAC_PI_2, FRAC_PI_4, FRAC_PI_6, TAU};
 
-use vademecum_build::mesh::{Mesh, Order, block};
+use vademecum_build::mesh::{ElementKind, ElementKinds, Hexahedra, Mesh, Order, Region, block};
 
 use super::thermal::Thermal;
 
@@ -327,4 +327,49 @@ pub(super) fn beam() -> Mesh {
 
 pub(super) fn linear_beam() -> Mesh {
     block([1.0, 0.08, 0.1], [20, 3, 4], Order::Linear)
+}
+
+/// The same beam of hexahedra or of wedges, two in a cell.
+pub(super) fn beam_of(kind: ElementKind, formulation: Hexahedra) -> Mesh {
+    const CORNERS: [[usize; 3]; 8] =
+        [[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0], [0, 0, 1], [1, 0, 1], [1, 1, 1], [0, 1, 1]];
+    let quadratic = kind.order() == Order::Quadratic;
+    let cells = [if quadratic { 8 } else { 16 }, 2, 2];
+    let cut: &[&[usize]] = match kind.corners() {
+        6 => &[&[0, 1, 2, 4, 5, 6], &[0, 2, 3, 4, 6, 7]],
+        _ => &[&[0, 1, 2, 3, 4, 5, 6, 7]],
+    };
+    let edges = if quadratic { kind.edges() } else { &[] };
+    let (mut known, mut nodes, mut elements) = (BTreeMap::new(), vec![], vec![]);
+    for cell in 0..cells.iter().product() {
+        let corner = [cell % cells[0], cell / cells[0] % cells[1], cell / cells[0] / cells[1]];
+        for corners in cut {
+            // On a lattice of half cells.
+            let of = |&c: &usize| -> [usize; 3] { std::array::from_fn(|i| 2 * (corner[i] + CORNERS[c][i])) };
+            let mut places: Vec<[usize; 3]> = corners.iter().map(of).collect();
+            let middle = |&[a, b]: &[usize; 2]| std::array::from_fn(|i| (places[a][i] + places[b][i]) / 2);
+            let middles: Vec<[usize; 3]> = edges.iter().map(middle).collect();
+            places.extend(middles);
+            elements.extend(places.into_iter().map(|at| {
+                *known.entry(at).or_insert_with(|| {
+                    let size = [1.0, 0.08, 0.1];
+                    nodes.push(std::array::from_fn(|i| size[i] * (at[i] as f64 / (2 * cells[i]) as f64)));
+                    nodes.len() as u32 - 1
+                })
+            }));
+        }
+    }
+    let held = |&node: &u32| nodes[node as usize][0] == 0.0;
+    let count = elements.len() / kind.nodes();
+    Mesh {
+        node_ids: (1..=nodes.len() as u64).collect(),
+        node_groups: [("x_min".into(), (0..nodes.len() as u32).filter(held).collect())].into(),
+        nodes,
+        kinds: ElementKinds::Uniform(kind),
+        elements,
+        element_region: vec![0; count],
+        regions: vec![Region { hexahedra: Some(formulation), ..Region::new(1, "body") }],
+        facet_groups: BTreeMap::new(),
+        notes: vec![],
+    }
 }

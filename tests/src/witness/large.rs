@@ -3,14 +3,14 @@
 //! CalculiX reads `*ELASTIC` as the linear relation between Green–Lagrange strain and the second
 //! Piola–Kirchhoff stress, which is the law of St. Venant and Kirchhoff. It integrates a linear tetrahedron
 //! with one point, which is exact, and a quadratic one with four, which are not enough for the energy at
-//! large displacements.
+//! large displacements. Hexahedra and wedges have the same points here and there.
 
 use std::fmt::Write as _;
 use std::path::Path;
 
 use vademecum_build::dynamics::large::{Newton, RestOptions, rest};
 use vademecum_build::fem::{Elasticity, GreenStrain, Material, Model, Symbolic};
-use vademecum_build::mesh::Mesh;
+use vademecum_build::mesh::{ElementKind, Hexahedra, Mesh};
 
 use super::{bodies, calculix, deck};
 
@@ -30,13 +30,17 @@ pub struct Bent {
     pub linear: f64,
 }
 
-/// Bends a beam of linear or quadratic tetrahedra under a dead force that its end shares.
+/// Bends a beam of one kind of element under a dead force that its end shares.
 ///
 /// # Panics
 /// If anything fails, CalculiX too.
 #[must_use]
-pub fn bend(quadratic: bool, folder: &Path) -> Bent {
-    let mesh = if quadratic { bodies::beam() } else { bodies::linear_beam() };
+pub fn bend(kind: ElementKind, formulation: Hexahedra, folder: &Path) -> Bent {
+    let mesh = match kind {
+        ElementKind::Tet4 => bodies::linear_beam(),
+        ElementKind::Tet10 => bodies::beam(),
+        _ => bodies::beam_of(kind, formulation),
+    };
     let held: Vec<bool> = mesh.nodes.iter().flat_map(|x| [x[0] == 0.0; 3]).collect();
     let end: Vec<u32> =
         (0..mesh.nodes.len() as u32).filter(|&node| mesh.nodes[node as usize][0] == 1.0).collect();

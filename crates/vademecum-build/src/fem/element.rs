@@ -20,7 +20,7 @@ use super::hexahedron::{incompatible, inner_mass, mean_dilatation, reduced, with
 use super::material::{LawAt, Material};
 pub use super::point::ElementError;
 pub(super) use super::point::{add_stiffness, gradients, jacobian};
-use crate::mesh::rules::{mass_rule, rule_degree_2, rule_degree_6, stiffness_rule};
+use crate::mesh::rules::{mass_rule, rule_degree_2, rule_degree_5, rule_degree_6, stiffness_rule};
 use crate::mesh::shapes::{Point, tabulate, tabulate_point};
 use crate::mesh::{EDGES, ElementKind, Hexahedra, Order};
 
@@ -196,8 +196,30 @@ impl ElementKernel {
 
     /// Points of integration of the stiffness.
     pub(super) fn stiffness_points(&self, nodes: &[[f64; 3]]) -> &[Point] {
+        self.points(self.is_straight(nodes))
+    }
+
+    fn points(&self, straight: bool) -> &[Point] {
         let few = self.kind == ElementKind::Tet10 && self.hexahedra != Hexahedra::Full;
-        if few || self.is_straight(nodes) { &self.straight } else { &self.stiffness }
+        if few || straight { &self.straight } else { &self.stiffness }
+    }
+
+    /// Points of integration of the energy of large displacements: those of the stiffness, so that both agree
+    /// at rest. A straight 10-node tetrahedron, whose stiffness needs fewer, has those that are exact for a
+    /// polynomial of degree four.
+    pub(super) fn strain_points(&self, straight: bool) -> Vec<Point> {
+        if straight && self.kind == ElementKind::Tet10 {
+            let points = rule_degree_5().into_iter();
+            return points.map(|(l, weight)| tabulate_point(Order::Quadratic, l, weight)).collect();
+        }
+        self.points(straight).to_vec()
+    }
+
+    /// The formulation of an 8-node hexahedron whose stiffness has more than displacements of its nodes at
+    /// its points: inner functions, or a stiffness against hourglass modes.
+    pub(super) fn more_than_points(&self) -> Option<Hexahedra> {
+        let more = matches!(self.hexahedra, Hexahedra::Incompatible | Hexahedra::Reduced);
+        (self.kind == ElementKind::Hex8 && more).then_some(self.hexahedra)
     }
 
     /// True if the volume strain is its mean over the element.

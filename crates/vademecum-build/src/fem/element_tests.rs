@@ -1,14 +1,13 @@
 //! Every kind of element and formulation: rigid motions, rank, patches of one kind and of several.
 
-use std::collections::{BTreeMap, HashMap};
-
 use faer::{Mat, Side};
 
 use super::element::ElementKernel;
 use super::material::{Elasticity, Material, Stiffness};
 use super::model::Model;
+use super::test_cells::{Cut, cube, cuts, formulations, layered, mixed};
 use crate::mesh::shapes::{CORNERS, reference_nodes};
-use crate::mesh::{ElementKind, Hexahedra, Mesh, Order, Region};
+use crate::mesh::{ElementKind, Hexahedra, Mesh, Order};
 
 const SOLID: Material = Material::isotropic(7.0, 0.3, 2.0);
 
@@ -22,16 +21,6 @@ fn solids() -> [Material; 2] {
 /// A place that no symmetry keeps: a map that bends faces.
 fn bent([x, y, z]: [f64; 3]) -> [f64; 3] {
     [1.1 * x + 0.2 * y + 0.05 * y * z, 0.9 * y - 0.1 * z + 0.06 * x * x, 1.2 * z + 0.15 * x + 0.04 * x * y]
-}
-
-fn formulations(kind: ElementKind) -> Vec<Option<Hexahedra>> {
-    match kind {
-        ElementKind::Hex8 => Hexahedra::ALL.map(Some).to_vec(),
-        ElementKind::Hex20 => {
-            vec![Some(Hexahedra::Full), Some(Hexahedra::Reduced), Some(Hexahedra::ReducedMass)]
-        }
-        _ => vec![None],
-    }
 }
 
 /// The dense stiffness of one element.
@@ -99,100 +88,6 @@ fn the_mass_is_that_of_the_volume_and_positive() {
     }
 }
 
-/// A cube of `n³` distorted cells, each cut into elements by `cut`, which lists their corners by places in
-/// the cell: its eight corners, then its middle.
-struct Cut {
-    name: &'static str,
-    elements: Vec<(ElementKind, Vec<usize>)>,
-}
-
-/// Corners of the six pyramids of a cell.
-const PYRAMIDS: [[usize; 5]; 6] =
-    [[0, 1, 2, 3, 8], [4, 7, 6, 5, 8], [0, 4, 5, 1, 8], [1, 5, 6, 2, 8], [2, 6, 7, 3, 8], [3, 7, 4, 0, 8]];
-
-fn cuts() -> Vec<Cut> {
-    let six = [[0, 1, 2, 6], [0, 2, 3, 6], [0, 3, 7, 6], [0, 7, 4, 6], [0, 4, 5, 6], [0, 5, 1, 6]];
-    let wedges = [[0, 1, 2, 4, 5, 6], [0, 2, 3, 4, 6, 7]];
-    let mut all = vec![];
-    for order in [Order::Linear, Order::Quadratic] {
-        let of = |linear, quadratic| if order == Order::Linear { linear } else { quadratic };
-        let tet = of(ElementKind::Tet4, ElementKind::Tet10);
-        let wedge = of(ElementKind::Wedge6, ElementKind::Wedge15);
-        let pyramid = of(ElementKind::Pyramid5, ElementKind::Pyramid13);
-        let hex = of(ElementKind::Hex8, ElementKind::Hex20);
-        let whole: Vec<usize> = (0..8).collect();
-        all.push(Cut { name: "tetrahedra", elements: six.iter().map(|e| (tet, e.to_vec())).collect() });
-        all.push(Cut { name: "wedges", elements: wedges.iter().map(|e| (wedge, e.to_vec())).collect() });
-        all.push(Cut {
-            name: "pyramids",
-            elements: PYRAMIDS.iter().map(|e| (pyramid, e.to_vec())).collect(),
-        });
-        all.push(Cut { name: "hexahedra", elements: vec![(hex, whole.clone())] });
-    }
-    all.push(Cut { name: "27 nodes", elements: vec![(ElementKind::Hex27, (0..8).collect())] });
-    all
-}
-
-/// A block of `n³` cells; `cut` chooses the elements of each cell by its number.
-fn mesh(n: usize, cut: impl Fn(usize) -> Vec<(ElementKind, Vec<usize>)>) -> Mesh {
-    let mut nodes: Vec<[f64; 3]> = vec![];
-    let mut known: HashMap<[i64; 3], u32> = HashMap::new();
-    // Nodes by their place on a lattice of quarter cells, distorted inside.
-    let mut node = |nodes: &mut Vec<[f64; 3]>, place: [f64; 3]| -> u32 {
-        let key = place.map(|x| (1e6 * x).round() as i64);
-        *known.entry(key).or_insert_with(|| {
-            nodes.push(place);
-            nodes.len() as u32 - 1
-        })
-    };
-    let (mut kinds, mut elements) = (vec![], vec![]);
-    for cell in 0..n * n * n {
-        let corner = [cell % n, cell / n % n, cell / n / n];
-        let at = |place: usize| -> [f64; 3] {
-            let local = if place == 8 { [0.0; 3] } else { CORNERS[place] };
-            distorted(std::array::from_fn(|i| corner[i] as f64 + 0.5 * (1.0 + local[i])), n as f64)
-        };
-        for (kind, corners) in cut(cell) {
-            kinds.push(kind);
-            let places: Vec<[f64; 3]> = corners.iter().map(|&c| at(c)).collect();
-            let mean = |ends: &[usize]| -> [f64; 3] {
-                std::array::from_fn(|i| ends.iter().map(|&e| places[e][i]).sum::<f64>() / ends.len() as f64)
-            };
-            let mut all = places.clone();
-            if kind.order() == Order::Quadratic {
-                all.extend(kind.edges().iter().map(|ends| mean(ends)));
-            }
-            if kind == ElementKind::Hex27 {
-                for side in
-                    [[0, 3, 4, 7], [1, 2, 5, 6], [0, 1, 4, 5], [2, 3, 6, 7], [0, 1, 2, 3], [4, 5, 6, 7]]
-                {
-                    all.push(mean(&side));
-                }
-                all.push(mean(&[0, 1, 2, 3, 4, 5, 6, 7]));
-            }
-            elements.extend(all.into_iter().map(|place| node(&mut nodes, place)));
-        }
-    }
-    let count = kinds.len();
-    Mesh {
-        node_ids: (0..nodes.len() as u64).collect(),
-        nodes,
-        kinds: kinds.into_iter().collect(),
-        elements,
-        element_region: vec![0; count],
-        regions: vec![Region::new(1, "body")],
-        node_groups: BTreeMap::new(),
-        facet_groups: BTreeMap::new(),
-        notes: vec![],
-    }
-}
-
-/// Moves what lies inside the block, and nothing on its faces.
-fn distorted(x: [f64; 3], n: f64) -> [f64; 3] {
-    let inside = x.iter().map(|x| x * (n - x)).product::<f64>();
-    [x[0] + 0.11 * inside, x[1] - 0.08 * inside, x[2] + 0.06 * inside]
-}
-
 /// The largest force at free dofs under a linear displacement, beside the largest at held ones.
 fn patch(mesh: Mesh, n: f64, solid: Material) -> f64 {
     let gradient = [[0.3, -0.2, 0.5], [0.1, 0.4, -0.7], [0.2, 0.6, -0.1]];
@@ -221,7 +116,7 @@ fn distorted_patches_of_each_kind_keep_a_constant_strain() {
         let kind = elements[0].0;
         let each = formulations(kind).into_iter().flat_map(|named| solids().map(|solid| (named, solid)));
         for (hexahedra, solid) in each {
-            let mut mesh = mesh(2, |_| elements.clone());
+            let mut mesh = cube(2, |_| elements.clone());
             mesh.regions[0].hexahedra = hexahedra;
             let rest = patch(mesh, 2.0, solid);
             assert!(rest < 1e-12, "{name} {kind:?} {hexahedra:?}: {rest:e}");
@@ -232,41 +127,9 @@ fn distorted_patches_of_each_kind_keep_a_constant_strain() {
 #[test]
 fn mixed_patches_keep_a_constant_strain() {
     for order in [Order::Linear, Order::Quadratic] {
-        let of = |linear, quadratic| if order == Order::Linear { linear } else { quadratic };
-        let hex = of(ElementKind::Hex8, ElementKind::Hex20);
-        let pyramid = of(ElementKind::Pyramid5, ElementKind::Pyramid13);
-        let wedge = of(ElementKind::Wedge6, ElementKind::Wedge15);
-        let tet = of(ElementKind::Tet4, ElementKind::Tet10);
-        // Whole cells, pyramids, and pyramids of which one is two tetrahedra at the outside.
-        let cut = |cell: usize| -> Vec<(ElementKind, Vec<usize>)> {
-            match cell % 3 {
-                0 => vec![(hex, (0..8).collect())],
-                1 => PYRAMIDS.iter().map(|e| (pyramid, e.to_vec())).collect(),
-                _ => {
-                    let first = (cell / 4) % 2;
-                    PYRAMIDS
-                        .iter()
-                        .enumerate()
-                        .flat_map(|(i, &[a, b, c, d, top])| {
-                            // The bottom of cells below, the top of those above lies at the outside.
-                            if i == first {
-                                vec![(tet, vec![a, b, c, top]), (tet, vec![a, c, d, top])]
-                            } else {
-                                vec![(pyramid, vec![a, b, c, d, top])]
-                            }
-                        })
-                        .collect()
-                }
-            }
-        };
-        let rest = patch(mesh(2, cut), 2.0, SOLID);
+        let rest = patch(cube(2, mixed(order)), 2.0, SOLID);
         assert!(rest < 1e-12, "{order:?}: {rest:e}");
-        // Layers of hexahedra under wedges: the wedges' quadrangles fit, their triangles are cut alike.
-        let columns = |cell: usize| match cell % 4 {
-            0 => vec![(wedge, vec![0, 1, 2, 4, 5, 6]), (wedge, vec![0, 2, 3, 4, 6, 7])],
-            _ => vec![(hex, (0..8).collect())],
-        };
-        let rest = patch(mesh(2, columns), 2.0, solids()[1]);
+        let rest = patch(cube(2, layered(order)), 2.0, solids()[1]);
         assert!(rest < 1e-12, "{order:?}: {rest:e}");
     }
 }
@@ -275,7 +138,7 @@ fn mixed_patches_keep_a_constant_strain() {
 #[test]
 fn incompatible_modes_do_not_lock_in_bending() {
     let tip = |hexahedra| {
-        let mut beam = mesh(1, |_| vec![]);
+        let mut beam = cube(1, |_| vec![]);
         let (cells, mut kinds) = (10, vec![]);
         for cell in 0..cells {
             let x = cell as f64;
@@ -322,7 +185,7 @@ fn the_bits_do_not_depend_on_the_number_of_threads() {
     let matrices = |threads: usize| -> Vec<f64> {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
         pool.install(|| {
-            let beam = mesh(2, |_| vec![(ElementKind::Hex8, (0..8).collect())]);
+            let beam = cube(2, |_| vec![(ElementKind::Hex8, (0..8).collect())]);
             let held: Vec<bool> = beam.nodes.iter().flat_map(|p| [p[0] == 0.0; 3]).collect();
             Model::assemble(beam, &[SOLID], &held).unwrap().pencil().stiffness().values().to_vec()
         })

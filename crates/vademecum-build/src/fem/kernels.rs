@@ -25,11 +25,26 @@ impl ElementKernels {
 
     /// The kernel of one element.
     pub(crate) fn of(&self, mesh: &Mesh, element: usize) -> &ElementKernel {
+        self.at(self.place(mesh, element))
+    }
+
+    /// Place of the kernel of one element among [all](Self::each).
+    pub(super) fn place(&self, mesh: &Mesh, element: usize) -> usize {
         let kind = mesh.kinds.kind(element);
         let region = mesh.regions.get(mesh.element_region[element] as usize);
         let hexahedra = region.and_then(|region| region.hexahedra);
-        let found = self.0.iter().find(|(k, h, _)| (*k, *h) == (kind, hexahedra));
-        &found.expect("a kernel for each kind and formulation").2
+        let found = self.0.iter().position(|(k, h, _)| (*k, *h) == (kind, hexahedra));
+        found.expect("a kernel for each kind and formulation")
+    }
+
+    /// The kernel at a place.
+    pub(super) fn at(&self, place: usize) -> &ElementKernel {
+        &self.0[place].2
+    }
+
+    /// All kernels.
+    pub(super) fn each(&self) -> impl Iterator<Item = &ElementKernel> {
+        self.0.iter().map(|(.., kernel)| kernel)
     }
 
     /// Most nodes of an element.

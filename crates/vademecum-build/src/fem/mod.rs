@@ -93,4 +93,6 @@ mod prestress_tests;
 #[cfg(test)]
 mod rigid_tests;
 #[cfg(test)]
+pub(crate) mod test_cells;
+#[cfg(test)]
 pub(crate) mod test_mesh;

@@ -17,6 +17,7 @@ pub(crate) const MAX_NODES: usize = 27;
 pub(crate) const TET_NODES: usize = 10;
 
 /// Shape functions at one quadrature point.
+#[derive(Clone)]
 pub(crate) struct Point {
     pub(crate) weight: f64,
     pub(crate) values: [f64; MAX_NODES],

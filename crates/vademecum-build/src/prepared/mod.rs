@@ -312,9 +312,14 @@ fn note_free(body: &Body, listener: &dyn Listener) {
 /// their volume: they are too stiff.
 fn note_locking(problem: &Problem, mesh: &Mesh, listener: &dyn Listener) {
     const NEARLY_INCOMPRESSIBLE: f64 = 0.45;
-    if mesh.kinds.distinct().contains(&ElementKind::Hex8)
-        && mesh.regions.iter().any(|region| region.hexahedra == Some(Hexahedra::Full))
-    {
+    let named = |formulation| mesh.regions.iter().any(|region| region.hexahedra == Some(formulation));
+    let bricks = mesh.kinds.distinct().contains(&ElementKind::Hex8);
+    if bricks && problem.is_large() && (named(Hexahedra::Full) || named(Hexahedra::MeanDilatation)) {
+        listener.note(
+            "8-node hexahedra without incompatible modes are too stiff where the body bends, and no certificate shows \
+             it: mesh with 20-node ones",
+        );
+    } else if bricks && named(Hexahedra::Full) {
         listener.note(
             "8-node hexahedra with full integration are too stiff where the body bends; `hexahedra = \"incompatible\"` \
              in `[[material]]` has none of it, and no other frequencies where the mesh is fine",

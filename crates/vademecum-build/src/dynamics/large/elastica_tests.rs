@@ -2,10 +2,11 @@
 
 use std::f64::consts::{FRAC_1_SQRT_2, FRAC_PI_2, TAU};
 
-use super::test_beam::{cantilever, end_load, moved, nearest};
+use super::test_beam::{cantilever, end_load, hexahedra, moved, nearest};
 use super::vectors::{add, dot, times};
 use super::{LargeError, Newton, RestOptions, rest};
 use crate::fem::{GreenStrain, Material, Model, Solve, Symbolic};
+use crate::mesh::{ElementKind, Hexahedra};
 
 const LONG: f64 = 1.0;
 
@@ -57,25 +58,74 @@ fn the_elastica_of_this_test_is_the_printed_one() {
     }
 }
 
+/// How far the tip of a beam of square section goes aside and back under a dead end load.
+fn tip(model: &Model, alpha: f64, height: f64) -> [f64; 2] {
+    let strain = GreenStrain::new(model).expect("a strain field");
+    let symbolic = Symbolic::analyze(model.pencil()).expect("a structure");
+    let traction = alpha * bending(height) / (height * height);
+    let load = end_load(model, [0.0, traction, 0.0], |_| 1.0);
+    let options = RestOptions { parts: 4, ..RestOptions::default() };
+    let zero = vec![0.0; strain.n_dof()];
+    let found = rest(&strain, &symbolic, &zero, &mut |s, f| add(f, s, &load), &options).expect("a rest");
+    let tip = moved(model, &found.displacement, nearest(model, [LONG, height / 2.0, height / 2.0]));
+    println!("{} steps, {} iterations", found.load_steps, found.iterations);
+    [tip[1], -tip[0]]
+}
+
 #[test]
 fn a_slender_cantilever_bends_as_the_elastica_does() {
     for (alpha, height) in [(1.0, 0.02), (10.0, 0.02), (10.0, 0.01)] {
-        let model = slender(height, 40);
-        let strain = GreenStrain::new(&model).expect("a strain field");
-        let symbolic = Symbolic::analyze(model.pencil()).expect("a structure");
-        let traction = alpha * bending(height) / (height * height);
-        let load = end_load(&model, [0.0, traction, 0.0], |_| 1.0);
-        let options = RestOptions { parts: 4, ..RestOptions::default() };
-        let zero = vec![0.0; strain.n_dof()];
-        let found = rest(&strain, &symbolic, &zero, &mut |s, f| add(f, s, &load), &options).expect("a rest");
-        let tip = moved(&model, &found.displacement, nearest(&model, [LONG, height / 2.0, height / 2.0]));
+        let found = tip(&slender(height, 40), alpha, height);
         let [_, up, back] = elastica(alpha);
-        println!(
-            "alpha {alpha} h {height}: {:.5} {up:.5}, {:.5} {back:.5}; {} steps, {} iterations",
-            tip[1], -tip[0], found.load_steps, found.iterations
-        );
-        assert!((tip[1] - up).abs() < 1e-3 && (-tip[0] - back).abs() < 1e-3);
+        println!("alpha {alpha} h {height}: {found:.5?}, {up:.5} {back:.5}");
+        assert!((found[0] - up).abs() < 1e-3 && (found[1] - back).abs() < 1e-3);
     }
+}
+
+#[test]
+fn a_slender_cantilever_of_hexahedra_bends_as_the_elastica_does() {
+    let (alpha, height) = (10.0, 0.02);
+    let [_, up, back] = elastica(alpha);
+    for kind in [
+        (ElementKind::Hex20, Hexahedra::Full),
+        (ElementKind::Hex20, Hexahedra::Reduced),
+        (ElementKind::Hex27, Hexahedra::Full),
+    ] {
+        let material = Material::isotropic(1e9, 0.0, 1000.0);
+        let model = hexahedra(kind, [40, 1, 1], [LONG, height, height], material, true);
+        let found = tip(&model, alpha, height);
+        println!("{kind:?}: {found:.5?}, {up:.5} {back:.5}");
+        assert!((found[0] - up).abs() < 1e-3 && (found[1] - back).abs() < 1e-3, "{kind:?}");
+    }
+}
+
+/// Displacement of the end of a thick cantilever across it, under a traction there.
+fn bent(kind: (ElementKind, Hexahedra), poisson: f64) -> f64 {
+    let material = Material::isotropic(1e6, poisson, 1000.0);
+    let model = hexahedra(kind, [8, 2, 2], [1.0, 0.25, 0.25], material, false);
+    let strain = GreenStrain::new(&model).expect("a strain field");
+    let symbolic = Symbolic::analyze(model.pencil()).expect("a structure");
+    let load = end_load(&model, [0.0, 8e3, 0.0], |_| 1.0);
+    let zero = vec![0.0; strain.n_dof()];
+    let options = RestOptions::default();
+    let found = rest(&strain, &symbolic, &zero, &mut |s, f| add(f, s, &load), &options).expect("a rest");
+    moved(&model, &found.displacement, nearest(&model, [1.0, 0.125, 0.125]))[1]
+}
+
+#[test]
+fn mean_dilatation_keeps_the_volume_without_locking() {
+    let [quadratic, reduced, mean, full] = [
+        (ElementKind::Hex20, Hexahedra::Full),
+        (ElementKind::Hex20, Hexahedra::Reduced),
+        (ElementKind::Hex8, Hexahedra::MeanDilatation),
+        (ElementKind::Hex8, Hexahedra::Full),
+    ]
+    .map(|kind| [0.3, 0.4999].map(|poisson| bent(kind, poisson)));
+    println!("{quadratic:.4?} {reduced:.4?} {mean:.4?} {full:.4?}");
+    // Full integration of twenty nodes locks a little there itself.
+    assert!((reduced[1] / quadratic[1] - 1.0).abs() < 0.05);
+    assert!(mean[1] / quadratic[1] > 0.95 * mean[0] / quadratic[0]);
+    assert!(full[1] < 0.5 * mean[1]);
 }
 
 #[test]

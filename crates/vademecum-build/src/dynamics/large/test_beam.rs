@@ -1,48 +1,52 @@
-//! A cantilever of quadratic tetrahedra for the tests of this folder.
+//! A cantilever of quadratic elements for the tests of this folder.
 
+use crate::fem::test_cells::cells;
 use crate::fem::test_mesh::{block, quadratic};
-use crate::fem::{Material, Model};
-use crate::mesh::Mesh;
+use crate::fem::{Material, Model, facet_matrix, surface_facets};
+use crate::mesh::{ElementKind, Hexahedra, Mesh};
 
-/// A cantilever along x, held at x = 0; `plane` holds z everywhere.
-pub(super) fn cantilever(cells: [usize; 3], size: [f64; 3], material: Material, plane: bool) -> Model {
-    let mesh = quadratic(&block(cells, size));
-    let held = held(&mesh, plane);
-    Model::assemble(mesh, &[material], &held).expect("a model")
+/// A cantilever of tetrahedra along x, held at x = 0; `plane` holds z everywhere.
+pub(super) fn cantilever(divisions: [usize; 3], size: [f64; 3], material: Material, plane: bool) -> Model {
+    held_at_wall(quadratic(&block(divisions, size)), material, plane)
 }
 
-fn held(mesh: &Mesh, plane: bool) -> Vec<bool> {
-    mesh.nodes.iter().flat_map(|&[x, _, _]| [x == 0.0, x == 0.0, plane || x == 0.0]).collect()
+/// The same of hexahedra.
+pub(super) fn hexahedra(
+    (kind, formulation): (ElementKind, Hexahedra),
+    divisions: [usize; 3],
+    size: [f64; 3],
+    material: Material,
+    plane: bool,
+) -> Model {
+    let place = |x: [f64; 3]| std::array::from_fn(|i| size[i] * (x[i] / divisions[i] as f64));
+    let mut mesh = cells(divisions, place, |_| vec![(kind, (0..8).collect())]);
+    mesh.regions[0].hexahedra = Some(formulation);
+    held_at_wall(mesh, material, plane)
+}
+
+fn held_at_wall(mesh: Mesh, material: Material, plane: bool) -> Model {
+    let held: Vec<bool> =
+        mesh.nodes.iter().flat_map(|&[x, _, _]| [x == 0.0, x == 0.0, plane || x == 0.0]).collect();
+    Model::assemble(mesh, &[material], &held).expect("a model")
 }
 
 /// The load over the free dofs of a traction `direction · factor(y)` on the end, `factor` linear in y.
 pub(super) fn end_load(model: &Model, direction: [f64; 3], factor: impl Fn(f64) -> f64) -> Vec<f64> {
     let mesh = model.mesh();
     let end = mesh.nodes.iter().map(|x| x[0]).fold(0.0, f64::max);
-    let at_end = |node: u32| mesh.nodes[node as usize][0] == end;
+    let mut corners: Vec<[u32; 3]> = vec![];
+    for (kind, nodes) in mesh.each() {
+        let faces = kind.faces().iter().map(|(_, places)| std::array::from_fn(|i| nodes[places[i]]));
+        corners.extend(faces.filter(|face| face.iter().all(|&node| mesh.nodes[node as usize][0] == end)));
+    }
     let mut load = vec![0.0; model.dofs().n_dof()];
-    // Corners of the faces, and the places of the nodes on their edges.
-    let faces = [[0, 1, 2, 4, 5, 6], [0, 1, 3, 4, 8, 7], [1, 2, 3, 5, 9, 8], [0, 2, 3, 6, 9, 7]];
-    for e in 0..mesh.element_count() {
-        let nodes = mesh.element(e);
-        for face in faces.map(|face| face.map(|k| nodes[k])) {
-            if !face[..3].iter().all(|&node| at_end(node)) {
-                continue;
-            }
-            let place = |k: usize| mesh.nodes[face[k] as usize];
-            let [a, b, c] = [place(0), place(1), place(2)];
-            let area = 0.5 * ((b[1] - a[1]) * (c[2] - a[2]) - (b[2] - a[2]) * (c[1] - a[1])).abs();
-            let at = [a, b, c].map(|x| factor(x[1]));
-            let mut add = |k: usize, weight: f64| {
-                for i in 0..3 {
-                    load[3 * face[k] as usize + i] += area * weight * direction[i];
-                }
-            };
-            for k in 0..3 {
-                // ∫ N_k L_j of the six shape functions of a triangle, over its area.
-                let [next, last] = [at[(k + 1) % 3], at[(k + 2) % 3]];
-                add(k, at[k] / 30.0 - (next + last) / 60.0);
-                add(3 + k, 2.0 / 15.0 * (at[k] + next) + last / 15.0);
+    for facet in surface_facets(mesh, &corners).expect("faces at the end") {
+        // A traction that is linear in the place is a sum of shape functions.
+        let products = facet_matrix(mesh, &facet, 1.0, 1.0);
+        for (a, &node) in facet.nodes().iter().enumerate() {
+            for (b, &other) in facet.nodes().iter().enumerate() {
+                let share = products[(3 * a, 3 * b)] * factor(mesh.nodes[other as usize][1]);
+                (0..3).for_each(|i| load[3 * node as usize + i] += share * direction[i]);
             }
         }
     }
