@@ -1,0 +1,54 @@
+//! The step of modes that dashpots couple, from their responses.
+
+use crate::base::lend::{Lender, Short};
+use vademecum_format::coupled::CoupledModes;
+
+/// Writes `D` of shape (2r, 2r) and, one after the other, the load maps `P₀ − P₁` and `P₁` of shape (2r, r),
+/// column-major, from `S`, `φ` and `ψ`. `unit` is `Δt²/s_ρ`.
+pub(crate) fn step_of(
+    modes: &CoupledModes<'_>,
+    [impulse, step, ramp]: [&[f64]; 3],
+    unit: f64,
+    [d, loads]: [&mut [f64]; 2],
+) -> Result<(), Short> {
+    let r = modes.stiffness.len().max(1);
+    let half = r.saturating_mul(r).saturating_mul(2);
+    let mut d = Lender::new(d);
+    let [of_zeta, of_rate] = [d.take(half)?, d.take(half)?];
+    let (mut zeta, mut rate) = (Lender::new(of_zeta), Lender::new(&mut *of_rate));
+    let own = modes.stiffness.iter().zip(modes.own);
+    // Rows of symmetric matrices are their columns.
+    for ((s, phi), (&w2, &own)) in impulse.chunks_exact(r).zip(step.chunks_exact(r)).zip(own) {
+        combine(zeta.take(r)?, [(-w2, phi), (0.0, s)]);
+        combine(zeta.take(r)?, [(-w2, s), (0.0, phi)]);
+        combine(rate.take(r)?, [(1.0, s), (0.0, phi)]);
+        combine(rate.take(r)?, [(-own, s), (-w2, phi)]);
+    }
+    // −S DᵀD of what the rates make of themselves.
+    for row in modes.rows.chunks_exact(r) {
+        let answer = Lender::new(&mut *loads).take(r)?;
+        for (out, s) in answer.iter_mut().zip(impulse.chunks_exact(r)) {
+            *out = s.iter().zip(row).map(|(s, d)| s * d).sum();
+        }
+        let mut rate = Lender::new(&mut *of_rate);
+        for d in row {
+            rate.take(r)?;
+            rate.take(r)?.iter_mut().zip(&*answer).for_each(|(out, answer)| *out -= answer * d);
+        }
+    }
+    let mut loads = Lender::new(loads);
+    let (mut held, mut rising) = (Lender::new(loads.take(half)?), Lender::new(loads.take(half)?));
+    let responses = impulse.chunks_exact(r).zip(step.chunks_exact(r)).zip(ramp.chunks_exact(r));
+    for ((s, phi), psi) in responses {
+        combine(held.take(r)?, [(unit, phi), (-unit, psi)]);
+        combine(held.take(r)?, [(unit, s), (-unit, phi)]);
+        combine(rising.take(r)?, [(unit, psi), (0.0, phi)]);
+        combine(rising.take(r)?, [(unit, phi), (0.0, psi)]);
+    }
+    Ok(())
+}
+
+/// A sum of two columns with their factors.
+fn combine(out: &mut [f64], [(a, x), (b, y)]: [(f64, &[f64]); 2]) {
+    out.iter_mut().zip(x.iter().zip(y)).for_each(|(out, (x, y))| *out = a * x + b * y);
+}
