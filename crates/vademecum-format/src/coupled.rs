@@ -168,7 +168,7 @@ impl CoupledModes<'_> {
     /// `out = W m`.
     fn stiffened(&self, m: &[f64], out: &mut [f64]) {
         let r = self.stiffness.len().max(1);
-        for ((out, m), w2) in out.chunks_exact_mut(r).zip(m.chunks_exact(r)).zip(self.stiffness) {
+        for ((out, m), w2) in rows_of_mut(out, r).zip(rows_of(m, r)).zip(self.stiffness) {
             out.iter_mut().zip(m).for_each(|(out, m)| *out = w2 * m);
         }
     }
@@ -176,25 +176,46 @@ impl CoupledModes<'_> {
     /// `out += scale G m`; `line` is work.
     fn add_damping(&self, scale: f64, m: &[f64], out: &mut [f64], line: &mut [f64]) {
         let r = self.stiffness.len().max(1);
-        for ((out, m), own) in out.chunks_exact_mut(r).zip(m.chunks_exact(r)).zip(self.own) {
+        for ((out, m), own) in rows_of_mut(out, r).zip(rows_of(m, r)).zip(self.own) {
             out.iter_mut().zip(m).for_each(|(out, m)| *out += scale * own * m);
         }
-        for row in self.rows.chunks_exact(r) {
+        for row in rows_of(self.rows, r) {
             line.fill(0.0);
-            for (m, d) in m.chunks_exact(r).zip(row) {
+            for (m, d) in rows_of(m, r).zip(row) {
                 line.iter_mut().zip(m).for_each(|(line, m)| *line += d * m);
             }
-            for (out, d) in out.chunks_exact_mut(r).zip(row) {
+            for (out, d) in rows_of_mut(out, r).zip(row) {
                 out.iter_mut().zip(&*line).for_each(|(out, line)| *out += scale * d * line);
             }
         }
     }
 }
 
+/// Rows of length `r`, at least 1. The chunks of a slice, zipped, divide by their length, and the compiler
+/// cannot see that it is not zero.
+fn rows_of(m: &[f64], r: usize) -> impl Iterator<Item = &[f64]> {
+    let mut rest = m;
+    core::iter::from_fn(move || {
+        let (row, after) = rest.split_at_checked(r)?;
+        rest = after;
+        Some(row)
+    })
+}
+
+/// [`rows_of`] a matrix that is written.
+fn rows_of_mut(m: &mut [f64], r: usize) -> impl Iterator<Item = &mut [f64]> {
+    let mut rest = m;
+    core::iter::from_fn(move || {
+        let (row, after) = core::mem::take(&mut rest).split_at_mut_checked(r)?;
+        rest = after;
+        Some(row)
+    })
+}
+
 /// `value` times the identity.
 fn identity(r: usize, value: f64, out: &mut [f64]) {
     out.fill(0.0);
-    out.iter_mut().step_by(r.saturating_add(1)).for_each(|x| *x = value);
+    out.iter_mut().step_by(r.saturating_add(1).max(1)).for_each(|x| *x = value);
 }
 
 /// `out = scale a b`.
@@ -206,20 +227,20 @@ fn product(r: usize, scale: f64, a: &[f64], b: &[f64], out: &mut [f64]) {
 /// `out += scale a b`, four rows of `b` at a time: the row of `out` is read and written a quarter as often.
 fn add_product(r: usize, scale: f64, a: &[f64], b: &[f64], out: &mut [f64]) {
     let r = r.max(1);
-    let four = r.saturating_mul(4);
-    for (a, out) in a.chunks_exact(r).zip(out.chunks_exact_mut(r)) {
+    let four = r.saturating_mul(4).max(1);
+    for (a, out) in rows_of(a, r).zip(rows_of_mut(out, r)) {
         let (fours, rest) = a.as_chunks::<4>();
         let mut blocks = b.chunks_exact(four);
         for (a, block) in fours.iter().zip(&mut blocks) {
             let [a0, a1, a2, a3] = a.map(|a| scale * a);
-            let mut rows = block.chunks_exact(r);
+            let mut rows = rows_of(block, r);
             let mut row = || rows.next().unwrap_or(&[]);
             let (b0, b1, b2, b3) = (row(), row(), row(), row());
             for ((((out, b0), b1), b2), b3) in out.iter_mut().zip(b0).zip(b1).zip(b2).zip(b3) {
                 *out += (a0 * b0 + a1 * b1) + (a2 * b2 + a3 * b3);
             }
         }
-        for (a, b) in rest.iter().zip(blocks.remainder().chunks_exact(r)) {
+        for (a, b) in rest.iter().zip(rows_of(blocks.remainder(), r)) {
             out.iter_mut().zip(b).for_each(|(out, b)| *out += scale * a * b);
         }
     }

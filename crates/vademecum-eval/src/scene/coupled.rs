@@ -16,9 +16,10 @@ pub(crate) fn step_of(
     let mut d = Lender::new(d);
     let [of_zeta, of_rate] = [d.take(half)?, d.take(half)?];
     let (mut zeta, mut rate) = (Lender::new(of_zeta), Lender::new(&mut *of_rate));
-    let own = modes.stiffness.iter().zip(modes.own);
     // Rows of symmetric matrices are their columns.
-    for ((s, phi), (&w2, &own)) in impulse.chunks_exact(r).zip(step.chunks_exact(r)).zip(own) {
+    let (mut impulses, mut steps) = (Lender::new(impulse), Lender::new(step));
+    for (&w2, &own) in modes.stiffness.iter().zip(modes.own) {
+        let (s, phi) = (impulses.take(r)?, steps.take(r)?);
         combine(zeta.take(r)?, [(-w2, phi), (0.0, s)]);
         combine(zeta.take(r)?, [(-w2, s), (0.0, phi)]);
         combine(rate.take(r)?, [(1.0, s), (0.0, phi)]);
@@ -27,7 +28,9 @@ pub(crate) fn step_of(
     // −S DᵀD of what the rates make of themselves.
     for row in modes.rows.chunks_exact(r) {
         let answer = Lender::new(&mut *loads).take(r)?;
-        for (out, s) in answer.iter_mut().zip(impulse.chunks_exact(r)) {
+        let mut impulses = Lender::new(impulse);
+        for out in &mut *answer {
+            let s = impulses.take(r)?;
             *out = s.iter().zip(row).map(|(s, d)| s * d).sum();
         }
         let mut rate = Lender::new(&mut *of_rate);
@@ -38,8 +41,9 @@ pub(crate) fn step_of(
     }
     let mut loads = Lender::new(loads);
     let (mut held, mut rising) = (Lender::new(loads.take(half)?), Lender::new(loads.take(half)?));
-    let responses = impulse.chunks_exact(r).zip(step.chunks_exact(r)).zip(ramp.chunks_exact(r));
-    for ((s, phi), psi) in responses {
+    let (mut impulses, mut steps, mut ramps) = (Lender::new(impulse), Lender::new(step), Lender::new(ramp));
+    for _ in modes.stiffness {
+        let (s, phi, psi) = (impulses.take(r)?, steps.take(r)?, ramps.take(r)?);
         combine(held.take(r)?, [(unit, phi), (-unit, psi)]);
         combine(held.take(r)?, [(unit, s), (-unit, phi)]);
         combine(rising.take(r)?, [(unit, psi), (0.0, phi)]);
