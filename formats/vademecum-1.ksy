@@ -419,6 +419,7 @@ enums:
     76: embedded_nodes
     77: embedded_weights
     78: embedded_triangles
+    79: damping_rows
     40: static_bound
     41: bound_map
   element:

@@ -18,6 +18,7 @@ MAPS = {
     "parameters.vdm": ["BlockState", "BlockLoad", "AxisPoints", "Factors", "RegionStiffness", "RegionMass"],
     "exact-f64.vdm": ["Eigenvalues", "DampingRatios", "ContactResidual", "PairResidual", "ProbeResidual",
                       "PatternResidual", "PatternProbeResidual"],
+    "dashpots.vdm": ["DampingRows"],
     "reactions.vdm": ["ReactionBasis", "ReactionLoads", "PatternReaction"],
     "stress.vdm": ["StressBasis", "StressResidual", "PatternStress", "ElasticConstants"],
     "anisotropic.vdm": ["Compliance"],

@@ -401,8 +401,27 @@ def responses(w2, s):
         return [float(x) for x in sums]
 
 
+def unit(n):
+    """The unit matrix of `Decimal`."""
+    return np.array([[Decimal(int(i == j)) for j in range(n)] for i in range(n)])
+
+
+def exponential(matrix):
+    """Of a square array of `Decimal`, by its power series, with digits enough for what cancels in it."""
+    norm = max(sum(abs(x) for x in row) for row in matrix)
+    with localcontext() as context:
+        context.prec = 50 + int(norm)
+        term = total = unit(len(matrix))
+        n = 1
+        while n < 2 * norm or max(abs(x) for x in term.ravel()) > Decimal(10) ** -50:
+            term = term.dot(matrix) / n
+            total, n = total + term, n + 1
+        return total
+
+
 class Exact(Scene):
-    """The diagonal structure, each mode moved in closed form. The state is `(ζ, Δt ζ̇)`, a load `BᵀF`."""
+    """The diagonal structure, each mode moved in closed form, or all of them together where dashpots couple
+    them. The state is `(ζ, Δt ζ̇)`, a load `BᵀF`."""
 
     def __init__(self, file, settings=None, scales=None):
         super().__init__(file, settings, scales)
@@ -412,10 +431,25 @@ class Exact(Scene):
         ratios = file.section("DampingRatios").ravel() if "DampingRatios" in file else np.zeros(self.r)
         sigma = 0.5 * (v.alpha + v.beta * lam) + ratios * np.sqrt(lam)
         w2, s, dt2 = lam * v.dt**2, sigma * v.dt, v.dt**2
-        self.lam, self.sigma = lam, sigma
+        self.lam, self.sigma, r = lam, sigma, self.r
+        self.rows = file.section("DampingRows").reshape(-1, r) if "DampingRows" in file else np.zeros((0, r))
+        if len(self.rows):
+            self.couple(w2, np.diag(2 * s) + v.dt / v.density * self.rows.T @ self.rows)
+            return
         impulse, phi, psi = np.array([responses(*mode) for mode in zip(w2, s)]).T
         self.d = np.array([[-w2 * phi, impulse], [-w2 * impulse, -2 * s * impulse - w2 * phi]])
         self.held, self.rising = dt2 * np.array([phi, impulse]), dt2 * np.array([psi, phi])
+
+    def couple(self, w2, g):
+        """Coupled modes: the exponential of the state, a load that is 1, and one that rises to 1."""
+        r, zero, one = self.r, np.zeros((self.r,) * 2), np.eye(self.r)
+        motion = [[zero, one, zero, zero], [-np.diag(w2), -g, one, zero]]
+        whole = np.block([*motion, [zero, zero, zero, one], [zero] * 4])
+        moved = exponential(np.vectorize(lambda x: Decimal(float(x)), otypes=[object])(whole))
+        less = moved - unit(4 * r)
+        self.d, dt2 = less[: 2 * r, : 2 * r].astype(float).reshape(2, r, 2, r), self.v.dt**2
+        self.held = dt2 * moved[: 2 * r, 2 * r : 3 * r].astype(float).reshape(2, r, r)
+        self.rising = dt2 * moved[: 2 * r, 3 * r :].astype(float).reshape(2, r, r)
 
     def load_of_contact(self, nodes, weights, force):
         return self.contact(nodes, weights, force)
@@ -432,7 +466,8 @@ class Exact(Scene):
         forces, patterns = forces_of(pushes)
         nodes = [self.contact([node], [1.0], force) for node, force in forces.items()]
         all_ = [amplitude * self.pattern(index) for index, amplitude in patterns.items()] + nodes
-        return sum(all_, np.zeros(self.r)) / self.v.density - 2 * self.sigma * y[1] / self.v.dt - self.lam * y[0]
+        damped = 2 * self.sigma * y[1] + self.rows.T @ (self.rows @ y[1]) / self.v.density
+        return sum(all_, np.zeros(self.r)) / self.v.density - damped / self.v.dt - self.lam * y[0]
 
     def part(self, length):
         """The scene of a part of a step."""
@@ -443,6 +478,9 @@ class Exact(Scene):
         zero = np.zeros(self.r)
         first = sum((p[0] * load for load, p in loads), zero)
         change = sum(((p[1] - p[0]) * load for load, p in loads), zero)
+        if len(self.rows):
+            added = (self.held @ first + self.rising @ change) / self.v.density
+            return y + np.einsum("iajb,jb->ia", self.d, y) + added
         added = (self.held * first + self.rising * change) / self.v.density
         return y + np.einsum("ijk,jk->ik", self.d, y) + added
 

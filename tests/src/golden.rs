@@ -1,4 +1,4 @@
-//! The golden files: small files of format versions 1.0, 1.1, 1.3, 1.5 to 1.7 and 1.9 made from numbers
+//! The golden files: small files of format versions 1.0, 1.1, 1.3, 1.5 to 1.7, 1.9 and 1.10 made from numbers
 //! alone, the same bytes on every machine with IEEE 754 arithmetic. No logarithm, power or cosine is taken on
 //! the way: libraries round those differently; `+ − × ÷ √` they do not.
 
@@ -160,6 +160,7 @@ pub fn all() -> Vec<(&'static str, Vec<u8>)> {
         ("probes.vdm", probes),
         ("quadratic.vdm", quadratic()),
         ("quantised.vdm", quantised(&body(LAYOUT, 3).file(&bathe(), &STEP, Element::F64))),
+        ("dashpots.vdm", with_dashpots(&reactions(&exact), &[4.0, -2.0, 16.0, 0.0, 8.0, 32.0])),
         ("reactions.vdm", reactions(&exact)),
         ("base.vdm", base(&exact)),
         ("bent.vdm", bent(&body(LAYOUT, 6).file(&bathe(), &STEP, Element::F64), &[])),
@@ -369,6 +370,26 @@ fn reactions(bytes: &[u8]) -> Vec<u8> {
         (S::PatternReaction, Element::F64, [p, 2, 6], little(&of_patterns)),
     ];
     rewritten(bytes, |_| (), |_| (), &raw_sections(&more))
+}
+
+/// The file with rows of dashpots that couple its modes.
+///
+/// # Panics
+/// If the writer refuses it.
+#[must_use]
+pub fn with_dashpots(bytes: &[u8], rows: &[f64]) -> Vec<u8> {
+    let r = File::parse(bytes).expect("a file").metadata().n_modes as usize;
+    let stored: Vec<u8> = rows.iter().flat_map(|x| x.to_le_bytes()).collect();
+    let section = SectionInput {
+        kind: SectionKind::DampingRows,
+        element: Element::F64,
+        codec: Codec::Raw,
+        required: true,
+        shape: [(rows.len() / r) as u64, r as u64, 1],
+        decoded_length: stored.len() as u64,
+        stored: &stored,
+    };
+    rewritten(bytes, |_| (), |_| (), &[section])
 }
 
 /// Young's modulus and Poisson's ratio of two regions.

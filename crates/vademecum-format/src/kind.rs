@@ -2,7 +2,7 @@
 //!
 //! A row holds name, number, the minor version that first has the kind, whether the writer marks it
 //! required, the element types it may have, and its shape. The table is a macro and not a constant, so that a
-//! program contains the columns it uses: a microcontroller has no room for 71 names.
+//! program contains the columns it uses: a microcontroller has no room for 72 names.
 
 use crate::element::Element;
 use crate::metadata::Metadata;
@@ -338,6 +338,9 @@ kinds! {
     EmbeddedWeights = 77: 9, optional, REAL, [Any, Of(4)];
     /// Triangles of the embedded surface, outward, over its vertices; `u32 (any, 3)`.
     EmbeddedTriangles = 78: 9, optional, U32, [Any, Of(3)];
+    /// Rows `d` over the modes of the dashpots that couple them: their damping matrix is `Σ dᵀd`, besides the
+    /// damping of each mode \[s^-½\], `f64 (any, r)`. Only exact steps know it. Since version 1.10.
+    DampingRows = 79: 10, optional, F64, [Any, Modes];
 }
 
 impl SectionKind {

@@ -66,6 +66,7 @@ mod base;
 mod blocks;
 mod chapter;
 mod checksum;
+pub mod coupled;
 mod element;
 mod error;
 pub mod exact;

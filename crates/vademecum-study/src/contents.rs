@@ -44,6 +44,26 @@ pub fn numbers(file: &File<'_>, kind: SectionKind) -> Result<Vec<f64>, FileError
     Ok(vademecum_rewrite::numbers(&section, &decode(&section, limit(file))?)?)
 }
 
+/// Damping ratios of the modes, if the file has them; those by dashpots included, which couple modes besides.
+///
+/// # Errors
+/// As [`numbers`].
+pub fn damping_ratios(file: &File<'_>) -> Result<Vec<f64>, FileError> {
+    let rows = numbers(file, SectionKind::DampingRows)?;
+    let mut ratios = numbers(file, SectionKind::DampingRatios)?;
+    if rows.is_empty() {
+        return Ok(ratios);
+    }
+    let values = numbers(file, SectionKind::Eigenvalues)?;
+    ratios.resize(values.len(), 0.0);
+    for row in rows.chunks_exact(values.len().max(1)) {
+        for ((ratio, d), value) in ratios.iter_mut().zip(row).zip(&values) {
+            *ratio += 0.5 * d * d / value.sqrt();
+        }
+    }
+    Ok(ratios)
+}
+
 /// Whole numbers of a section, each of 4 or 8 bytes; none if the file does not have it.
 ///
 /// # Errors

@@ -105,8 +105,8 @@ pub enum StudyError {
     },
     /// Damping ratios are no matrix of the full order.
     #[error(
-        "the full order has no matrix for modal damping ratios and dashpots; `--compare` needs a problem without \
-         damping or with Rayleigh damping (`alpha`, `beta`)"
+        "the full order has no matrix for modal damping ratios; `--compare` needs a problem without them: dashpots \
+         and Rayleigh damping (`alpha`, `beta`) are matrices"
     )]
     ModalDamping,
     /// Matrices whose rows are not dofs of nodes alone.

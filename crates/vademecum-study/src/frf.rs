@@ -14,7 +14,7 @@ use faer::{Mat, Par, c64};
 use serde::Serialize;
 use vademecum_build::dynamics::harmonic;
 use vademecum_build::input::Problem;
-use vademecum_build::linalg::{solve_dense, symmetric_eigen};
+use vademecum_build::linalg::{eigenvalues, solve_dense, symmetric_eigen};
 use vademecum_build::prepared::prepare;
 use vademecum_build::progress::{Listener, Stopwatch};
 use vademecum_eval::{Body, Field, SceneOptions, SurfacePoint};
@@ -127,6 +127,8 @@ struct ModalModel {
     stiffness: Mat<f64>,
     /// True if all three are diagonal.
     diagonal: bool,
+    /// True if dashpots couple the modes.
+    coupled: bool,
 }
 
 impl ModalModel {
@@ -134,7 +136,7 @@ impl ModalModel {
         use SectionKind as S;
         let (metadata, r) = (file.metadata(), file.metadata().n_modes as usize);
         let (alpha, beta) = (options.alpha.unwrap_or(metadata.alpha), options.beta.unwrap_or(metadata.beta));
-        let eigenvalues = numbers(file, S::Eigenvalues)?;
+        let ritz_values = numbers(file, S::Eigenvalues)?;
         let moved = |scales: &[f64]| scales.iter().any(|&scale| scale != 1.0);
         let sum = |kind: SectionKind, scales: &[f64]| -> Result<Mat<f64>, FileError> {
             let parts = numbers(file, kind)?;
@@ -148,8 +150,8 @@ impl ModalModel {
         let stiffness = if moved(options.regions.stiffness()) {
             diagonal = false;
             sum(S::RegionStiffness, options.regions.stiffness())?
-        } else if eigenvalues.len() == r {
-            Mat::from_fn(r, r, |i, j| if i == j { eigenvalues[i] } else { 0.0 })
+        } else if ritz_values.len() == r {
+            Mat::from_fn(r, r, |i, j| if i == j { ritz_values[i] } else { 0.0 })
         } else {
             diagonal = false;
             let whole = numbers(file, S::ReducedStiffness)?;
@@ -170,12 +172,22 @@ impl ModalModel {
         for (k, ratio) in numbers(file, S::DampingRatios)?.into_iter().enumerate() {
             damping[(k, k)] += 2.0 * ratio * (stiffness[(k, k)] * mass[(k, k)]).sqrt();
         }
-        Ok(Self { mass, damping, stiffness, diagonal })
+        let rows = numbers(file, S::DampingRows)?;
+        let coupled = !rows.is_empty();
+        for d in rows.chunks_exact(r) {
+            for (i, j) in (0..r).flat_map(|i| (0..r).map(move |j| (i, j))) {
+                damping[(i, j)] += d[i] * d[j];
+            }
+        }
+        Ok(Self { mass, damping, stiffness, diagonal: diagonal && !coupled, coupled })
     }
 
     /// Natural frequency `ω` \[rad/s\] and decay `σ` \[1/s\] of each mode; with live regions, of the modes
-    /// of the reduced matrices.
+    /// of the reduced matrices, and of the damped modes where dashpots couple them.
     fn modes(&self) -> Vec<[f64; 2]> {
+        if let Some(modes) = self.damped_modes() {
+            return modes;
+        }
         let own = Mat::identity(self.mass.nrows(), self.mass.nrows());
         let turned = if self.diagonal { None } else { self.turned() };
         let modes = turned.unwrap_or(own);
@@ -186,6 +198,35 @@ impl ModalModel {
             [omega, 0.5 * along(&self.damping, k) / mass]
         };
         (0..modes.ncols()).map(rates).collect()
+    }
+
+    /// Modulus and decay of the damped modes, from the eigenvalues of the equation of motion between `ω ζ`
+    /// and `ζ̇`, of which the squares are the energy. `None` where every mode is damped by itself.
+    fn damped_modes(&self) -> Option<Vec<[f64; 2]>> {
+        let r = self.mass.nrows();
+        let omega = |k: usize| (self.stiffness[(k, k)] / self.mass[(k, k)]).max(0.0).sqrt();
+        let entry = |i: usize, j: usize| match (i < r, j < r) {
+            (true, true) => 0.0,
+            (true, false) => {
+                if i == j - r {
+                    omega(i)
+                } else {
+                    0.0
+                }
+            }
+            (false, true) => {
+                if i - r == j {
+                    -omega(j)
+                } else {
+                    0.0
+                }
+            }
+            (false, false) => -self.damping[(i - r, j - r)] / self.mass[(i - r, i - r)],
+        };
+        let values = self.coupled.then(|| eigenvalues(Mat::from_fn(2 * r, 2 * r, entry).as_ref()).ok())??;
+        // One of each pair; an overdamped mode has two that are real.
+        let upper = values.into_iter().filter(|value| value.im >= 0.0);
+        Some(upper.map(|value| [value.norm(), -value.re]).collect())
     }
 
     /// Modes of the reduced matrices over their coordinates: those of `L⁻¹KL⁻ᵀ` with `M = LLᵀ`. `None` of
@@ -495,7 +536,7 @@ pub struct ResponseError {
 ///
 /// # Errors
 /// As [`frequency_response`]; [`StudyError::ModalDamping`]: a problem with damping ratios, which are no
-/// matrix, or with dashpots; a full order that does not factorise.
+/// matrix; a full order that does not factorise.
 pub fn compare_response(
     file: &File<'_>,
     options: &SceneOptions,
@@ -505,7 +546,7 @@ pub fn compare_response(
 ) -> Result<ResponseError, StudyError> {
     let found = frequency_response(file, options, question)?;
     let prepared = prepare(problem, &mut Stopwatch::new(listener), listener)?;
-    if !prepared.ratios.is_empty() || !prepared.body.model.pencil().dampers().is_empty() {
+    if !prepared.ratios.is_empty() {
         return Err(StudyError::ModalDamping);
     }
     let (body, metadata) = (&prepared.body, file.metadata());

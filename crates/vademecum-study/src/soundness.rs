@@ -148,6 +148,7 @@ fn of_the_step(kind: SectionKind) -> bool {
         S::ReducedStiffness
             | S::Eigenvalues
             | S::DampingRatios
+            | S::DampingRows
             | S::BlockState
             | S::AxisPoints
             | S::Factors

@@ -61,10 +61,11 @@ pub fn find_truth<'a>(
 ) -> Result<ReferenceSolution<'a>, ReferenceError> {
     listener.stage("find the motion that is exact in time");
     // Places of a path share the vectors: their forces are nearly the same and rise gently.
-    let vectors_per_force = MAX_VECTORS_PER_FORCE.min(MAX_VECTORS / loads.len().max(1)).max(3);
+    let forces = loads.len() + pencil.dampers().starts();
+    let vectors_per_force = MAX_VECTORS_PER_FORCE.min(MAX_VECTORS / forces.max(1)).max(3);
     let options = ReferenceOptions { vectors_per_force, ..ReferenceOptions::default() };
     let n = pencil.n_dof();
-    let most = options.most_vectors(loads.len(), n);
+    let most = options.most_vectors(forces, n);
     let bytes = memory_in_words(8 * (most * n) as u64);
     listener
         .note(&format!("the reference that is exact in time: at most {most} vectors of {n} dofs, {bytes}"));

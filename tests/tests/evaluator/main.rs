@@ -4,6 +4,7 @@ mod batch;
 mod bind;
 mod bits;
 mod contact;
+mod coupled;
 mod damped_residual;
 mod exact;
 mod finite;

@@ -5,9 +5,9 @@ use vademecum_eval::{
     Body, BodyOptions, Contact, Field, Loads, OutputError, Place, Scene, SceneOptions, State, StaticField,
     Structure,
 };
-use vademecum_format::File;
 use vademecum_format::exact::ForceFilter;
-use vademecum_format::scheme::MAX_STAGES;
+use vademecum_format::scheme::{MAX_STAGES, StepParameters};
+use vademecum_format::{File, FormatError, SectionKind};
 
 use super::error::CertificateError;
 use super::growth::free_states;
@@ -294,7 +294,7 @@ impl<'m> March<'m> {
         let energy_growth = self.energy_growth(increment.as_ref())?;
         Ok(Measured {
             errors,
-            spectral_radius: radius(self.body.scene())?,
+            spectral_radius: radius(&self.body)?,
             energy_ratio: self.free_run_energy(listener)?,
             reciprocity: self.reciprocity.defect(),
             energy_growth,
@@ -470,16 +470,31 @@ impl Reciprocity {
 pub fn spectral_radius(file: &File<'_>, options: &SceneOptions) -> Result<f64, CertificateError> {
     let options = body_options(options);
     let mut memory = body_memory(file, &options)?;
-    radius(Body::bind(file, &options, &mut memory)?.scene())
+    radius(&Body::bind(file, &options, &mut memory)?)
 }
 
-/// Spectral radius of the step of a scene.
-fn radius(scene: &Scene<'_, f64>) -> Result<f64, CertificateError> {
+/// Spectral radius of the step of a body.
+fn radius(body: &Body<'_, f64>) -> Result<f64, CertificateError> {
+    let scene = body.scene();
     let increment = increment(scene)?;
     match scene.structure() {
+        Structure::Exact if scene.is_coupled() => radius_of_increment(energetic(body, increment)?.as_ref()),
         Structure::Exact => Ok(radius_of_modes(increment.as_ref())),
         _ => radius_of_increment(increment.as_ref()),
     }
+}
+
+/// The increment of coupled modes with displacements in units of their velocities: `D` between numbers of
+/// which the squares are the energy keeps the digits of its eigenvalues.
+fn energetic(body: &Body<'_, f64>, increment: Mat<f64>) -> Result<Mat<f64>, CertificateError> {
+    let (scene, kind) = (body.scene(), SectionKind::Eigenvalues);
+    let section = body.file().section(kind).ok_or(FormatError::Missing { kind: kind.number() })?;
+    let StepParameters { time_step, stiffness, density, .. } = *scene.parameters();
+    let unit = |value: f64| time_step * (value * stiffness / density).sqrt();
+    let units: Vec<f64> = section.numbers()?.iter().map(unit).collect();
+    let unit = |i: usize| units.get(i).copied().filter(|unit| *unit > 0.0).unwrap_or(1.0);
+    let n = increment.nrows();
+    Ok(Mat::from_fn(n, n, |i, j| increment[(i, j)] * unit(i) / unit(j)))
 }
 
 /// The same of modes with a 2×2 block each: displacements and velocities of a fast mode differ by so much

@@ -41,6 +41,24 @@ pub(crate) fn uncouple(
     Ok(())
 }
 
+/// An eigenvalue of a damping matrix that is a smaller share of the largest is rounding.
+const ROUNDING: f64 = 1e-15;
+
+/// Rows of the same `DᵀD`, at most as many as there are columns.
+///
+/// # Errors
+/// [`NoConvergence`]: numbers that double precision does not hold.
+pub(crate) fn fewest_rows(rows: Mat<f64>) -> Result<Mat<f64>, NoConvergence> {
+    let r = rows.ncols();
+    if rows.nrows() <= r {
+        return Ok(rows);
+    }
+    let (values, vectors) = symmetric_eigen((rows.transpose() * &rows).as_ref())?;
+    let largest = values.last().copied().unwrap_or(0.0);
+    let kept: Vec<usize> = (0..r).filter(|&k| values[k] > ROUNDING * largest).collect();
+    Ok(Mat::from_fn(kept.len(), r, |i, j| values[kept[i]].sqrt() * vectors[(j, kept[i])]))
+}
+
 /// Largest change of the answer to a force on one mode at its natural frequency if the coupling is left out,
 /// relative, in the norm of the energy. `damping` is the whole damping matrix along the modes, shape (r, r)
 /// \[1/s\].

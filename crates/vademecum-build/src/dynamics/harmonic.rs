@@ -10,7 +10,9 @@
 //!
 //! with the two rows of a dof side by side: one factorisation LBLᵀ under the elimination order of the
 //! stiffness, pivots within the supernodes, and steps of iterative refinement until the correction is small.
-//! It assumes nothing of the modes.
+//! It assumes nothing of the modes. Dashpots between dofs that share an element add to `B`; the others are
+//! rows `D` outside of its pattern, and join by `(Z + iωDDᵀ)⁻¹ = Z⁻¹ − Z⁻¹D (1/(iω) + DᵀZ⁻¹D)⁻¹ DᵀZ⁻¹`
+//! (Woodbury 1950).
 
 use faer::dyn_stack::{MemBuffer, MemStack};
 use faer::perm::PermRef;
@@ -23,7 +25,7 @@ use faer::{Conj, Mat, MatMut, Par, Side, c64};
 
 use super::Rayleigh;
 use crate::fem::{Pencil, elimination_order};
-use crate::linalg::dot;
+use crate::linalg::{dot, solve_dense};
 use crate::parallel;
 use crate::progress::{Cancelled, Listener};
 
@@ -79,7 +81,7 @@ pub fn harmonic(
             return Err(Cancelled.into());
         }
         let omega = std::f64::consts::TAU * frequency;
-        let Some(answer) = system.solve(omega, damping, &force) else {
+        let Some(answer) = system.damped(omega, damping, &force) else {
             return Err(HarmonicError::Factor { frequency });
         };
         let along = |row: &Vec<(u32, f64)>| {
@@ -97,6 +99,10 @@ struct HarmonicSystem<'a> {
     pencil: &'a Pencil,
     pattern: SymbolicSparseColMat<usize>,
     order: SymbolicCholesky<usize>,
+    /// Damping by dashpots at the entries of the matrices.
+    dashpots: Vec<f64>,
+    /// Rows of the others, with entries that the matrices do not have.
+    outside: Vec<&'a [(u32, f64)]>,
 }
 
 impl<'a> HarmonicSystem<'a> {
@@ -123,7 +129,49 @@ impl<'a> HarmonicSystem<'a> {
         };
         let order = factorize_symbolic_cholesky(pattern.as_ref(), Side::Lower, order, params)
             .map_err(|_| HarmonicError::Memory)?;
-        Ok(Self { pencil, pattern, order })
+        let (dashpots, outside) = dashpots(pencil);
+        Ok(Self { pencil, pattern, order, dashpots, outside })
+    }
+
+    /// Answer with all dashpots, as [`HarmonicSystem::solve`] gives it.
+    fn damped(&self, omega: f64, damping: Rayleigh, force: &[f64]) -> Option<Vec<f64>> {
+        let rows = self.outside.iter().map(|row| {
+            let mut column = vec![0.0; force.len()];
+            row.iter().for_each(|&(dof, weight)| column[2 * dof as usize] += weight);
+            column
+        });
+        let forces: Vec<Vec<f64>> = std::iter::once(force.to_vec()).chain(rows).collect();
+        let mut answers = self.solve(omega, damping, &forces)?;
+        let columns = answers.split_off(1);
+        let mut answer = answers.pop()?;
+        let k = columns.len();
+        if k == 0 {
+            return Some(answer);
+        }
+        let along = |row: &[(u32, f64)], x: &[f64], part: usize| -> f64 {
+            row.iter().map(|&(dof, weight)| weight * x[2 * dof as usize + part]).sum()
+        };
+        // Real part above imaginary part; 1/(iω) is −i/ω.
+        let entry = |i: usize, j: usize| {
+            let of = |part| along(self.outside[i % k], &columns[j % k], part);
+            let own = if i % k == j % k { 1.0 / omega } else { 0.0 };
+            match (i < k, j < k) {
+                (true, true) | (false, false) => of(0),
+                (true, false) => own - of(1),
+                (false, true) => of(1) - own,
+            }
+        };
+        let matrix = Mat::from_fn(2 * k, 2 * k, entry);
+        let right = Mat::from_fn(2 * k, 1, |i, _| along(self.outside[i % k], &answer, usize::from(i >= k)));
+        let forces = solve_dense(matrix.as_ref(), right.as_ref());
+        for (j, column) in columns.iter().enumerate() {
+            let (re, im) = (forces[(j, 0)], forces[(k + j, 0)]);
+            for (out, x) in answer.as_chunks_mut::<2>().0.iter_mut().zip(column.as_chunks::<2>().0) {
+                out[0] -= re * x[0] - im * x[1];
+                out[1] -= re * x[1] + im * x[0];
+            }
+        }
+        Some(answer)
     }
 
     /// Numbers of the matrix at `omega` \[rad/s\].
@@ -132,18 +180,20 @@ impl<'a> HarmonicSystem<'a> {
         let mut values = Vec::with_capacity(4 * mass.values().len());
         for column in 0..self.pencil.n_dof() {
             let own = mass.pattern().range(column);
-            let entries = || mass.values()[own.clone()].iter().zip(&stiffness.values()[own.clone()]);
+            let entries =
+                || own.clone().map(|at| (mass.values()[at], stiffness.values()[at], self.dashpots[at]));
             let conservative = |m: f64, k: f64| k - omega * omega * m;
-            let dissipative = |m: f64, k: f64| omega * (damping.alpha * m + damping.beta * k);
-            values.extend(entries().flat_map(|(&m, &k)| [conservative(m, k), -dissipative(m, k)]));
-            values.extend(entries().flat_map(|(&m, &k)| [-dissipative(m, k), -conservative(m, k)]));
+            let dissipative = |m: f64, k: f64, c: f64| omega * (damping.alpha * m + damping.beta * k + c);
+            values.extend(entries().flat_map(|(m, k, c)| [conservative(m, k), -dissipative(m, k, c)]));
+            values.extend(entries().flat_map(|(m, k, c)| [-dissipative(m, k, c), -conservative(m, k)]));
         }
         values
     }
 
-    /// Real and imaginary part of each dof in turn; `None` of a singular matrix or without memory.
-    fn solve(&self, omega: f64, damping: Rayleigh, force: &[f64]) -> Option<Vec<f64>> {
-        let (n, values) = (force.len(), self.values(omega, damping));
+    /// Real and imaginary part of each dof in turn under each of some forces, without the dashpots outside of
+    /// the pattern; `None` of a singular matrix or without memory.
+    fn solve(&self, omega: f64, damping: Rayleigh, forces: &[Vec<f64>]) -> Option<Vec<Vec<f64>>> {
+        let (n, values) = (2 * self.pencil.n_dof(), self.values(omega, damping));
         let matrix = SparseColMatRef::new(self.pattern.as_ref(), &values);
         let (mut factor, numbers) = (vec![], self.order.len_val());
         factor.try_reserve_exact(numbers).ok()?;
@@ -165,24 +215,51 @@ impl<'a> HarmonicSystem<'a> {
             stack,
             Default::default(),
         );
-        let (mut answer, mut residual) = (vec![0.0; n], force.to_vec());
-        for _ in 0..REFINEMENTS {
-            let step = MatMut::from_column_major_slice_mut(&mut residual, n, 1);
-            factor.solve_in_place_with_conj(Conj::No, step, Par::Seq, stack);
-            answer.iter_mut().zip(&residual).for_each(|(x, d)| *x += d);
-            if norm(&residual) <= CORRECTION * norm(&answer) {
-                return Some(answer);
-            }
-            residual.copy_from_slice(force);
-            for column in 0..n {
-                let rows = matrix.symbolic().row_idx_of_col_raw(column);
-                for (&row, value) in rows.iter().zip(matrix.val_of_col(column)) {
-                    residual[row] -= value * answer[column];
+        let mut under = |force: &Vec<f64>| -> Option<Vec<f64>> {
+            let (mut answer, mut residual) = (vec![0.0; n], force.clone());
+            for _ in 0..REFINEMENTS {
+                let step = MatMut::from_column_major_slice_mut(&mut residual, n, 1);
+                factor.solve_in_place_with_conj(Conj::No, step, Par::Seq, stack);
+                answer.iter_mut().zip(&residual).for_each(|(x, d)| *x += d);
+                if norm(&residual) <= CORRECTION * norm(&answer) {
+                    return Some(answer);
+                }
+                residual.copy_from_slice(force);
+                for column in 0..n {
+                    let rows = matrix.symbolic().row_idx_of_col_raw(column);
+                    for (&row, value) in rows.iter().zip(matrix.val_of_col(column)) {
+                        residual[row] -= value * answer[column];
+                    }
                 }
             }
-        }
-        None
+            None
+        };
+        forces.iter().map(&mut under).collect()
     }
+}
+
+/// Damping by dashpots at the entries of the matrices of a pencil, and the rows that have other entries.
+fn dashpots(pencil: &Pencil) -> (Vec<f64>, Vec<&[(u32, f64)]>) {
+    let pattern = pencil.mass().pattern();
+    let mut damping = vec![0.0; pencil.mass().values().len()];
+    let place = |row: u32, column: u32| -> Option<usize> {
+        let at = pattern.rows_of(column as usize).binary_search(&row).ok()?;
+        Some(pattern.range(column as usize).start + at)
+    };
+    let mut outside = vec![];
+    for row in pencil.dampers().rows() {
+        let pairs = || row.iter().flat_map(|a| row.iter().map(move |b| (a, b)));
+        if !pairs().all(|(a, b)| place(a.0, b.0).is_some()) {
+            outside.push(row.as_slice());
+            continue;
+        }
+        for (a, b) in pairs() {
+            if let Some(at) = place(a.0, b.0) {
+                damping[at] += a.1 * b.1;
+            }
+        }
+    }
+    (damping, outside)
 }
 
 fn norm(x: &[f64]) -> f64 {

@@ -11,6 +11,9 @@ use crate::store::Inputs;
 /// An eigenvalue of a damping block that is a smaller share of the largest is rounding.
 const ROUNDING: f64 = 1e-14;
 
+/// Most dashpots each of which is looked at by itself.
+pub(crate) const FEW_DASHPOTS: usize = 12;
+
 /// Damping over a few dofs, shape (k, k), symmetric and positive semidefinite.
 #[derive(Clone, Debug)]
 pub struct DampingBlock {
@@ -46,9 +49,43 @@ impl Dampers {
         Ok(Dampers(Arc::new(rows)))
     }
 
+    /// These rows of free dofs and weights.
+    #[cfg(test)]
+    pub(crate) fn of_rows(rows: Vec<Vec<(u32, f64)>>) -> Dampers {
+        Dampers(Arc::new(rows))
+    }
+
     /// True if there are none.
     pub fn is_empty(&self) -> bool {
         self.0.is_empty()
+    }
+
+    /// Number of rows.
+    pub fn count(&self) -> usize {
+        self.0.len()
+    }
+
+    /// Directions at most with which a search for the motion of the body begins beside its loads.
+    pub fn starts(&self) -> usize {
+        self.0.len().min(FEW_DASHPOTS)
+    }
+
+    /// `D a` over `n` free dofs: the forces of the rows with amplitudes `a` of shape (rows, columns).
+    pub(crate) fn forces(&self, n: usize, amplitudes: MatRef<'_, f64>) -> Mat<f64> {
+        let mut forces = Mat::zeros(n, amplitudes.ncols());
+        for (place, row) in self.0.iter().enumerate() {
+            for &(dof, weight) in row {
+                for column in 0..amplitudes.ncols() {
+                    forces[(dof as usize, column)] += weight * amplitudes[(place, column)];
+                }
+            }
+        }
+        forces
+    }
+
+    /// The rows: free dofs and weights.
+    pub(crate) fn rows(&self) -> &[Vec<(u32, f64)>] {
+        &self.0
     }
 
     /// `DᵀV`, a row for each `d`: shape (rows, columns of `V`).

@@ -47,6 +47,7 @@ mod whole;
 pub(crate) use assembly::{pair_bytes, pairs};
 pub use blocks::{Block, ElementMatrices, assemble_blocks, inertia_forces, internal_forces};
 pub use coupling::{mean_rows, rigid_row};
+pub(crate) use dampers::FEW_DASHPOTS;
 pub use dampers::{Dampers, DampingBlock};
 pub use dofs::DofMap;
 pub use element::ElementError;

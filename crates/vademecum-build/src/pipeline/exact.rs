@@ -6,13 +6,14 @@ use vademecum_format::{File, SectionKind};
 use super::file::{CertifiedFile, FileStep, encode_file, ratios_of};
 use super::reduced::{ReducedModel, factor, factor_bytes};
 use super::{BuildContext, BuildError};
-use crate::basis::Basis;
+use crate::basis::{Basis, BasisError};
 use crate::certificate::{
     Candidate, CertificateError, StructureMeasured, StructureReport, certify_exact, kept_certificate,
 };
-use crate::dynamics::{ModalRatios, coupling_error};
+use crate::dynamics::{ModalRatios, coupling_error, fewest_rows};
 use crate::export::Draft;
 use crate::input::{BasisKind, Fields, Problem};
+use crate::prepared::Prepared;
 use crate::progress::Stopwatch;
 use crate::report::CertificateReport;
 use crate::store::Inputs;
@@ -32,18 +33,16 @@ pub(super) fn certified(
     watch: &mut Stopwatch<'_>,
 ) -> Result<CertifiedFile, BuildError> {
     check_ratios(problem, &context.prepared.ratios, &model.basis)?;
-    note_coupling(context, &model.basis);
-    let ratios = ratios_of(context.prepared, &model.basis);
-    let ratios = damping_section(&ratios, model.basis.n_modes());
+    let damping = damping_sections(context, &model.basis)?;
     let mut measured = None;
     if !model.has_factor {
-        let sections: Vec<&Draft> = model.sections.iter().chain(&ratios).collect();
+        let sections: Vec<&Draft> = model.sections.iter().chain(&damping).collect();
         let march = || certify(context, problem, &model.basis, &sections, "exact");
         measured = Some(watch.stage("certificate", march)?);
     }
     model.add_residual(context, problem, watch)?;
     let (model, basis) = (&*model, &model.basis);
-    let mut sections: Vec<&Draft> = model.sections.iter().chain(&ratios).collect();
+    let mut sections: Vec<&Draft> = model.sections.iter().chain(&damping).collect();
     let added;
     if measured.as_ref().is_some_and(|measured| wants_factor(context, problem, model, measured)) {
         added = factor(context, problem, watch)?;
@@ -67,25 +66,42 @@ pub(super) fn damping_section(ratios: &ModalRatios, r: usize) -> Option<Draft> {
     (!ratios.is_empty()).then(|| Draft::f64s(SectionKind::DampingRatios, [r, 1, 1], values))
 }
 
-/// A change by the coupling of modes that is worth a note.
+/// The change by the coupling of modes from which a file holds it.
 const COUPLED: f64 = 1e-3;
 
-/// Says how much the coupling of modes by dashpots changes, which the file leaves out.
-fn note_coupling(context: &BuildContext<'_>, basis: &Basis) {
-    let (prepared, dampers) = (context.prepared, context.prepared.body.model.pencil().dampers());
-    let Some(eigenvalues) = basis.eigenvalues.as_deref().filter(|_| !dampers.is_empty()) else { return };
+/// Damping of the modes beside Rayleigh's: a ratio for each, or, where dashpots couple them by more than
+/// [`COUPLED`], the rows of the dashpots along them, and the ratios of what else damps them.
+fn damping_sections(context: &BuildContext<'_>, basis: &Basis) -> Result<Vec<Draft>, BuildError> {
+    let (prepared, r) = (context.prepared, basis.n_modes());
+    let dampers = prepared.body.model.pencil().dampers();
+    let change =
+        basis.eigenvalues.as_deref().map_or(0.0, |eigenvalues| coupling(prepared, eigenvalues, basis));
+    if change <= COUPLED {
+        return Ok(damping_section(&ratios_of(prepared, basis), r).into_iter().collect());
+    }
+    context.kept.listener.note(&format!(
+        "dashpots couple the modes: one that is driven at its natural frequency answers up to {:.2} % otherwise; \
+         the file holds their damping matrix, and moves all modes together, {} multiply-adds a step",
+        100.0 * change,
+        4 * r * r
+    ));
+    let rows = fewest_rows(dampers.along(basis.vectors.as_ref())).map_err(BasisError::from)?;
+    let values = (0..rows.nrows()).flat_map(|i| (0..r).map(move |k| (i, k))).map(|place| rows[place]);
+    let rows = Draft::f64s(SectionKind::DampingRows, [rows.nrows(), r, 1], values);
+    Ok(damping_section(&prepared.ratios, r).into_iter().chain([rows]).collect())
+}
+
+/// Change by the coupling that ratios leave out: see [`coupling_error`].
+fn coupling(prepared: &Prepared, eigenvalues: &[f64], basis: &Basis) -> f64 {
+    let dampers = prepared.body.model.pencil().dampers();
+    if dampers.is_empty() {
+        return 0.0;
+    }
     let mut damping = dampers.project(basis.vectors.as_ref());
     for (k, value) in eigenvalues.iter().enumerate() {
         damping[(k, k)] += 2.0 * prepared.ratios.decay(&prepared.rayleigh(), eigenvalues, *value);
     }
-    let change = coupling_error(eigenvalues, damping.as_ref());
-    if change > COUPLED {
-        context.kept.listener.note(&format!(
-            "dashpots couple the modes, which file and certificate leave out: a mode driven at its natural frequency \
-             answers up to {:.2} % otherwise",
-            100.0 * change
-        ));
-    }
+    coupling_error(eigenvalues, damping.as_ref())
 }
 
 /// True where whole fields need the whole static answer: the problem leaves it open, its error is too large
@@ -132,7 +148,8 @@ fn certify(
             options.set(file.metadata(), &[(parameter, value)]).map_err(CertificateError::from)?;
         }
         let inputs = |inputs: Inputs| {
-            let step = (&setting, problem.output.precision, name, ratios_of(prepared, basis));
+            let coupled = sections.iter().any(|section| section.kind == SectionKind::DampingRows);
+            let step = (&setting, problem.output.precision, name, ratios_of(prepared, basis), coupled);
             inputs.value(&step).with(basis).with(unseen)
         };
         let measure = || -> Result<_, CertificateError> {

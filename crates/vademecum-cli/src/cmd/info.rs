@@ -14,7 +14,9 @@ use vademecum_eval::RigidBody;
 use vademecum_format::{Axis, Chapter, File, Parameter, Section, SectionKind};
 use vademecum_rewrite::{Loss, RewriteError, TermReduction, check_coordinates, fewest_terms, read_losses};
 use vademecum_study::FileError;
-use vademecum_study::contents::{Bound, bound, figures, lines, mesh_errors, mode_table, numbers};
+use vademecum_study::contents::{
+    Bound, bound, damping_ratios, figures, lines, mesh_errors, mode_table, numbers,
+};
 use vademecum_study::separation::{Enrichment, enrichment_history, radius_samples, repairs};
 
 use crate::accuracy::Accuracy;
@@ -72,8 +74,10 @@ struct Contents {
     time_step: f64,
     alpha: f64,
     beta: f64,
-    /// Of each mode beside Rayleigh's damping; none in a file without them.
+    /// Of each mode beside Rayleigh's damping, without what couples modes; none in a file without them.
     damping_ratios: Vec<f64>,
+    /// Rows of dashpots that couple modes.
+    damping_rows: u64,
     /// A row for each mode; none in a file that was stripped of it.
     mode_table: Vec<ModeRow>,
     structures: Vec<&'static str>,
@@ -401,6 +405,7 @@ impl Info {
             alpha: m.alpha,
             beta: m.beta,
             damping_ratios: damping_ratios(file)?,
+            damping_rows: file.section(SectionKind::DampingRows).map_or(0, |section| section.shape()[0]),
             mode_table: mode_table(file)?,
             structures: present.iter().filter(|s| s.1).map(|s| s.0).collect(),
             terms: certificate.terms,
@@ -428,12 +433,6 @@ fn supports(file: &File<'_>) -> Result<Vec<SupportReport>, FileError> {
     let points = numbers(file, SectionKind::SupportPoints)?;
     let points = points.as_chunks().0.iter().copied();
     Ok(names.zip(points).map(|(name, point)| SupportReport { name, point }).collect())
-}
-
-/// Damping ratios of the modes, if the file has them.
-fn damping_ratios(file: &File<'_>) -> Result<Vec<f64>, FileError> {
-    let kept = file.section(SectionKind::DampingRatios).is_some();
-    if kept { numbers(file, SectionKind::DampingRatios) } else { Ok(vec![]) }
 }
 
 impl Contents {
@@ -486,6 +485,12 @@ impl Contents {
                 let ratios: Vec<String> = ratios.iter().map(f64::to_string).collect();
                 println!("damping ratios of the modes beside that: {}", ratios.join(", "));
             }
+        }
+        if self.damping_rows > 0 {
+            println!(
+                "dashpots couple the modes: {} rows; a step is one of all modes together",
+                self.damping_rows
+            );
         }
         if let Some(FreeReport { mass, centre: [x, y, z], principal_moments: [a, b, c], .. }) =
             &self.free_body

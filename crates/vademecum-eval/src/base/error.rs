@@ -33,8 +33,8 @@ pub enum BindError {
     OnlyChapter,
     /// The evaluator was built without its feature `full`: it takes exact steps only.
     #[error(
-        "this program was built for exact steps only; take them, or build it with the evaluator's feature \
-         `full`"
+        "this program was built for exact steps only, of modes that no dashpots couple; take them, or build \
+         it with the evaluator's feature `full`"
     )]
     LeftOut,
     /// The evaluator was built without its feature `filter`, and the body has residual flexibility and a β.
@@ -67,6 +67,16 @@ pub enum BindError {
         kind.number()
     )]
     NotWithStrain {
+        /// The section.
+        kind: SectionKind,
+    },
+    /// The file has what only exact steps use, and another structure is asked for.
+    #[error(
+        "the file has section {} ({kind}), which only exact steps use: dashpots couple its modes; ask for \
+         exact steps, or leave the choice to Auto",
+        kind.number()
+    )]
+    OnlyExact {
         /// The section.
         kind: SectionKind,
     },

@@ -4,8 +4,9 @@
 //! Each instance has a state, a load and a rest of its own. With the diagonal structure, [`Batch::LANES`]
 //! instances are held with their numbers interleaved (instance fastest): every operation of a step is done
 //! for all of them at once and a coefficient is read once for all of them, also where one body has too few
-//! modes to fill a vector. With the block structure the rows of `D` fill the vectors already; interleaving
-//! was measured to win nothing there (`docs/measurements/step.md`), so instances lie one after the other.
+//! modes to fill a vector. With the block structure, and where dashpots couple the modes, the rows of `D`
+//! fill the vectors already; interleaving was measured to win nothing there (`docs/measurements/step.md`), so
+//! instances lie one after the other.
 //!
 //! The bits of an instance are those of [`Scene::step`]: each number is the same sum in the same order. (One
 //! exception is in [`Batch::step`].) A batch knows no threads; a caller with several cores makes a batch for
@@ -16,7 +17,7 @@ use crate::base::lend::{Lender, put};
 use crate::base::options::{Status, Structure};
 use crate::base::scalar::Scalar;
 use crate::base::vectors::{Kernel, vectorised};
-use crate::kernels::kernel::{LANES, ModeBlock, blocks, flushed, step_dense};
+use crate::kernels::kernel::{LANES, ModeBlock, blocks, flushed};
 use crate::scene::loads::Loads;
 use crate::scene::scene::Scene;
 use crate::scene::shape::Shape;
@@ -361,6 +362,7 @@ impl<'m, T: Scalar> Batch<'m, T> {
         }
         match self.shape.structure() {
             Structure::Diagonal => self.step_groups::<3>(scene)?,
+            Structure::Exact if self.shape.is_coupled() => self.step_each(scene)?,
             Structure::Exact => self.step_groups::<2>(scene)?,
             Structure::Block | Structure::Strain => self.step_each(scene)?,
         }
@@ -445,7 +447,7 @@ impl<'m, T: Scalar> Batch<'m, T> {
                     new.iter_mut().zip(&*old).for_each(|(new, &old)| *new = old);
                     scene.sub_steps(new, load, self.scratch, None)?
                 }
-                _ => step_dense(scene.map.as_chunks().0, 3 * self.shape.r, old, load, new),
+                _ => scene.step_together(old, load, new),
             };
             if rests(*magnitude, loaded, scene.rest_below) {
                 *magnitude = T::ZERO;

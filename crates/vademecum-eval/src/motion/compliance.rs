@@ -16,7 +16,8 @@
 use crate::base::error::{LoadError, StepError};
 use crate::base::lend::{Lender, Short};
 use crate::base::scalar::Scalar;
-use crate::kernels::kernel::add_row;
+use crate::kernels::kernel::{TILE, add_row};
+use crate::scene::bind::place_in_tiles;
 use crate::scene::loads::Loads;
 use crate::scene::scene::Scene;
 use crate::scene::state::State;
@@ -34,8 +35,9 @@ impl<T: Scalar> Scene<'_, T> {
     /// Delassus operator of contacts, for forces held over the coming step: `w` of shape `(3n, 3n)` for `n`
     /// contacts, row by row \[m/N\]; number `(3c + i, 3d + j)` is the displacement of contact `c` in
     /// direction `i` at the end of the step for each newton at contact `d` in direction `j`. The forces of
-    /// `contacts` are not looked at. Symmetric and positive semidefinite. `O(n² r)`; for the diagonal and the
-    /// exact structure. For contacts that share no triangle it is exactly what a step does.
+    /// `contacts` are not looked at. Symmetric and positive semidefinite. `O(n² r)`, and `O(n r²)` more if
+    /// dashpots couple the modes; for the diagonal and the exact structure. For contacts that share no
+    /// triangle it is exactly what a step does.
     ///
     /// ```
     /// # include!(concat!(env!("CARGO_MANIFEST_DIR"), "/doc/bound.rs"));
@@ -82,11 +84,18 @@ impl<T: Scalar> Scene<'_, T> {
         let mut work = Lender::new(work);
         let (rows, answers) = (work.take(n * r)?, work.take(r)?);
         self.project(places, rows)?;
-        self.held_answers(answers)?;
+        let coupled = self.shape.is_coupled();
+        if !coupled {
+            self.held_answers(answers)?;
+        }
         let rows = &*rows;
         for (i, (a, out)) in rows.chunks_exact(r.max(1)).zip(w.chunks_exact_mut(n.max(1))).enumerate() {
+            if coupled {
+                self.held_answers_to(a, answers)?;
+            }
             for (out, b) in out.iter_mut().zip(rows.chunks_exact(r.max(1))).take(i + 1) {
-                let products = a.iter().zip(b).zip(&*answers).map(|((&a, &b), &p)| a * p * b);
+                let products = a.iter().zip(b).zip(&*answers);
+                let products = products.map(|((&a, &b), &p)| if coupled { p * b } else { a * p * b });
                 *out = products.fold(T::ZERO, |sum, product| sum + product).to_f64();
             }
         }
@@ -144,13 +153,16 @@ impl<T: Scalar> Scene<'_, T> {
         }
         let moved = work.take(r)?;
         for (k, moved) in moved.iter_mut().enumerate() {
-            let increment = |part: usize| {
-                let number = state.y.part(part).get(k).copied().unwrap_or(T::ZERO);
-                Ok::<T, Short>(T::from_f64(self.increment(k, part * r + k)?) * number)
+            let increment = |part: usize, mode: usize| {
+                let number = state.y.part(part).get(mode).copied().unwrap_or(T::ZERO);
+                Ok::<T, Short>(T::from_f64(self.increment(k, part * r + mode)?) * number)
             };
             let mut next = loads.increment.get(k).copied().unwrap_or(T::ZERO);
+            let modes = if self.shape.is_coupled() { 0..r } else { k..k + 1 };
             for part in 0..self.shape.n_parts() {
-                next += increment(part)?;
+                for mode in modes.clone() {
+                    next += increment(part, mode)?;
+                }
             }
             *moved = state.y.part(0).get(k).copied().unwrap_or(T::ZERO) + next;
         }
@@ -202,6 +214,21 @@ impl<T: Scalar> Scene<'_, T> {
         for _ in 0..self.shape.n_stages {
             let map = maps.take(self.shape.load_map_len())?;
             answers.iter_mut().zip(map).for_each(|(sum, &answer)| *sum += answer);
+        }
+        Ok(())
+    }
+
+    /// Answer of all modes' displacements to a load along `force` that is held over the step, where dashpots
+    /// couple them.
+    fn held_answers_to(&self, force: &[T], answers: &mut [T]) -> Result<(), Short> {
+        answers.fill(T::ZERO);
+        let mut maps = Lender::new(&*self.load_maps);
+        for _ in 0..self.shape.n_stages {
+            let map = maps.take(self.shape.load_map_len())?;
+            for (i, answer) in answers.iter_mut().enumerate() {
+                let row = map.iter().skip(place_in_tiles(i, 0, force.len())).step_by(TILE);
+                row.zip(force).for_each(|(&map, &force)| *answer += map * force);
+            }
         }
         Ok(())
     }

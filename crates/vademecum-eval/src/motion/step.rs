@@ -83,13 +83,19 @@ impl<T: Scalar> Scene<'_, T> {
         let (old, new, load) = (&*state.y.now, &mut *state.y.next, &*loads.increment);
         let magnitude = match self.shape.structure() {
             Structure::Diagonal => step_diagonal(blocks(self.map), old, load, new)?,
+            Structure::Exact if self.shape.is_coupled() => self.step_together(old, load, new),
             Structure::Exact => step_exact(blocks(self.map), old, load, new)?,
-            Structure::Block => step_dense(self.map.as_chunks().0, 3 * self.shape.r, old, load, new),
+            Structure::Block => self.step_together(old, load, new),
             Structure::Strain => return Err(StepError::Mismatch),
         };
         let status = state.y.settle(magnitude, loads.active, self.rest_below)?;
         state.statics.copy(&loads.statics);
         Ok(if filters { self.follow(state, loads, status) } else { status })
+    }
+
+    /// A step of all coordinates together.
+    pub(crate) fn step_together(&self, old: &[T], load: &[T], new: &mut [T]) -> T {
+        step_dense(self.map.as_chunks().0, self.shape.columns(), old, load, new)
     }
 
     /// The filtered forces after a step. A body is not at rest before they are gone.

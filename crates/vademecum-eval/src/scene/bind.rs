@@ -10,6 +10,7 @@ use crate::base::options::{RegionScales, SceneOptions, Structure};
 use crate::base::scalar::Scalar;
 use crate::kernels::kernel::{LANES, TILE};
 use crate::kernels::strain::numbers::StrainSections;
+use crate::scene::coupled::step_of;
 use crate::scene::equation::{Matrices, Stiffness};
 use crate::scene::shape::Shape;
 use crate::sections::axes::{Axes, StagePlace};
@@ -18,6 +19,7 @@ use crate::sections::residual::Residual;
 use crate::sections::rows::Rows;
 use crate::sections::stress_rows::StressRows;
 use crate::sections::supports::Supports;
+use vademecum_format::coupled::{CoupledModes, CoupledResponses};
 use vademecum_format::exact::{Propagator, product_error};
 use vademecum_format::scheme::{
     MAX_STAGES, StageCoefficients, StepParameters, TableError, fuse_into, fuse_work_len,
@@ -36,6 +38,8 @@ pub(crate) struct Sections<'m> {
     pub pattern_block: Option<Numbers<'m>>,
     /// `ζ_k` beside Rayleigh's, for exact steps.
     pub damping_ratios: Option<&'m [[u8; 8]]>,
+    /// Rows of dashpots that couple modes, for exact steps.
+    pub damping_rows: Option<&'m [[u8; 8]]>,
     /// The residual flexibility.
     pub residual: Residual<'m>,
     /// The reactions of the supports.
@@ -142,6 +146,7 @@ pub(crate) fn sections<'m>(file: &File<'m>, structure: Structure) -> Result<Sect
         rigid_body: file.section(S::RigidBody).and_then(|section| section.f64s().ok()),
         stress: StressRows::of(file),
         damping_ratios: file.section(S::DampingRatios).map(|section| section.f64s()).transpose()?,
+        damping_rows: file.section(S::DampingRows).map(|section| section.f64s()).transpose()?,
         separated,
     })
 }
@@ -187,6 +192,7 @@ pub(crate) fn fuse<'w, T: Scalar>(
     asked.check::<T>()?;
     let fused = match shape.structure() {
         Structure::Diagonal => fuse_modes(metadata, sections, asked, shape, work)?,
+        Structure::Exact if shape.is_coupled() => fuse_coupled(sections, asked, shape, work)?,
         Structure::Exact => fuse_exact(sections, asked, shape, work)?,
         Structure::Block => fuse_block(metadata, sections, asked, shape, work)?,
         // The strain structure has no map of its state.
@@ -258,13 +264,57 @@ fn fuse_exact<'w>(
     for (&lambda, (d, loads)) in lambdas.iter().zip(blocks) {
         let lambda = f64::from_le_bytes(lambda) * stiffness / density;
         let ratio = ratios.next().map_or(0.0, |&ratio| f64::from_le_bytes(ratio));
-        let sigma = 0.5 * (alpha + beta * lambda) + ratio * libm::sqrt(lambda);
+        let sigma = decay(lambda, ratio, [alpha, beta]);
         let mode = Propagator::new(lambda, sigma, time_step);
         // Column by column, as the other structures have it.
         *d = [mode.d[0], mode.d[2], mode.d[1], mode.d[3]];
         let [held, rising] = [mode.held, mode.rising].map(|p| p.map(|p| p / density));
         *loads = [held[0] - rising[0], held[1] - rising[1], rising[0], rising[1]];
     }
+    Ok(Fused { d, loads, weights: &[] })
+}
+
+/// Decay `σ` \[1/s\] of a mode of stiffness `lambda` \[rad²/s²\], without what couples modes.
+fn decay(lambda: f64, ratio: f64, [alpha, beta]: [f64; 2]) -> f64 {
+    0.5 * (alpha + beta * lambda) + ratio * libm::sqrt(lambda)
+}
+
+/// The dense map of modes that dashpots couple, and their answers to the parts of a load as above.
+fn fuse_coupled<'w>(
+    sections: &Sections<'_>,
+    asked: &Asked,
+    shape: Shape,
+    work: &'w mut [f64],
+) -> Result<Fused<'w>, BindError> {
+    let StepParameters { time_step, alpha, beta, density, stiffness } = asked.step;
+    asked.step.check()?;
+    let (Stiffness::Diagonal(lambdas), Some(stored)) = (sections.matrices.stiffness, sections.damping_rows)
+    else {
+        return Err(missing(SectionKind::DampingRows).into());
+    };
+    let (r, square) = (shape.r, shape.r.saturating_mul(shape.r));
+    let mut work = Lender::new(work);
+    let d = work.take(square.saturating_mul(4))?;
+    let [impulse, step, ramp] = [work.take(square)?, work.take(square)?, work.take(square)?];
+    let (w2, own) = (work.take(r)?, work.take(r)?);
+    let rows = work.take(shape.damping_rows.saturating_mul(r))?;
+    let mut ratios = sections.damping_ratios.unwrap_or(&[]).iter();
+    for ((&lambda, w2), own) in lambdas.iter().zip(&mut *w2).zip(&mut *own) {
+        let lambda = f64::from_le_bytes(lambda) * stiffness / density;
+        let ratio = ratios.next().map_or(0.0, |&ratio| f64::from_le_bytes(ratio));
+        *w2 = lambda * time_step * time_step;
+        *own = 2.0 * decay(lambda, ratio, [alpha, beta]) * time_step;
+    }
+    // A dashpot stays the same where the density changes.
+    let scale = libm::sqrt(time_step / density);
+    rows.iter_mut().zip(stored).for_each(|(row, &d)| *row = scale * f64::from_le_bytes(d));
+    let rest = work.rest();
+    let modes = CoupledModes { stiffness: w2, own, rows };
+    let out = CoupledResponses { impulse: &mut *impulse, step: &mut *step, ramp: &mut *ramp };
+    modes.respond(out, rest).ok_or(BindError::NotFinite)?;
+    let loads = Lender::new(rest).take(square.saturating_mul(4))?;
+    let responses = [&*impulse, &*step, &*ramp];
+    step_of(&modes, responses, time_step * time_step / density, [&mut *d, &mut *loads])?;
     Ok(Fused { d, loads, weights: &[] })
 }
 
@@ -393,6 +443,10 @@ pub(crate) fn lay_out<T: Scalar>(
 ) -> Result<(), Short> {
     match shape.structure() {
         Structure::Diagonal => lay_out_modes::<T, 3>(fused, shape, map, load_maps),
+        Structure::Exact if shape.is_coupled() => {
+            lay_out_dense(fused, shape, map, load_maps)?;
+            contract_coupled(shape, map)
+        }
         Structure::Exact => {
             lay_out_modes::<T, 2>(fused, shape, map, load_maps)?;
             contract(map);
@@ -400,17 +454,29 @@ pub(crate) fn lay_out<T: Scalar>(
         }
         Structure::Strain => Ok(()),
         Structure::Block => {
-            lay_out_columns(fused.d, 3 * shape.r, map)?;
-            let (mut columns, mut load_maps) = (Lender::new(fused.loads), Lender::new(load_maps));
-            for _ in 0..shape.n_stages {
-                let columns = columns.take(shape.r.saturating_mul(shape.r).saturating_mul(3))?;
-                lay_out_columns(columns, 3 * shape.r, load_maps.take(shape.load_map_len())?)?;
-            }
+            lay_out_dense(fused, shape, map, load_maps)?;
             let weights = Lender::new(weights).take(fused.weights.len())?;
             weights.iter_mut().zip(fused.weights).for_each(|(out, &value)| *out = T::from_f64(value));
             Ok(())
         }
     }
+}
+
+/// A dense step and its load maps, column-major, to tiles.
+fn lay_out_dense<T: Scalar>(
+    fused: &Fused<'_>,
+    shape: Shape,
+    map: &mut [T],
+    load_maps: &mut [T],
+) -> Result<(), Short> {
+    let rows = shape.columns();
+    lay_out_columns(fused.d, rows, map)?;
+    let (mut columns, mut load_maps) = (Lender::new(fused.loads), Lender::new(load_maps));
+    for _ in 0..shape.n_stages {
+        let columns = columns.take(rows.saturating_mul(shape.r))?;
+        lay_out_columns(columns, rows, load_maps.take(shape.load_map_len())?)?;
+    }
+    Ok(())
 }
 
 /// Column-major N×N to row-major, one row of [`LANES`] modes per coefficient; load vectors like a state.
@@ -443,25 +509,46 @@ fn contract<T: Scalar>(map: &mut [T]) {
     for block in map.as_chunks_mut::<LANES>().0.as_chunks_mut::<2>().0.as_chunks_mut::<2>().0 {
         let [[d11, d12], [d21, d22]] = block;
         for k in 0..LANES {
-            let d = [d11[k], d12[k], d21[k], d22[k]].map(T::to_f64);
-            let excess = growth(d);
-            // Damping takes more than rounding gives.
-            if excess <= -64.0 * T::EPSILON || excess.is_nan() {
-                continue;
-            }
-            let [_, b, c, _] = nearest_to_one::<T>(d);
-            (d12[k], d21[k]) = (T::from_f64(b), T::from_f64(c));
-            // Near half a turn the two have no leverage; there the diagonal gives way.
-            for push in 0..16 {
-                let d = [d11[k], d12[k], d21[k], d22[k]].map(T::to_f64);
-                let excess = growth(d);
-                if excess <= 0.0 {
-                    break;
-                }
-                d11[k] = T::from_f64(d[0] - 1.05 * excess * f64::from(1u16 << push) / (1.0 + d[3]));
-            }
+            [d11[k], d12[k], d21[k], d22[k]] = contracted([d11[k], d12[k], d21[k], d22[k]]);
         }
     }
+}
+
+/// The same of the block that each mode has on the diagonal of a step of coupled modes: one that the dashpots
+/// leave alone gains no energy. A mode that they brake loses more than rounding gives.
+fn contract_coupled<T: Scalar>(shape: Shape, map: &mut [T]) -> Result<(), Short> {
+    let r = shape.r;
+    for k in 0..r {
+        let places = [(k, k), (k, r + k), (r + k, k), (r + k, r + k)];
+        let places = places.map(|(row, column)| place_in_tiles(row, column, shape.columns()));
+        let block = places.map(|at| map.get(at).copied().unwrap_or(T::ZERO));
+        for (at, value) in places.into_iter().zip(contracted(block)) {
+            put(map, at, value)?;
+        }
+    }
+    Ok(())
+}
+
+/// The step of one mode that does not grow.
+fn contracted<T: Scalar>(mut block: [T; 4]) -> [T; 4] {
+    let d = block.map(T::to_f64);
+    let excess = growth(d);
+    // Damping takes more than rounding gives.
+    if excess <= -64.0 * T::EPSILON || excess.is_nan() {
+        return block;
+    }
+    let [_, b, c, _] = nearest_to_one::<T>(d);
+    (block[1], block[2]) = (T::from_f64(b), T::from_f64(c));
+    // Near half a turn the two have no leverage; there the diagonal gives way.
+    for push in 0..16 {
+        let d = block.map(T::to_f64);
+        let excess = growth(d);
+        if excess <= 0.0 {
+            break;
+        }
+        block[0] = T::from_f64(d[0] - 1.05 * excess * f64::from(1u16 << push) / (1.0 + d[3]));
+    }
+    block
 }
 
 /// A 2×2 `D` whose numbers beside the diagonal are moved by at most sixteen units in the last place of `T`,

@@ -53,6 +53,9 @@ impl<T: Scalar> Scene<'_, T> {
                 let of_file = sections.strain.linear.len() + sections.strain.tail.len();
                 (of_file, self.strain.substeps * (rows + n * n * n / 6 + n * n + 4 * r))
             }
+            Structure::Exact if shape.is_coupled() => {
+                (r * (1 + usize::from(sections.damping_ratios.is_some()) + shape.damping_rows), 4 * r * r)
+            }
             Structure::Exact => (r * (1 + usize::from(sections.damping_ratios.is_some())), 4 * r),
             Structure::Block => {
                 let factors = shape.n_terms * separated.points.len();

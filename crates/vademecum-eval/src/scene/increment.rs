@@ -14,8 +14,8 @@ impl<T: Scalar> Scene<'_, T> {
     ///
     /// `out` has shape `(3r, 3r)`, column-major: number `(i, j)` is at `3r j + i`; `2r` in place of `3r` for
     /// the exact structure, `y = (ζ, Δt ζ̇)`. The diagonal structure has a 3×3 block per mode and the exact
-    /// one a 2×2 block, so all numbers between different modes are 0. The step's own map is `I + D`; its
-    /// spectral radius tells whether a free body stays bounded. `O(r²)`.
+    /// one a 2×2 block, so all numbers between different modes are 0, unless dashpots couple them. The step's
+    /// own map is `I + D`; its spectral radius tells whether a free body stays bounded. `O(r²)`.
     ///
     /// ```
     /// # include!(concat!(env!("CARGO_MANIFEST_DIR"), "/doc/bound.rs"));
@@ -60,6 +60,7 @@ impl<T: Scalar> Scene<'_, T> {
     pub(crate) fn increment(&self, i: usize, j: usize) -> Result<f64, Short> {
         let r = self.shape.r.max(1);
         let at = match self.shape.structure() {
+            Structure::Exact if self.shape.is_coupled() => place_in_tiles(i, j, 2 * r),
             Structure::Diagonal | Structure::Exact if i % r != j % r => return Ok(0.0),
             Structure::Diagonal => place_in_modes::<3>(i % r, i / r, j / r),
             Structure::Exact => place_in_modes::<2>(i % r, i / r, j / r),

@@ -364,7 +364,7 @@ impl<'m, T: Scalar> Loads<'m, T> {
             let amplitude = T::from_f64(amplitude);
             row.iter_mut().for_each(|g| *g = *g * amplitude);
             let map = maps.take(self.shape.load_map_len())?;
-            if self.shape.is_block() {
+            if self.shape.is_dense() {
                 add_dense(map.as_chunks().0, row, self.increment);
                 continue;
             }

@@ -2,6 +2,7 @@
 
 pub(crate) mod bind;
 pub(crate) mod cost;
+pub(crate) mod coupled;
 pub(crate) mod equation;
 pub(crate) mod increment;
 pub(crate) mod loads;

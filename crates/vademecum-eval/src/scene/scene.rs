@@ -63,8 +63,8 @@ impl<'m, T: Scalar> Scene<'m, T> {
     /// Binds a file. `memory` and `work` hold at least what [`Scene::sizes`] says; what is in them does not
     /// matter.
     ///
-    /// Cost: `O(r)` for the diagonal structure, `O(r³ + n_terms (r² + points of all axes))` for the block
-    /// structure. The basis is not touched.
+    /// Cost: `O(r)` for the diagonal structure, `O(r³)` if dashpots couple the modes,
+    /// `O(r³ + n_terms (r² + points of all axes))` for the block structure. The basis is not touched.
     ///
     /// ```
     /// # include!(concat!(env!("CARGO_MANIFEST_DIR"), "/doc/bound.rs"));
@@ -100,7 +100,7 @@ impl<'m, T: Scalar> Scene<'m, T> {
                 return Err(BindError::NotWithStrain { kind });
             }
         }
-        if !options.residual || !shape.is_per_mode() {
+        if !options.residual || !shape.is_modal() {
             // Forces are remembered for reactions, too.
             (sections.residual, sections.factor) = Default::default();
         }
@@ -204,6 +204,13 @@ impl<'m, T: Scalar> Scene<'m, T> {
     #[must_use]
     pub const fn structure(&self) -> Structure {
         self.shape.structure()
+    }
+
+    /// `true` if dashpots couple the modes: an exact step is then one of all modes together, `4r²`
+    /// multiply-adds, and binding costs `O(r³)`.
+    #[must_use]
+    pub const fn is_coupled(&self) -> bool {
+        self.shape.is_coupled()
     }
 
     /// Numbers of a state that [`State::save_into`](crate::State::save_into) writes: `3r`, or `2r` of the

@@ -10,6 +10,7 @@ use crate::kernels::strain::numbers::strain_shape;
 use crate::sections::axes::Axes;
 use crate::sections::filter::filtered_room;
 use crate::sections::residual::room;
+use vademecum_format::coupled::CoupledModes;
 use vademecum_format::policy::{STABLE_RADIUS, allowed_error};
 use vademecum_format::scheme::fuse_work_len;
 use vademecum_format::{AxisRole, File, Metadata, SectionKind, StructureCertificate};
@@ -34,6 +35,9 @@ pub(crate) struct Shape {
     filters: bool,
     /// Of the strain structure.
     pub strain: StrainShape,
+    /// Rows of dashpots that couple modes; 0 where every mode steps by itself. Read by
+    /// [`Shape::is_coupled`].
+    pub damping_rows: usize,
     /// Hash of all lengths but those of `filtered` (FNV-1a, word by word). Where two of different lengths met
     /// in one key, cutting their memory or an index would still be refused.
     key: u64,
@@ -55,7 +59,7 @@ impl Shape {
         let [nodes, patterns] = self.statics;
         let chosen =
             [self.chosen as usize, self.r, self.n_stages, self.n_terms, self.n_points, nodes, patterns];
-        let others = [usize::from(self.filters), interacting, leading, tail, rows];
+        let others = [usize::from(self.filters), interacting, leading, tail, rows, self.damping_rows];
         let words = chosen.into_iter().chain(others);
         words.fold(START, |key, word| (key ^ word as u64).wrapping_mul(PRIME))
     }
@@ -76,9 +80,30 @@ impl Shape {
         matches!(self.structure(), Structure::Block)
     }
 
+    /// `true` where the stiffness is diagonal: the coordinates are modes.
+    pub const fn is_modal(&self) -> bool {
+        matches!(self.structure(), Structure::Diagonal | Structure::Exact)
+    }
+
+    /// `true` where dashpots couple the modes: an exact step is one of all modes together.
+    #[inline(always)]
+    pub const fn is_coupled(&self) -> bool {
+        cfg!(feature = "full") && self.damping_rows > 0
+    }
+
     /// `true` where every mode steps by itself.
     pub const fn is_per_mode(&self) -> bool {
-        matches!(self.structure(), Structure::Diagonal | Structure::Exact)
+        self.is_modal() && !self.is_coupled()
+    }
+
+    /// `true` where a load reaches every coordinate.
+    pub const fn is_dense(&self) -> bool {
+        self.is_block() || self.is_coupled()
+    }
+
+    /// Numbers of a state without padding, the columns of a dense step.
+    pub const fn columns(&self) -> usize {
+        self.n_parts() * self.r
     }
 
     /// `true` where a step has no stages of a scheme, and a state no acceleration.
@@ -94,6 +119,7 @@ impl Shape {
     /// Distance between ζ, Δt ζ̇ and Δt² ζ̈ in a state.
     pub const fn stride(&self) -> usize {
         match self.structure() {
+            Structure::Exact if self.is_coupled() => self.r,
             Structure::Diagonal | Structure::Exact => self.r.next_multiple_of(LANES),
             Structure::Block | Structure::Strain => self.r,
         }
@@ -102,8 +128,9 @@ impl Shape {
     /// Length of one state, padded for the kernel.
     pub const fn padded(&self) -> usize {
         match self.structure() {
+            Structure::Exact if self.is_coupled() => self.columns().next_multiple_of(TILE),
             Structure::Diagonal | Structure::Exact | Structure::Strain => self.n_parts() * self.stride(),
-            Structure::Block => (3 * self.r).next_multiple_of(TILE),
+            Structure::Block => self.columns().next_multiple_of(TILE),
         }
     }
 
@@ -146,8 +173,9 @@ impl Shape {
     /// Length of the step map.
     pub const fn map_len(&self) -> usize {
         match self.structure() {
+            Structure::Exact if self.is_coupled() => self.padded() * self.columns(),
             Structure::Diagonal | Structure::Exact => self.n_parts() * self.padded(),
-            Structure::Block => self.padded() * 3 * self.r,
+            Structure::Block => self.padded() * self.columns(),
             Structure::Strain => self.strain.map_len(),
         }
     }
@@ -155,6 +183,7 @@ impl Shape {
     /// Length of one stage's load map.
     pub const fn load_map_len(&self) -> usize {
         match self.structure() {
+            Structure::Exact if self.is_coupled() => self.padded() * self.r,
             Structure::Diagonal | Structure::Exact | Structure::Strain => self.padded(),
             Structure::Block => self.padded() * self.r,
         }
@@ -184,6 +213,12 @@ impl Shape {
         let (r, n) = (self.r, self.n_stages);
         match self.structure() {
             Structure::Diagonal => (9 + 3 * n) * r,
+            Structure::Exact if self.is_coupled() => {
+                // D and the load maps, the three responses, stiffness and damping of each mode, the rows. The
+                // load maps come last, and their place is work before.
+                let work = larger(4 * r * r, CoupledModes::work_len(r));
+                (7 * r * r + 2 * r).saturating_add(work).saturating_add(self.damping_rows.saturating_mul(r))
+            }
             Structure::Exact => (4 + 2 * n) * r,
             Structure::Strain => 0,
             Structure::Block => {
@@ -204,6 +239,11 @@ impl Shape {
             loads: self.loads_len(),
         }
     }
+}
+
+/// The larger of two lengths.
+pub(crate) const fn larger(a: usize, b: usize) -> usize {
+    if a > b { a } else { b }
 }
 
 /// Numbers of memory for forces on so many nodes and amplitudes of so many patterns.
@@ -231,6 +271,7 @@ pub(crate) fn shape<T: Scalar>(file: &File<'_>, options: &SceneOptions) -> Resul
         Structure::Exact | Structure::Strain => 2,
         Structure::Diagonal | Structure::Block => metadata.scheme.active().len(),
     };
+    let damping_rows = damping_rows(file, structure)?;
     let residual = options.residual && structure != Structure::Block;
     let (statics, strain) = match structure {
         Structure::Strain => ([0; 2], strain_shape(file)?),
@@ -250,6 +291,7 @@ pub(crate) fn shape<T: Scalar>(file: &File<'_>, options: &SceneOptions) -> Resul
         filtered,
         filters: filtered != [0; 2],
         strain,
+        damping_rows,
         key: 0,
     };
     shape.key = shape.hash();
@@ -260,6 +302,18 @@ pub(crate) fn shape<T: Scalar>(file: &File<'_>, options: &SceneOptions) -> Resul
         isize::MAX as usize / size_of::<f64>(),
     )?;
     Ok(shape)
+}
+
+/// Rows of dashpots that couple modes; refused where a step would leave them out.
+fn damping_rows(file: &File<'_>, structure: Structure) -> Result<usize, BindError> {
+    let kind = SectionKind::DampingRows;
+    let rows = file.section(kind).map_or(0, |section| section.shape()[0]);
+    match structure {
+        _ if rows == 0 => Ok(0),
+        Structure::Exact if cfg!(feature = "full") => Ok(usize::try_from(rows).unwrap_or(usize::MAX)),
+        Structure::Exact => Err(BindError::LeftOut),
+        Structure::Diagonal | Structure::Block | Structure::Strain => Err(BindError::OnlyExact { kind }),
+    }
 }
 
 /// The terms a block scene of these options adds up: the first of the file's.

@@ -126,9 +126,12 @@ impl<T: Scalar> Scene<'_, T> {
         let lambda = lambda * parameters.stiffness / parameters.density;
         let ratio = self.sections.damping_ratios.and_then(|ratios| ratios.get(mode));
         let ratio = ratio.map_or(0.0, |&ratio| f64::from_le_bytes(ratio));
+        let rows = self.sections.damping_rows.unwrap_or(&[]).chunks_exact(self.shape.r.max(1));
+        let coupled: f64 = rows.map(|row| along(row, state.y.part(1)) * entry(row, mode)).sum();
         let decay = parameters.alpha + parameters.beta * lambda + 2.0 * ratio * libm::sqrt(lambda);
         let force = self.modal_force(&state.statics, mode)?;
-        Ok(force / parameters.density - decay * at(1) / dt - lambda * at(0))
+        let damped = decay * at(1) + coupled / parameters.density;
+        Ok(force / parameters.density - damped / dt - lambda * at(0))
     }
 
     /// `BᵀF` of the forces of the last step, in one mode.
@@ -159,4 +162,14 @@ impl<T: Scalar> Scene<'_, T> {
         let count = supports.count;
         if index < count { Ok(()) } else { Err(OutputError::OutOfRange { index, count }) }
     }
+}
+
+/// `d · y` of a row of dashpots.
+fn along<T: Scalar>(row: &[[u8; 8]], y: &[T]) -> f64 {
+    row.iter().zip(y).map(|(&d, y)| f64::from_le_bytes(d) * y.to_f64()).sum()
+}
+
+/// Its number for a mode.
+fn entry(row: &[[u8; 8]], mode: usize) -> f64 {
+    row.get(mode).map_or(0.0, |&d| f64::from_le_bytes(d))
 }

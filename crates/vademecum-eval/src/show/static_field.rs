@@ -51,7 +51,7 @@ impl<'m, T: Scalar> StaticField<'m, T> {
 pub(crate) fn static_field_sizes(factor: &Factor<'_>, shape: &Shape) -> [usize; 2] {
     let (order, r) = (factor.order.len(), shape.r);
     let known = factor.values.is_some() && shape.statics != [0; 2];
-    let small = shape.is_per_mode();
+    let small = shape.is_modal();
     if known && small { [order + r, r] } else { [0; 2] }
 }
 

@@ -4,6 +4,7 @@
 
 mod basis;
 mod claims;
+mod dashpots;
 mod embedded;
 mod factor;
 mod geometry;
@@ -97,6 +98,7 @@ pub fn check_limited(bytes: &[u8], limit: u64) -> Result<CheckReport, RewriteErr
     residual::check(&raw)?;
     factor::check(&raw)?;
     rigid::check(&raw)?;
+    dashpots::check(&raw)?;
     strain::check(&raw)?;
     stress::check(&raw)?;
     reactions::check(&raw)?;

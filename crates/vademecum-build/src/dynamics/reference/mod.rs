@@ -15,10 +15,15 @@
 //! that are not orthogonal. Natural modes that are known may stand first: they are their own images, so the
 //! space grows orthogonal to them as it would for the loads less their part.
 //!
+//! Dashpots couple the modes of the space. These are moved together then, exactly in time all the same, with
+//! the whole damping matrix of the dashpots; the space also starts from the static answers to forces at the
+//! dashpots.
+//!
 //! The convergence of the space is measured: the answer with all of its vectors against the answer with
 //! the first two thirds of those that were added. A point force that jumps on a body without damping makes
 //! its highest modes ring. Their share falls slowly, and the estimate says so.
 
+mod coupled;
 mod distance;
 mod motion;
 mod solution;

@@ -1,9 +1,26 @@
 //! Modes moved exactly in time under loads that are linear between their jumps and kinks.
 
+use std::sync::Arc;
+
 use faer::Mat;
 use vademecum_format::exact::Propagator;
 
+use super::coupled::{CoupledModes, CoupledStep, ModalState};
 use crate::dynamics::{History, INSTANTS, Span, Window};
+
+/// Modes that dashpots couple, and a whole step of them.
+pub(super) struct Coupling<'a> {
+    pub modes: CoupledModes<'a>,
+    pub whole: Arc<CoupledStep>,
+}
+
+/// Coupled modes on their way.
+struct Together<'a> {
+    coupling: Coupling<'a>,
+    state: ModalState,
+    /// The step of the length of a part that was made last.
+    part: Option<CoupledStep>,
+}
 
 /// Modes on their way from rest, instant by instant.
 pub(super) struct Motion<'a> {
@@ -19,6 +36,8 @@ pub(super) struct Motion<'a> {
     state: Vec<[f64; 2]>,
     /// Force on each mode at both ends of a piece of time.
     force: Vec<[f64; 2]>,
+    /// Of modes that are moved together.
+    together: Option<Together<'a>>,
     /// Instant of the state.
     instant: usize,
     /// True if the state has been shown.
@@ -26,10 +45,11 @@ pub(super) struct Motion<'a> {
 }
 
 impl<'a> Motion<'a> {
-    /// Modes of stiffness and decay `modes` at rest; `loads` says how each column of `shares` follows
-    /// time.
+    /// Modes of stiffness and decay `modes` at rest, coupled or each by itself; `loads` says how each column
+    /// of `shares` follows time.
     pub(crate) fn new(
         modes: &'a [[f64; 2]],
+        coupling: Option<Coupling<'a>>,
         shares: Mat<f64>,
         loads: Vec<History>,
         time_step: f64,
@@ -37,7 +57,11 @@ impl<'a> Motion<'a> {
         // A part of a step has two instants, its ends.
         let instants: [f64; INSTANTS] = std::array::from_fn(|j| if j == 1 { 1.0 } else { 0.0 });
         let window = Window::new(loads, instants, time_step);
-        let whole = modes.iter().map(|&[lambda, sigma]| Propagator::new(lambda, sigma, time_step)).collect();
+        let alone = if coupling.is_some() { &[] } else { modes };
+        let whole = alone.iter().map(|&[lambda, sigma]| Propagator::new(lambda, sigma, time_step)).collect();
+        let rest = vec![0.0; modes.len()];
+        let state = ModalState { displacement: rest.clone(), velocity: rest };
+        let together = coupling.map(|coupling| Together { coupling, state, part: None });
         let zero = vec![[0.0; 2]; modes.len()];
         Motion {
             modes,
@@ -48,6 +72,7 @@ impl<'a> Motion<'a> {
             part: (0.0, vec![]),
             state: zero.clone(),
             force: zero,
+            together,
             instant: 0,
             shown: false,
         }
@@ -82,7 +107,7 @@ impl<'a> Motion<'a> {
     /// To the next instant, part by part.
     fn step(&mut self) {
         for span in self.window.spans(self.instant) {
-            if !span.whole && self.part.0 != span.length {
+            if self.together.is_none() && !span.whole && self.part.0 != span.length {
                 let part = |&[lambda, sigma]: &[f64; 2]| Propagator::new(lambda, sigma, span.length);
                 self.part = (span.length, self.modes.iter().map(part).collect());
             }
@@ -101,6 +126,13 @@ impl<'a> Motion<'a> {
                 force[1] += share * factors[1];
             }
         }
+        if let Some(together) = &mut self.together {
+            together.take(span, &self.force);
+            let state = &together.state;
+            let moved = state.displacement.iter().zip(&state.velocity);
+            self.state.iter_mut().zip(moved).for_each(|(state, (q, v))| *state = [*q, v * self.time_step]);
+            return;
+        }
         let modes = self.state.iter_mut().zip(&self.force);
         if span.whole {
             modes.zip(&self.whole).for_each(|((state, force), p)| *state = moved(p, *state, *force));
@@ -111,6 +143,25 @@ impl<'a> Motion<'a> {
         for ((state, force), p) in modes.zip(&self.part.1) {
             let [q, v] = moved(p, [state[0], state[1] * scale], *force);
             *state = [q, v / scale];
+        }
+    }
+}
+
+impl Together<'_> {
+    /// Moves all modes over a part of a step.
+    fn take(&mut self, span: &Span, force: &[[f64; 2]]) {
+        let [before, after] = [0, 1].map(|end| force.iter().map(|force| force[end]).collect::<Vec<f64>>());
+        let (modes, force) = (&self.coupling.modes, [&before[..], &after[..]]);
+        if span.whole {
+            return self.coupling.whole.take(modes, &mut self.state, force);
+        }
+        let known = self.part.as_ref().is_some_and(|step| step.length() == span.length);
+        if !known && modes.wants_step(span.length, span.parts) {
+            self.part = Some(modes.step(span.length));
+        }
+        match self.part.as_ref().filter(|step| step.length() == span.length) {
+            Some(step) => step.take(modes, &mut self.state, force),
+            None => modes.moved(&mut self.state, force, span.length),
         }
     }
 }

@@ -1,12 +1,15 @@
 //! The reference solution: its space, its modes, and the motion in them.
 
+use std::sync::{Arc, Mutex, PoisonError};
+
 use faer::linalg::matmul::matmul;
 use faer::{Accum, Mat, MatRef, Par};
 
-use super::motion::Motion;
+use super::coupled::{CoupledModes, CoupledStep};
+use super::motion::{Coupling, Motion};
 use super::space::{ProjectedModes, RitzSpace, ritz};
 use crate::dynamics::orthonormal::DEPENDENT;
-use crate::dynamics::{History, Rayleigh, TimedLoad, uncouple};
+use crate::dynamics::{History, Rayleigh, TimedLoad, fewest_rows};
 use crate::fem::{FactorError, Pencil, Symbolic};
 use crate::linalg::{Columns, NoConvergence, project};
 use crate::progress::{Cancelled, Listener};
@@ -22,7 +25,7 @@ const ESTIMATED: usize = 4096;
 const FIRST: usize = 12;
 
 /// Decay `σ` \[1/s\] of a mode, from its stiffness `λ` \[rad²/s²\] and its place among the modes in ascending
-/// order, beside that by the dashpots of the pencil: `½ φᵀCφ`, without the part that couples modes.
+/// order, besides the damping by the dashpots of the pencil.
 pub type Decay<'a> = &'a dyn Fn(f64, usize) -> f64;
 
 /// When the space is good enough, and how large it may get.
@@ -93,6 +96,10 @@ struct ModalPencil {
     modes: Vec<[f64; 2]>,
     /// Modes over the vectors of the space, shape (m, m), orthonormal.
     vectors: Mat<f64>,
+    /// Rows of dashpots along the modes, shape (any, m); they couple them.
+    dashpots: Mat<f64>,
+    /// The step of coupled modes that was made last.
+    step: Mutex<Option<Arc<CoupledStep>>>,
 }
 
 /// Loads on the vectors of a space.
@@ -348,7 +355,7 @@ impl<'t> Windows<'t> {
         instants: usize,
     ) -> Self {
         let (shares, when) = loads.of(column, modes);
-        let motion = Motion::new(&modes.modes, shares, when, time_step);
+        let motion = Motion::new(&modes.modes, modes.coupling(time_step), shares, when, time_step);
         Self { motion, vectors: modes.vectors.as_ref(), next: 0, instants }
     }
 }
@@ -375,19 +382,30 @@ impl ModalPencil {
     /// # Errors
     /// [`NoConvergence`]: numbers that double precision does not hold.
     fn new(
-        mut ritz: ProjectedModes,
+        ritz: ProjectedModes,
         decay: Decay<'_>,
         dashpots: MatRef<'_, f64>,
     ) -> Result<ModalPencil, NoConvergence> {
         let m = ritz.vectors.nrows();
-        if dashpots.nrows() > 0 {
-            uncouple(|modes| dashpots.subcols(0, m) * modes, &ritz.values, &mut ritz.vectors)?;
-        }
-        let along = dashpots.subcols(0, m) * &ritz.vectors;
-        let own = |k: usize| 0.5 * along.col(k).squared_norm_l2();
+        let dashpots = fewest_rows(dashpots.subcols(0, m) * &ritz.vectors)?;
         let values = ritz.values.iter().enumerate();
-        let modes = values.map(|(k, &lambda)| [lambda, decay(lambda, k) + own(k)]).collect();
-        Ok(ModalPencil { modes, vectors: ritz.vectors })
+        let modes = values.map(|(k, &lambda)| [lambda, decay(lambda, k)]).collect();
+        Ok(ModalPencil { modes, vectors: ritz.vectors, dashpots, step: Mutex::new(None) })
+    }
+
+    /// The coupling of the modes, with a step of `time_step`; `None` without dashpots.
+    fn coupling(&self, time_step: f64) -> Option<Coupling<'_>> {
+        if self.dashpots.nrows() == 0 {
+            return None;
+        }
+        let modes = CoupledModes { modes: &self.modes, rows: self.dashpots.as_ref() };
+        let mut known = self.step.lock().unwrap_or_else(PoisonError::into_inner);
+        let whole = match known.take().filter(|step| step.length() == time_step) {
+            Some(step) => step,
+            None => Arc::new(modes.step(time_step)),
+        };
+        *known = Some(Arc::clone(&whole));
+        Some(Coupling { modes, whole })
     }
 }
 

@@ -13,7 +13,7 @@ use faer::linalg::triangular_solve::solve_lower_triangular_in_place;
 use faer::{Accum, Mat, MatRef, Par, Side};
 
 use crate::dynamics::orthonormal::{DEPENDENT, orthonormalise_here};
-use crate::fem::{Factor, Pencil, RigidBody, Solve};
+use crate::fem::{FEW_DASHPOTS, Factor, Pencil, RigidBody, Solve};
 use crate::linalg::symmetric_eigen;
 use crate::linalg::{Columns, NoConvergence};
 
@@ -66,7 +66,8 @@ impl<'a> RitzSpace<'a> {
     ) -> RitzSpace<'a> {
         let n = pencil.n_dof();
         let forces: Vec<&[f64]> = forces.collect();
-        let room = ROOM * (modes.ncols() + forces.len());
+        let starts = forces.len() + pencil.dampers().count().min(2 * FEW_DASHPOTS);
+        let room = ROOM * (modes.ncols() + starts);
         let mut space = RitzSpace {
             pencil,
             factor,
@@ -97,7 +98,30 @@ impl<'a> RitzSpace<'a> {
             solve.solve_in_place(factor, answers.as_mut());
             space.append(answers);
         }
+        let dashpots = space.dashpot_forces();
+        for first in (0..dashpots.ncols()).step_by(GROUP) {
+            let mut answers = dashpots.subcols(first, GROUP.min(dashpots.ncols() - first)).to_owned();
+            space.solve.solve_in_place(factor, answers.as_mut());
+            space.append(answers);
+        }
         space
+    }
+
+    /// Forces by which dashpots leave the space: one for each of them where they are few, and else those that
+    /// they exert on the first vectors and on the static answers.
+    fn dashpot_forces(&self) -> Mat<f64> {
+        let (n, dampers) = (self.pencil.n_dof(), self.pencil.dampers());
+        if dampers.count() <= FEW_DASHPOTS {
+            return dampers.forces(n, Mat::identity(dampers.count(), dampers.count()).as_ref());
+        }
+        let first = self.vectors().subcols(0, self.given.min(FEW_DASHPOTS));
+        let answers = self.vectors().subcols(self.given, self.used() - self.given);
+        let [first, answers] =
+            [first, answers].map(|vectors| dampers.forces(n, dampers.along(vectors).as_ref()));
+        let mut all = Mat::zeros(n, first.ncols() + answers.ncols());
+        all.subcols_mut(0, first.ncols()).copy_from(&first);
+        all.subcols_mut(first.ncols(), answers.ncols()).copy_from(&answers);
+        all
     }
 
     /// Number of vectors.

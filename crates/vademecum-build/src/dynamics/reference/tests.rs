@@ -485,3 +485,78 @@ fn a_free_body_moves_by_all_of_its_elastic_modes() {
         .unwrap();
     assert_eq!((rest.vectors(), rest.trajectory(0).norm()), (0, 0.0));
 }
+
+/// Displacements at the instants by the trapezoidal rule in `parts` parts of a step, of the whole matrices.
+fn by_newmark(pencil: &Pencil, beta: f64, load: &TimedLoad, span: (f64, usize), parts: usize) -> Mat<f64> {
+    let (n, (dt, steps)) = (pencil.n_dof(), span);
+    let dense = |matrix: &crate::fem::SymmetricMatrix| {
+        let mut out = Mat::zeros(n, n);
+        matrix.mul_into(Mat::<f64>::identity(n, n).as_ref(), out.as_mut());
+        out
+    };
+    let (mass, stiffness) = (dense(pencil.mass()), dense(pencil.stiffness()));
+    let damping = beta * &stiffness + pencil.dampers().project(Mat::<f64>::identity(n, n).as_ref());
+    let h = dt / parts as f64;
+    let whole = &mass + 0.5 * h * &damping + 0.25 * h * h * &stiffness;
+    let factor = whole.llt(faer::Side::Lower).unwrap();
+    let force = |time: f64| load.when.factor(time) * Mat::from_fn(n, 1, |i, _| load.force[i]);
+    let solve = |right: Mat<f64>| faer::linalg::solvers::Solve::solve(&factor, &right);
+    let (mut u, mut v) = (Mat::<f64>::zeros(n, 1), Mat::<f64>::zeros(n, 1));
+    let mut a = faer::linalg::solvers::Solve::solve(&mass.llt(faer::Side::Lower).unwrap(), &force(0.0));
+    let mut out = Mat::zeros(n, steps + 1);
+    for step in 1..=steps * parts {
+        let (ahead, faster) = (&u + h * &v + 0.25 * h * h * &a, &v + 0.5 * h * &a);
+        a = solve(force(step as f64 * h) - &damping * &faster - &stiffness * &ahead);
+        u = ahead + 0.25 * h * h * &a;
+        v = faster + 0.5 * h * &a;
+        if step % parts == 0 {
+            out.col_mut(step / parts).copy_from(u.col(0));
+        }
+    }
+    out
+}
+
+#[test]
+fn dashpots_move_a_block_as_their_whole_matrix_does() {
+    let model = small_block();
+    let all = AllModes::of(model.pencil());
+    let omega = all.lambda[0].sqrt();
+    let (dt, steps) = (std::f64::consts::TAU / omega / 40.0, 80);
+    let nodes = far_nodes(&model);
+    // Half of the body's mass times its first frequency: as strong as the body itself.
+    let strength = (0.5 * 3.6 * omega).sqrt();
+    let row = |node: usize, along: [f64; 3]| -> Vec<(u32, f64)> {
+        let force = point_force(&model, nodes[node], along);
+        let entries = force.iter().enumerate().filter(|(_, weight)| **weight != 0.0);
+        entries.map(|(dof, weight)| (dof as u32, strength * weight)).collect()
+    };
+    let few = vec![row(2, [0.0, 1.0, 0.0]), row(3, [0.5, 0.0, 1.0])];
+    // Of more dashpots than begin a direction each, those of the first motions do.
+    let many = (0..nodes.len()).flat_map(|node| {
+        [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]].map(|along| row(node, along.map(|x| 0.2 * x)))
+    });
+    let many: Vec<_> = many.collect();
+    assert!(many.len() > crate::fem::FEW_DASHPOTS);
+    let beta = 2.0 * 0.01 / omega;
+    let when = Interval { start: 0.0, end: f64::INFINITY, ramp: 5.0 * dt };
+    let force = point_force(&model, nodes[0], [0.3, 1.0, -0.2]);
+    let load = TimedLoad { column: 0, force, when: when.into() };
+    for (rows, allowed) in [(few, 1e-6), (many, 1e-4)] {
+        let pencil = model.pencil().clone().with_dampers(crate::fem::Dampers::of_rows(rows));
+        let [once, twice] = [20, 40].map(|parts| by_newmark(&pencil, beta, &load, (dt, steps), parts));
+        // Richardson.
+        let expected = (4.0 / 3.0) * twice - (1.0 / 3.0) * once;
+        let symbolic = Symbolic::analyze(&pencil).unwrap();
+        let decay = |lambda, _| 0.5 * beta * lambda;
+        let options = ReferenceOptions { tolerance: 1e-7, vectors_per_force: 60, ..OPTIONS };
+        let loads = std::slice::from_ref(&load);
+        let span = (dt, steps);
+        let truth =
+            ReferenceSolution::find(&pencil, &symbolic, &decay, loads, span, &options, &Silent).unwrap();
+        let identity = Mat::<f64>::identity(pencil.n_dof(), pencil.n_dof());
+        let exact = MotionPart { columns: identity.as_ref(), amplitudes: expected.as_ref() };
+        let found = truth.trajectory(0);
+        let (error, estimate) = (found.distance(&[exact]).error, found.estimate());
+        assert!(error < allowed, "{} vectors: {error:e}, estimated {estimate:e}", truth.vectors());
+    }
+}
