@@ -8,6 +8,7 @@ use vademecum_build::linalg::vec3::{norm, sub};
 use vademecum_build::mesh::surface::Surface;
 
 use crate::deck::{Attachment, Deck, Dynamic, Extent, Link, Load, NodeNumber, Spring, StepKind};
+use crate::heat::{Rise, rise};
 use crate::units::System;
 
 /// Names of the motions of a reference point.
@@ -391,6 +392,11 @@ impl<'a> Tables<'a> {
                     }
                     _ => self.leave_out("body forces of a part, rotations, moments on the solid"),
                 }
+            }
+            match rise(deck, step) {
+                Rise::None => {}
+                Rise::Uniform(rise) => self.pattern(&step.name, &format!("temperature = {rise:?} # K")),
+                Rise::Other => self.leave_out("temperatures that differ between nodes"),
             }
             for (key, faces) in faces {
                 self.on_faces(&step.name, key, &faces);

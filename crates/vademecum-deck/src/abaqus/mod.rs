@@ -2,6 +2,7 @@
 
 mod attach;
 mod cards;
+mod heat;
 mod loads;
 mod material;
 mod reader;
