@@ -1,5 +1,7 @@
 //! Decks of Ansys (.cdb).
 
+mod heat;
+
 use std::collections::BTreeMap;
 use std::path::Path;
 
@@ -36,6 +38,7 @@ struct Reader<'a> {
     constants: BTreeMap<u64, Constants>,
     kind: StepKind,
     loads: Vec<Load>,
+    heat: heat::Heat,
     /// Line of the first coordinate system of the deck's own.
     local: Option<usize>,
     /// Material whose anisotropic constants follow in `TBDATA`.
@@ -110,8 +113,8 @@ pub(crate) fn read(file: &Path) -> Result<Deck, DeckError> {
         }
     }
     let (constants, kind) = (BTreeMap::new(), StepKind::Static);
-    let mut reader =
-        Reader { raw: &raw, deck, numbers, constants, kind, loads: vec![], local: None, anisotropic: None };
+    let (loads, heat, local, anisotropic) = (vec![], heat::Heat::default(), None, None);
+    let mut reader = Reader { raw: &raw, deck, numbers, constants, kind, loads, heat, local, anisotropic };
     for command in commands(file, &bytes)? {
         reader.take(&command)?;
     }
@@ -130,6 +133,20 @@ impl Reader<'_> {
             }
             "MPDA" => self.property(command, [2, 3, 5])?,
             "LOCA" | "CS" | "CLOC" | "CSKP" | "CSWP" => self.local = self.local.or(Some(command.line)),
+            "TREF" => {
+                self.heat.reference = number(command, 0).map_err(|error| self.at(command, error))?;
+            }
+            // Programs write a name for a temperature that nobody gave.
+            "BFUN" | "TUNI" => {
+                let field = usize::from(short == "BFUN");
+                let given = field == 0 || self::field(command, 0).eq_ignore_ascii_case("TEMP");
+                self.heat.uniform = number(command, field).ok().filter(|_| given).or(self.heat.uniform);
+            }
+            "BF" if field(command, 1).eq_ignore_ascii_case("TEMP") => {
+                let value = number(command, 2).map_err(|error| self.at(command, error))?;
+                let nodes = self.nodes(command)?;
+                self.heat.nodes.extend(nodes.into_iter().map(|node| (node, value)));
+            }
             "D" => self.support(command)?,
             "F" => self.force(command)?,
             "ACEL" => {
@@ -219,7 +236,11 @@ impl Reader<'_> {
             "GXZ" => constants.shear[1] = value,
             "GYZ" => constants.shear[2] = value,
             "DENS" => constants.density = value,
-            _ => self.leave(command, "elastic constants and the density act alone"),
+            "ALPX" | "ALPY" | "ALPZ" => {
+                let axis = usize::from(label.as_bytes()[3] - b'X');
+                self.heat.expand(number_of, axis, value);
+            }
+            _ => self.leave(command, "elastic constants, ALPX, ALPY, ALPZ and the density act alone"),
         }
         Ok(())
     }
@@ -309,7 +330,7 @@ impl Reader<'_> {
                 return Err(missing("shear modulus in each plane", "GXY, GXZ and GYZ beside EY and EZ"));
             }
             // Their axes are those of the elements, whose systems are not read.
-            if found.is_orthotropic() && self.local.is_some() {
+            if (found.is_orthotropic() || self.heat.has_axes()) && self.local.is_some() {
                 return Err(missing("axes that are known", "elements in system 0, without LOCAL,"));
             }
             let elasticity = found.elasticity().ok_or_else(|| {
@@ -320,11 +341,13 @@ impl Reader<'_> {
         }
         self.deck.lumped = vec![false; self.deck.materials.len()];
         let (name, supports) = ("1".to_string(), vec![]);
+        let temperatures = self.heat.finish(&mut self.deck);
         self.deck.steps.push(Step {
             name,
             kind: self.kind,
             loads: self.loads,
             supports,
+            temperatures,
             about: None,
             line: 1,
         });

@@ -3,7 +3,7 @@
 use std::collections::{BTreeMap, HashMap};
 use std::path::{Path, PathBuf};
 
-use vademecum_build::fem::{Cylinder, Material};
+use vademecum_build::fem::{Cylinder, HeatLaw, Material};
 use vademecum_build::mesh::Mesh;
 
 use crate::left_out::LeftOut;
@@ -29,6 +29,8 @@ pub struct Deck {
     pub materials: Vec<Material>,
     /// Of each region the line about which the axes of its material turn; none at all where no axes do.
     pub cylinders: Vec<Option<Cylinder>>,
+    /// Temperatures, if the deck has any.
+    pub heat: Option<Temperatures>,
     /// True for each region whose mass is lumped.
     pub lumped: Vec<bool>,
     /// True of the dialect of CalculiX: incompatible modes are dofs with a mass, and motions about a loaded
@@ -50,6 +52,17 @@ pub struct Deck {
     pub left_out: Vec<LeftOut>,
     /// Remarks.
     pub notes: Vec<String>,
+}
+
+/// Thermal constants, and the temperature without stress.
+#[derive(Clone, Debug)]
+pub struct Temperatures {
+    /// Those of each region.
+    pub laws: Vec<HeatLaw>,
+    /// Initial temperature of each node of the mesh; none: those from which the coefficients count.
+    pub initial: Vec<f64>,
+    /// True if temperatures of hexahedra are of a lower order than displacements.
+    pub lowered: bool,
 }
 
 /// A node outside of the mesh.
@@ -187,6 +200,8 @@ pub struct Step {
     pub loads: Vec<Load>,
     /// Supports that hold in it, with those of the model.
     pub supports: Vec<Support>,
+    /// Temperature of each node of the mesh; none: the initial ones.
+    pub temperatures: Vec<f64>,
     /// The static step before it about whose state it moves; absent: it moves about the body without load.
     pub about: Option<usize>,
     /// The line that begins it.
@@ -301,6 +316,7 @@ impl Deck {
             points,
             materials: vec![],
             cylinders: vec![],
+            heat: None,
             lumped: vec![],
             of_calculix: false,
             axes: BTreeMap::new(),

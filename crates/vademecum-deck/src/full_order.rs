@@ -5,12 +5,14 @@ use std::collections::{BTreeMap, BTreeSet};
 use faer::Mat;
 use vademecum_build::dynamics::{ModesError, lowest_modes};
 use vademecum_build::fem::{
-    Block, Constraints, ElementMatrices, Elimination, Facet, FactorError, Pencil, Prestress, Rotation, Solve,
-    Symbolic, assemble_blocks, buckling_factor, facet_load, inertia_forces, internal_forces,
-    pressure_stiffness, surface_facets,
+    Block, Constraints, ElementMatrices, Elimination, Facet, FactorError, Heat, Pencil, Prestress, Rotation,
+    Solve, Symbolic, assemble_blocks, buckling_factor, facet_load, inertia_forces, internal_forces,
+    pressure_stiffness, surface_facets, thermal_forces,
 };
 
-use crate::deck::{Attachment, Deck, Extent, Load, NodeNumber, Spring, Step, StepKind, Support};
+use crate::deck::{
+    Attachment, Deck, Extent, Load, NodeNumber, Spring, Step, StepKind, Support, Temperatures,
+};
 use crate::error::DeckError;
 use crate::links::{Dofs, link};
 
@@ -32,8 +34,10 @@ pub struct FullOrder<'a> {
 /// Solution of a static step.
 struct Solved {
     elimination: Elimination,
-    /// Forces over all dofs.
+    /// Forces over all dofs, with those of the thermal strain.
     load: Vec<f64>,
+    /// The latter, and the energy of the thermal strain in no displacement.
+    thermal: (Vec<f64>, f64),
     /// Forces over the free dofs, less those of given displacements.
     rhs: Vec<f64>,
     /// Displacement over all dofs.
@@ -119,13 +123,15 @@ impl<'a> FullOrder<'a> {
     }
 
     fn static_answer(&self, step: &Step) -> Result<StaticAnswer, DeckError> {
-        let Solved { elimination, load, rhs, displacement } = self.solve(step)?;
-        let internal = internal_forces(&self.elements, &self.blocks, &displacement)?;
+        let Solved { elimination, load, thermal, rhs, displacement } = self.solve(step)?;
+        let elements = self.heated(&step.temperatures);
+        let internal = internal_forces(&elements, &self.blocks, &displacement)?;
         let out: Vec<f64> = internal.iter().zip(&load).map(|(k, f)| k - f).collect();
         let (unbalanced, reactions) = elimination.gather(&out);
         let norm = |x: &[f64]| x.iter().map(|x| x * x).sum::<f64>().sqrt();
         let scale = norm(&elimination.gather(&internal).0).max(norm(&rhs));
-        let energy = 0.5 * internal.iter().zip(&displacement).map(|(f, u)| f * u).sum::<f64>();
+        let work = |forces: &[f64]| forces.iter().zip(&displacement).map(|(f, u)| f * u).sum::<f64>();
+        let energy = 0.5 * work(&internal) - work(&thermal.0) + thermal.1;
         let displacement = self.of_nodes(&displacement);
         let square = |u: &[f64; 3]| u.iter().map(|x| x * x).sum::<f64>();
         // CalculiX answers for nodes of elements; others may be rotations and pressures.
@@ -144,16 +150,30 @@ impl<'a> FullOrder<'a> {
         })
     }
 
+    /// The elements at temperatures of a step; none: the initial ones.
+    fn heated<'s>(&'s self, temperatures: &'s [f64]) -> ElementMatrices<'s> {
+        let Some(Temperatures { laws, initial, lowered }) = &self.deck.heat else {
+            return self.elements.clone();
+        };
+        let now = if temperatures.is_empty() { initial } else { temperatures };
+        if now.is_empty() {
+            return self.elements.clone();
+        }
+        self.elements.heated(Heat { laws, initial, now, lowered: *lowered })
+    }
+
     /// Solves a static step.
     fn solve(&self, step: &Step) -> Result<Solved, DeckError> {
         let elimination = self.elimination(&step.supports)?;
-        let pencil = assemble_blocks(&self.elements, &self.blocks, &elimination)?;
-        let load = self.load(&step.loads)?;
+        let elements = self.heated(&step.temperatures);
+        let pencil = assemble_blocks(&elements, &self.blocks, &elimination)?;
+        let (mut load, thermal) = (self.load(&step.loads)?, thermal_forces(&elements, self.dofs.count())?);
+        load.iter_mut().zip(&thermal.0).for_each(|(sum, f)| *sum += f);
         // Displacements that are given, with all free dofs at zero.
         let given = elimination.expand(&vec![0.0; elimination.n_free()]);
         let mut force = load.clone();
         if given.iter().any(|u| *u != 0.0) {
-            let held = internal_forces(&self.elements, &self.blocks, &given)?;
+            let held = internal_forces(&elements, &self.blocks, &given)?;
             force.iter_mut().zip(held).for_each(|(f, k)| *f -= k);
         }
         let rhs = elimination.gather(&force).0;
@@ -172,7 +192,7 @@ impl<'a> FullOrder<'a> {
             return Err(self.loose());
         }
         let displacement = elimination.expand(solution.col_as_slice(0));
-        Ok(Solved { elimination, load, rhs, displacement })
+        Ok(Solved { elimination, load, thermal, rhs, displacement })
     }
 
     /// A translation with a rotation about the middle of the model, over the free dofs.
@@ -194,18 +214,19 @@ impl<'a> FullOrder<'a> {
 
     /// Mass and stiffness of a step, about the state of a static step where the deck asks for it.
     fn pencil(&self, step: Option<&Step>, elimination: &Elimination) -> Result<Pencil, DeckError> {
-        let unloaded = assemble_blocks(&self.elements, &self.blocks, elimination)?;
         let before = step.and_then(|step| self.deck.steps.get(step.about?));
+        let elements = self.heated(before.map_or(&[], |before| &before.temperatures));
+        let unloaded = assemble_blocks(&elements, &self.blocks, elimination)?;
         let Some(before) = before else { return Ok(unloaded) };
         let rotations = before.loads.iter().filter_map(rotation).collect();
         let displacement = self.solve(before)?.displacement;
         // CalculiX keeps inner functions, and takes strains about the displaced body.
-        let state = Prestress { displacement, rotations, displaced: self.deck.of_calculix };
+        let state = Prestress { displacement, free: vec![], rotations, displaced: self.deck.of_calculix };
         let mut blocks = self.blocks.clone();
         for (value, facets) in self.pressures(&before.loads)? {
             blocks.extend(pressure_stiffness(&self.deck.mesh, &facets, value, &state.displacement));
         }
-        let loaded = assemble_blocks(&self.elements.about(&state), &blocks, elimination)?;
+        let loaded = assemble_blocks(&elements.about(&state), &blocks, elimination)?;
         let symbolic = Symbolic::analyze(&loaded)?;
         match symbolic.factorize(loaded.stiffness().clone()) {
             Ok(_) => Ok(loaded),

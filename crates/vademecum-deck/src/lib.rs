@@ -15,6 +15,7 @@ mod ansys;
 mod deck;
 mod error;
 mod full_order;
+mod heat;
 mod left_out;
 mod links;
 mod nastran;
@@ -25,7 +26,7 @@ mod units;
 
 pub use deck::{
     Attachment, Damping, Deck, Dynamic, Extent, Harmonic, Link, Load, NodeNumber, Point, Spring, Step,
-    StepKind, Support,
+    StepKind, Support, Temperatures,
 };
 pub use error::{CardFault, DeckError};
 pub use full_order::{FullOrder, Modes, StaticAnswer};

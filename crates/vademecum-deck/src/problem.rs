@@ -8,6 +8,7 @@ use vademecum_build::mesh::{ElementKind, Hexahedra};
 
 use crate::deck::{Damping, Deck, Dynamic, Harmonic, Load, NodeNumber, Step, StepKind};
 use crate::error::DeckError;
+use crate::heat;
 use crate::tables::Tables;
 use crate::units::System;
 
@@ -88,7 +89,7 @@ impl Deck {
         let is_hexahedron =
             |kind: &ElementKind| matches!(kind, ElementKind::Hex8 | ElementKind::Hex20 | ElementKind::Hex27);
         let hexahedra = self.mesh.each().any(|(kind, _)| is_hexahedron(&kind));
-        for (region, material) in self.mesh.regions.iter().zip(&self.materials) {
+        for (index, (region, material)) in self.mesh.regions.iter().zip(&self.materials).enumerate() {
             let Material { elasticity, density: own } = *material;
             // A density in kg/m³ is none in unknown units.
             let other = density.filter(|_| system != System::Own);
@@ -117,6 +118,7 @@ impl Deck {
                 }
             }
             let _ = writeln!(materials, "density = {density:?} # kg/m³");
+            materials += &heat::expansion(self, index);
             if let Some(formulation) = region.hexahedra.filter(|_| hexahedra) {
                 let name = match formulation {
                     Hexahedra::Incompatible => "incompatible",
@@ -133,6 +135,7 @@ impl Deck {
         let mut missing = given;
         let tables = Tables::of(self, system);
         missing.extend(tables.missing());
+        missing.extend(heat::missing(self));
         if self.lumped.contains(&true) {
             missing.push("the lumped mass of linear elements: bodies have a consistent one".into());
         }

@@ -8,6 +8,7 @@ use vademecum_build::linalg::vec3::{norm, sub};
 use vademecum_build::mesh::surface::Surface;
 
 use crate::deck::{Attachment, Deck, Dynamic, Extent, Link, Load, NodeNumber, Spring, Step, StepKind};
+use crate::heat::{Rise, rise};
 use crate::units::System;
 
 /// Names of the motions of a reference point.
@@ -352,6 +353,13 @@ impl<'a> Tables<'a> {
             match &step.kind {
                 StepKind::Static => {
                     let rotation = self.patterns_of(step, &step.loads, is_state);
+                    match rise(deck, step) {
+                        Rise::None => {}
+                        Rise::Uniform(rise) => {
+                            self.pattern(&step.name, &format!("temperature = {rise:?} # K"));
+                        }
+                        Rise::Other => self.leave_out("temperatures that differ between nodes"),
+                    }
                     if is_state && (before < self.names.len() || rotation.is_some()) {
                         self.prestress(before, rotation);
                     }

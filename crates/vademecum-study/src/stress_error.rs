@@ -20,7 +20,8 @@ pub(crate) struct StressCheck {
 }
 
 impl StressCheck {
-    /// The points of a file on the body it was built from; nothing of a file without stress.
+    /// The points of a file on the body it was built from; nothing of a file without stress, or with patterns
+    /// that are temperatures.
     ///
     /// # Errors
     /// [`FileError`]; [`StudyError::Stress`].
@@ -31,7 +32,8 @@ impl StressCheck {
         setting: &Setting,
     ) -> Result<Option<Self>, StudyError> {
         let places = stress_places(file)?;
-        if places.is_empty() || body.model.materials().is_empty() {
+        // The motion alone does not tell the stress of a temperature.
+        if places.is_empty() || body.model.materials().is_empty() || !body.thermal.is_empty() {
             return Ok(None);
         }
         let every = places.len().div_ceil(MAX_POINTS);

@@ -108,6 +108,54 @@ fn a_pulled_bar_has_the_stress_and_the_strains_of_the_textbook() {
     }
 }
 
+/// A bar under a temperature, between rollers at both ends if it is clamped.
+fn heated(order: &str, clamped: bool, constants: &str) -> String {
+    let pull = "on = { group = \"x_max\" }\ntraction = [700.0, 0.0, 0.0]";
+    let end = "[[support]]\non = { group = \"x_max\" }\ncomponents = [\"x\"]\n[load]";
+    bar(order, "stress = \"body\"")
+        .replace(pull, "temperature = 20.0")
+        .replace("poisson = 0.3", constants)
+        .replace("step = 1e-2", "step = 4e-4")
+        .replace("[load]", if clamped { end } else { "[load]" })
+}
+
+#[test]
+fn a_heated_bar_has_no_stress_where_it_is_free_and_minus_e_alpha_where_it_is_clamped() {
+    for order in ["linear", "quadratic"] {
+        for clamped in [false, true] {
+            let bytes = built(&heated(order, clamped, "poisson = 0.3\nexpansion = 1.5e-5"));
+            check(&bytes).expect("a sound file");
+            with_scene::<f64, _>(&bytes, &SceneOptions::default(), |scene, state, loads| {
+                loads.add_pattern(scene, 0, 2.0).expect("added");
+                settle(scene, state, loads, 4000);
+                let free = 1.5e-5 * 40.0;
+                for point in 0..scene.n_stress_points() {
+                    let Tensor(stress) = scene.stress(state, point).expect("a stress");
+                    for (k, stress) in stress.into_iter().enumerate() {
+                        let exact = if k == 0 && clamped { -2e6 * free } else { 0.0 };
+                        assert!((stress - exact).abs() < 1e-6, "{order}, point {point}, {k}: {stress}");
+                    }
+                }
+                let gauge = |index| scene.probe(state, index, Field::Displacement).expect("a gauge");
+                let [along, across] = if clamped { [0.0, 1.3 * free] } else { [free, free] };
+                assert!((gauge(0) - along).abs() < 1e-12, "{order}: {}", gauge(0));
+                assert!((gauge(1) - across).abs() < 1e-12, "{order}: {}", gauge(1));
+            });
+        }
+    }
+    // One coefficient for each axis of the material.
+    let axes = "poisson = 0.3\nexpansion = [1e-5, 2e-5, 3e-5]";
+    let bytes = built(&heated("quadratic", false, axes));
+    with_scene::<f64, _>(&bytes, &SceneOptions::default(), |scene, state, loads| {
+        loads.add_pattern(scene, 0, 1.0).expect("added");
+        settle(scene, state, loads, 4000);
+        let gauge = |index| scene.probe(state, index, Field::Displacement).expect("a gauge");
+        assert!((gauge(0) - 2e-4).abs() < 1e-12 && (gauge(1) - 4e-4).abs() < 1e-12);
+        let Tensor(stress) = scene.stress(state, 5).expect("a stress");
+        assert!(stress.iter().all(|stress| stress.abs() < 1e-6), "{stress:?}");
+    });
+}
+
 #[test]
 fn a_pulled_bar_of_wood_has_the_strains_of_its_axes() {
     let wood = "orthotropic = { young = [5e6, 2e6, 1e6], poisson = [0.35, 0.3, 0.25], shear = [1e6, 8e5, 6e5] }\n\

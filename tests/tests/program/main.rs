@@ -11,6 +11,7 @@ mod export;
 mod first_hour;
 mod first_use;
 mod frf;
+mod heat;
 mod hostile_problems;
 mod indices;
 mod init;

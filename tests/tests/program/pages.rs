@@ -358,6 +358,12 @@ fn bad_problems() -> Vec<(usize, String)> {
         ),
         (126, prestressed("acceleration = [0, 0, inf]")),
         (127, prestressed("speed = 1.0\naxis = [1, 0, 0]\npoint = [nan, 0, 0]")),
+        (128, heated("", "").replace("expansion = 1e-5\n", "")),
+        (128, heated("", "[output]\nstress = \"surface\"\nresidual = false")),
+        (128, heated("", "[[parameter]]\nname = \"k\"\nkind = \"stiffness\"\nrange = [0.5, 2.0]")),
+        (128, heated("representation = \"chapter\"", "")),
+        (128, heated("model = \"large-displacement\"", "")),
+        (129, heated("", "").replace("1e-5", "[1e-5, 1e-5, inf]")),
         (61, format!("title = \"{}\"", "a".repeat(1001))),
         (62, format!("units = \"{}\"", "a".repeat(1001))),
         (63, many_parameters()),
@@ -396,6 +402,12 @@ fn ground(keys: &str) -> String {
 /// A held body with a load pattern `a` and these keys of a prestress.
 fn prestressed(keys: &str) -> String {
     format!("{HELD}[[load.pattern]]\nname = \"a\"\nacceleration = [0, 0, 1]\n[prestress]\n{keys}\n")
+}
+
+/// A held body of a material that expands, under a temperature, with these tables around.
+fn heated(before: &str, after: &str) -> String {
+    let pattern = "[[load.pattern]]\nname = \"a\"\ntemperature = 10.0\n";
+    format!("{before}\n{HELD}[[material]]\n{STEEL}expansion = 1e-5\n{pattern}{after}\n")
 }
 
 /// One more live parameter than a file holds.

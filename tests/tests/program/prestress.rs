@@ -13,7 +13,7 @@ use vademecum_tests::witness::calculix;
 const CELLS: [usize; 3] = [5, 2, 1];
 
 /// Place on the lattice of half cells.
-type Place = [usize; 3];
+pub(crate) type Place = [usize; 3];
 
 /// Corners of a cell in the order of a hexahedron.
 const CORNERS: [Place; 8] =
@@ -41,9 +41,8 @@ fn split(element: &str) -> (Vec<Vec<usize>>, Vec<[usize; 2]>) {
     }
 }
 
-/// A bent beam of elements of one type with these cards of a static step, and the frequencies about its
-/// state.
-fn beam(element: &str, loads: &str) -> String {
+/// Nodes, elements and the sets of the ends of a bent beam of elements of one type, and its nodes.
+pub(crate) fn bent(element: &str) -> (String, Vec<(Place, usize)>) {
     let (elements, edges) = split(element);
     let mut ids: BTreeMap<Place, usize> = BTreeMap::new();
     let mut lines = String::new();
@@ -82,12 +81,18 @@ fn beam(element: &str, loads: &str) -> String {
     } else {
         String::new()
     };
-    text + &format!(
-        "*ELEMENT,TYPE={element},ELSET=beam\n{lines}{last}*MATERIAL,NAME=solid\n*ELASTIC\n2e9,0.3\n*DENSITY\n1200.\n\
+    (text + &format!("*ELEMENT,TYPE={element},ELSET=beam\n{lines}{last}"), by_id)
+}
+
+/// The bent beam with these cards of a static step, and the frequencies about its state.
+fn beam(element: &str, loads: &str) -> String {
+    bent(element).0
+        + &format!(
+            "*MATERIAL,NAME=solid\n*ELASTIC\n2e9,0.3\n*DENSITY\n1200.\n\
          *SOLID SECTION,ELSET=beam,MATERIAL=solid\n*BOUNDARY\nheld,1,3\n\
          *STEP\n*STATIC\n{loads}*END STEP\n\
          *STEP,PERTURBATION\n*FREQUENCY\n8\n*END STEP\n"
-    )
+        )
 }
 
 fn frequencies(found: &Value) -> Vec<f64> {

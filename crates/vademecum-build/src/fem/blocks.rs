@@ -8,6 +8,7 @@ use faer::{Mat, MatRef};
 use super::assembly::element_nodes;
 use super::element::ElementError;
 use super::elimination::Elimination;
+use super::heat::{Heat, HeatedElement, Tensor};
 use super::kernels::ElementKernels;
 use super::material::{Cylinder, Law, Material};
 use super::model_error::ModelError;
@@ -15,7 +16,7 @@ use super::pencil::{Pencil, RegionMatrices};
 use super::prestress::Prestress;
 use super::sparse::{Pattern, SymmetricMatrix};
 use crate::mesh::Mesh;
-use crate::mesh::shapes::MAX_NODES;
+use crate::mesh::shapes::{MAX_NODES, Point};
 use crate::parallel;
 
 /// Elements whose matrices are made at once.
@@ -49,6 +50,8 @@ pub struct ElementMatrices<'a> {
     inner: Vec<Option<u32>>,
     /// State about which the body moves.
     prestress: Option<&'a Prestress>,
+    /// Its temperatures.
+    heat: Option<Heat<'a>>,
 }
 
 impl<'a> ElementMatrices<'a> {
@@ -62,7 +65,8 @@ impl<'a> ElementMatrices<'a> {
         let regions = mesh.regions.len();
         assert!(materials.len() >= regions && lumped.len() >= regions, "one entry for each region");
         let kernels = Arc::new(ElementKernels::new(mesh));
-        Self { mesh, materials, lumped, kernels, cylinders: &[], inner: vec![], prestress: None }
+        let (cylinders, inner, prestress, heat) = (&[][..], vec![], None, None);
+        Self { mesh, materials, lumped, kernels, cylinders, inner, prestress, heat }
     }
 
     /// Turns the axes of materials: one entry for each region, or none at all.
@@ -91,6 +95,17 @@ impl<'a> ElementMatrices<'a> {
         Self { prestress: Some(prestress), ..self.clone() }
     }
 
+    /// The same at temperatures; one entry for each region and each node of the mesh.
+    #[must_use]
+    pub fn heated(&self, heat: Heat<'a>) -> Self {
+        Self { heat: Some(heat), ..self.clone() }
+    }
+
+    /// Number of elements.
+    pub(super) fn count(&self) -> usize {
+        self.mesh.element_count()
+    }
+
     /// Dofs of an element.
     fn dofs(&self, element: usize) -> impl Iterator<Item = u32> {
         let nodes = self.mesh.element(element).iter();
@@ -112,7 +127,7 @@ impl<'a> ElementMatrices<'a> {
             let kernel = self.kernels.of(self.mesh, element);
             let Block { dofs, stiffness, mass } = &mut block;
             state.add_to(
-                (element as u32, kernel, &self.law(element)),
+                (element as u32, kernel, (&self.law(element), &self.thermal_strain(element))),
                 (&at[..n], dofs),
                 (mass, stiffness),
             )?;
@@ -120,12 +135,53 @@ impl<'a> ElementMatrices<'a> {
         Ok(block)
     }
 
-    /// The law of the material of an element at each place.
-    fn law(&self, element: usize) -> impl Fn([f64; 3]) -> Law {
-        let region = self.mesh.element_region[element] as usize;
-        let material = &self.materials[region];
-        let (fixed, cylinder) = (material.law(), self.cylinders.get(region).and_then(Option::as_ref));
-        move |at| cylinder.map_or(fixed, |cylinder| material.law_about(cylinder, at))
+    /// The line about which the axes of an element turn.
+    fn cylinder(&self, element: usize) -> Option<&'a Cylinder> {
+        self.cylinders.get(self.mesh.element_region[element] as usize).and_then(Option::as_ref)
+    }
+
+    /// Temperatures of an element.
+    fn heated_element(&self, element: usize) -> Option<HeatedElement<'a>> {
+        let (kind, region) = (self.mesh.kinds.kind(element), self.mesh.element_region[element]);
+        let kernel = self.kernels.of(self.mesh, element);
+        self.heat?.of((kind, region), self.mesh.element(element), kernel)
+    }
+
+    /// The law of the material of an element at each of its points.
+    fn law(&self, element: usize) -> impl Fn(&Point) -> Law {
+        let material = self.materials[self.mesh.element_region[element] as usize];
+        let (heated, cylinder) = (self.heated_element(element), self.cylinder(element));
+        let (fixed, at) = (material.law(), element_nodes::<MAX_NODES>(self.mesh, element as u32));
+        move |point| {
+            let elasticity = heated.as_ref().and_then(|heated| heated.elasticity(point));
+            let law = elasticity.map_or(fixed, |elasticity| Material { elasticity, ..material }.law());
+            cylinder.map_or(law, |cylinder| law.about(cylinder, point.place(&at)))
+        }
+    }
+
+    /// The thermal strain of an element at each of its points.
+    fn thermal_strain(&self, element: usize) -> impl Fn(&Point) -> Tensor {
+        let (heated, cylinder) = (self.heated_element(element), self.cylinder(element));
+        let at = element_nodes::<MAX_NODES>(self.mesh, element as u32);
+        move |point| {
+            let axes = cylinder.map(|cylinder| cylinder.axes(point.place(&at)));
+            heated.as_ref().map_or([[0.0; 3]; 3], |heated| heated.strain(point, axes))
+        }
+    }
+
+    /// Dofs of an element, the forces of its thermal strain, and its energy without a displacement; none
+    /// where there are no temperatures.
+    pub(super) fn thermal_force(&self, element: usize) -> Result<Option<ThermalForce>, ElementError> {
+        if self.heat.is_none() {
+            return Ok(None);
+        }
+        let (n, at) =
+            (self.mesh.element(element).len(), element_nodes::<MAX_NODES>(self.mesh, element as u32));
+        let dofs: Vec<u32> = self.dofs(element).collect();
+        let (law, strain) = (self.law(element), self.thermal_strain(element));
+        let kernel = self.kernels.of(self.mesh, element);
+        let (forces, energy) = kernel.thermal_force(&at[..n], (&law, &strain), dofs.len() > 3 * n)?;
+        Ok(Some((dofs, forces, energy)))
     }
 
     /// The matrices of an element without the static state.
@@ -152,6 +208,9 @@ impl<'a> ElementMatrices<'a> {
         Ok(Block { dofs, stiffness, mass })
     }
 }
+
+/// Dofs, forces over them, and an energy.
+type ThermalForce = (Vec<u32>, Vec<f64>, f64);
 
 /// The diagonal, scaled to the sum of all entries.
 fn lump(n: usize, mass: &mut [f64]) {

@@ -136,7 +136,7 @@ impl ElementKernel {
         self.stiffness_by(nodes, &|_| law, stiffness)
     }
 
-    /// The same of a law that depends on the place.
+    /// The same of a law that depends on the point.
     pub(crate) fn stiffness_by(
         &self,
         nodes: &[[f64; 3]],
@@ -154,7 +154,7 @@ impl ElementKernel {
                 for point in rule {
                     let (inverse, determinant) = jacobian(n, point, nodes)?;
                     let g = gradients(n, point, &inverse);
-                    add_stiffness(n, &g, determinant * point.weight, &law(point.place(nodes)), stiffness);
+                    add_stiffness(n, &g, determinant * point.weight, &law(point), stiffness);
                 }
             }
         }
@@ -225,6 +225,11 @@ impl ElementKernel {
     /// True if the volume strain is its mean over the element.
     pub(super) fn has_mean_dilatation(&self) -> bool {
         self.kind == ElementKind::Hex8 && self.hexahedra == Hexahedra::MeanDilatation
+    }
+
+    /// True of a hexahedron of 20 nodes with all points of integration.
+    pub(super) fn is_full_hexahedron(&self) -> bool {
+        self.kind == ElementKind::Hex20 && self.hexahedra == Hexahedra::Full
     }
 
     /// True if incompatible modes are eliminated.

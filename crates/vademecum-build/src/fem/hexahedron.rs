@@ -58,7 +58,7 @@ pub(super) fn mean_dilatation(
         let (inverse, determinant) = jacobian(N, point, nodes)?;
         let g = gradients(N, point, &inverse);
         let weight = determinant * point.weight;
-        let law = law(point.place(nodes));
+        let law = law(point);
         if let Law::Isotropic { mu, .. } = law {
             // The deviatoric part: λ = −2μ/3.
             add_stiffness(N, &g, weight, &Law::Isotropic { lambda: -2.0 / 3.0 * mu, mu }, stiffness);
@@ -78,8 +78,8 @@ pub(super) fn mean_dilatation(
             }
         }
     }
-    // An isotropic law is the same everywhere.
-    if let Law::Isotropic { lambda, mu } = law(nodes[0]) {
+    // An isotropic law is the same everywhere: an element of this kind has one temperature.
+    if let Law::Isotropic { lambda, mu } = law(&rule[0]) {
         let bulk = lambda + 2.0 / 3.0 * mu;
         for a in 0..N {
             for b in a..N {
@@ -120,7 +120,7 @@ pub(super) fn with_inner_functions(
         let (inverse, determinant) = jacobian(N, point, nodes)?;
         let g = gradients(N, point, &inverse);
         let weight = determinant * point.weight;
-        let law = law(point.place(nodes));
+        let law = law(point);
         add_stiffness(N, &g, weight, &law, stiffness);
         let h = map.gradients(point, determinant);
         for m in 0..3 {
@@ -174,11 +174,14 @@ impl InnerFunctions {
     /// `K_αα⁻¹ K_αu` over the components of the nodes, shape (9, 24): less this the inner functions carry no
     /// force.
     fn solved(&self) -> Result<Mat<f64>, ElementError> {
+        self.answer(&self.coupling)
+    }
+
+    /// `K_αα⁻¹` times forces on the inner functions.
+    pub(super) fn answer(&self, forces: &Mat<f64>) -> Result<Mat<f64>, ElementError> {
         // Positive definite: the inner functions have strains of their own.
         let factor = self.stiffness.llt(Side::Lower);
-        factor
-            .map(|factor| factor.solve(&self.coupling))
-            .map_err(|_| ElementError { determinant: self.centre })
+        factor.map(|factor| factor.solve(forces)).map_err(|_| ElementError { determinant: self.centre })
     }
 }
 
@@ -241,7 +244,7 @@ pub(super) fn reduced(
         let (inverse, determinant) = jacobian(N, point, nodes)?;
         gradient = gradients(N, point, &inverse);
         volume += determinant * point.weight;
-        let law = law(point.place(nodes));
+        let law = law(point);
         normal = law.normal();
         add_stiffness(N, &gradient, determinant * point.weight, &law, stiffness);
     }

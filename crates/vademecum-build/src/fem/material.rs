@@ -10,6 +10,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::linalg::vec3::{cross, dot, norm, sub};
 use crate::linalg::{from_upper, symmetric_eigen, unit};
+use crate::mesh::shapes::Point;
 
 /// Rows and columns of the components of a symmetric tensor.
 const PLACES: [[usize; 2]; 6] = [[0, 0], [1, 1], [2, 2], [0, 1], [1, 2], [2, 0]];
@@ -193,8 +194,8 @@ fn lame(young: f64, poisson: f64) -> (f64, f64) {
 /// Stress of the displacement `u = e_c N` for each component `c`.
 pub(crate) type StressBlock = [[f64; 3]; 6];
 
-/// The law at a place.
-pub(crate) type LawAt<'a> = &'a dyn Fn([f64; 3]) -> Law;
+/// The law at a point of an element.
+pub(crate) type LawAt<'a> = &'a dyn Fn(&Point) -> Law;
 
 /// Axes that turn about a line: radial, tangential and along the line.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -220,10 +221,10 @@ impl Cylinder {
     }
 }
 
-impl Material {
-    /// The law at a place where the axes of the material turn about a line; an isotropic one has none.
-    pub(crate) fn law_about(&self, cylinder: &Cylinder, at: [f64; 3]) -> Law {
-        match self.law() {
+impl Law {
+    /// The law at a place where its axes turn about a line; an isotropic one has none.
+    pub(crate) fn about(self, cylinder: &Cylinder, at: [f64; 3]) -> Law {
+        match self {
             Law::Anisotropic(own) => {
                 let [first, second, _] = cylinder.axes(at);
                 Law::Anisotropic(own.along([first, second]))

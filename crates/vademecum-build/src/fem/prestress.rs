@@ -10,24 +10,29 @@
 //!
 //! Both are linear in the load case. The stress is taken where the stiffness is integrated. Incompatible
 //! modes follow the nodes as they do in the elastic stiffness, `α = −K_αα⁻¹ K_αu u`, in the static
-//! displacement and in the motion. Coriolis forces are left out.
+//! displacement and in the motion. Coriolis forces are left out. The stress is less that of a thermal strain,
+//! which moves no incompatible mode where it is the same in all of an element.
 
 use faer::Mat;
 
 use super::element::ElementKernel;
 use super::factor::Symbolic;
 use super::factor_error::FactorError;
+use super::heat::StrainAt;
 use super::hexahedron::{InnerMap, follow, mean_gradients};
 use super::material::{Law, LawAt, StressBlock, work};
 use super::point::{ElementError, gradients, jacobian};
 use super::sparse::SymmetricMatrix;
 use crate::linalg::symmetric_part;
+use crate::mesh::shapes::Point;
 
 /// Static state of a body, about which it moves.
 #[derive(Clone, Debug, Default)]
 pub struct Prestress {
     /// Displacement over all dofs.
     pub displacement: Vec<f64>,
+    /// Strain of each element that makes no stress; none at all where there is none.
+    pub free: Vec<[[f64; 3]; 3]>,
     /// Rotations of the body or of parts of it.
     pub rotations: Vec<Rotation>,
     /// True if strains of a motion are those about the displaced body, `δE = sym (Fᵀ ∇δu)` with
@@ -81,13 +86,18 @@ impl Prestress {
     /// Adds the stiffness of the state to that of an element; `dofs` are those of its matrices.
     pub(super) fn add_to(
         &self,
-        (element, kernel, law): (u32, &ElementKernel, LawAt<'_>),
+        (element, kernel, (law, strain)): (u32, &ElementKernel, (LawAt<'_>, StrainAt<'_>)),
         (nodes, dofs): (&[[f64; 3]], &[u32]),
         (mass, stiffness): (&Mat<f64>, &mut Mat<f64>),
     ) -> Result<(), ElementError> {
         let of = |dofs: &[u32; 3]| dofs.map(|dof| self.displacement[dof as usize]);
         let moved: Vec<[f64; 3]> = dofs.as_chunks::<3>().0.iter().map(of).collect();
-        *stiffness += kernel.geometric_stiffness(nodes, law, &moved, self.displaced)?;
+        let own = self.free.get(element as usize).copied().unwrap_or_default();
+        let free = |point: &Point| -> [[f64; 3]; 3] {
+            let strain = strain(point);
+            std::array::from_fn(|c| std::array::from_fn(|i| strain[c][i] + own[c][i]))
+        };
+        *stiffness += kernel.geometric_stiffness(nodes, (law, &free), &moved, self.displaced)?;
         let turning = self.rotations.iter().filter(|rotation| rotation.turns(element));
         turning.for_each(|rotation| rotation.soften(mass, stiffness));
         Ok(())
@@ -101,7 +111,7 @@ impl ElementKernel {
     fn geometric_stiffness(
         &self,
         nodes: &[[f64; 3]],
-        law: LawAt<'_>,
+        (law, free): (LawAt<'_>, StrainAt<'_>),
         u: &[[f64; 3]],
         displaced: bool,
     ) -> Result<Mat<f64>, ElementError> {
@@ -130,8 +140,11 @@ impl ElementKernel {
             for (u, g) in moved.iter().zip(&g) {
                 (0..3).for_each(|c| (0..3).for_each(|i| h[c][i] += u[c] * g[i]));
             }
-            let law = law(point.place(nodes));
-            add_point(&g, determinant * point.weight, &law, (strained(h, mean), displaced), &mut sum);
+            let (law, free, h) = (law(point), free(point), strained(h, mean));
+            let elastic: [[f64; 3]; 3] =
+                std::array::from_fn(|c| std::array::from_fn(|i| h[c][i] - free[c][i]));
+            let stress = law.stress(&elastic);
+            add_point(&g, determinant * point.weight, (&law, stress), (h, displaced), &mut sum);
         }
         let sum = follow.map_or_else(|| sum.clone(), |follow| follow.transpose() * (&sum * &follow));
         Ok(symmetric_part(sum.as_ref()))
@@ -151,11 +164,11 @@ fn strained(mut h: [[f64; 3]; 3], mean: Option<f64>) -> [[f64; 3]; 3] {
 fn add_point(
     g: &[[f64; 3]],
     weight: f64,
-    law: &Law,
+    (law, stress): (&Law, [[f64; 3]; 3]),
     (h, displaced): ([[f64; 3]; 3], bool),
     sum: &mut Mat<f64>,
 ) {
-    let stress = law.stress(&h).map(|row| row.map(|s| weight * s));
+    let stress = stress.map(|row| row.map(|s| weight * s));
     let [unit, turned] = [false, true].map(|turn| -> [[f64; 3]; 3] {
         std::array::from_fn(|c| {
             std::array::from_fn(|i| if c == i { 1.0 } else { 0.0 } + if turn { h[c][i] } else { 0.0 })

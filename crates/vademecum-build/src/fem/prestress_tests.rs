@@ -130,7 +130,7 @@ fn a_rotation_takes_the_mass_times_its_square_off_shifts_across() {
         let rotation = Rotation { elements: None, speed_squared: 9.0, point: [1.0, 2.0, 3.0], axis };
         let displacement = vec![0.0; 3 * mesh.nodes.len()];
         let (elastic, loaded, name) =
-            about(&mesh, &Prestress { displacement, rotations: vec![rotation], displaced: false });
+            about(&mesh, &Prestress { displacement, rotations: vec![rotation], ..Prestress::default() });
         let added = &loaded.stiffness - &elastic.stiffness;
         let shift: Vec<f64> = mesh.nodes.iter().flat_map(|_| v).collect();
         let mass = form(&elastic.mass, &mesh.nodes.iter().flat_map(|_| [1.0, 0.0, 0.0]).collect::<Vec<_>>());

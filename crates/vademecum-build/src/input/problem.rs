@@ -10,6 +10,7 @@ mod bounds;
 mod chapter;
 mod check;
 mod check_attachments;
+mod check_heat;
 mod check_large;
 mod check_prestress;
 mod large;
@@ -22,9 +23,9 @@ pub use attachments::{
     Motion, PointMassEntry, ReferencePointEntry, SpringEntry, TieEntry,
 };
 pub use body::{
-    BaseEntry, BlockSource, Component, DampingEntry, LoadEntry, MaterialEntry, MatricesSource, MeshSource,
-    NodalForce, OrderEntry, OrthotropicEntry, PatternEntry, RaisedOrder, RegionEntry, SupportEntry,
-    TablesSource,
+    BaseEntry, BlockSource, Component, DampingEntry, ExpansionEntry, LoadEntry, MaterialEntry,
+    MatricesSource, MeshSource, NodalForce, OrderEntry, OrthotropicEntry, PatternEntry, RaisedOrder,
+    RegionEntry, SupportEntry, TablesSource,
 };
 pub(crate) use chapter::Representation;
 pub use chapter::{ChapterEntry, Projection, Repair};

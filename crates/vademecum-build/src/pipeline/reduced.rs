@@ -142,7 +142,10 @@ fn stress(
             let inputs = inputs.value(&(contacts, &rows.points)).with(basis).indices(nodes);
             prepared.body.patterns.iter().fold(inputs, |inputs, (_, force)| inputs.numbers(force))
         };
-        let found = if residual { Some(kept.stage("stress", inputs, solve)?) } else { None };
+        let mut found = if residual { Some(kept.stage("stress", inputs, solve)?) } else { None };
+        if let Some(found) = &mut found {
+            found.less(&prepared.body.thermal_stress(&rows.points));
+        }
         let body = (order, model.dofs(), model.materials());
         Ok(stress_sections(&rows, found.as_ref(), vectors, body, output.precision))
     };

@@ -12,9 +12,10 @@ use std::sync::Arc;
 use super::attachments::{attachments, first_dof};
 use super::body_error::BodyError;
 use super::gauge;
+use super::heat;
 use super::matrices::MatrixModel;
 use super::places::{ends_between_nodes, facets, facets_within, located, select};
-use crate::fem::{Engine, Material, Model, StressPoint, stress_points};
+use crate::fem::{COMPONENTS, Engine, Material, Model, StressPoint, stress_points};
 use crate::input::{
     CENTRIFUGAL, Fields, GaugeEntry, MaterialEntry, PatternEntry, Problem, RaisedOrder, StressPlaces,
 };
@@ -62,6 +63,8 @@ pub struct Body {
     pub(crate) load_nodes: Vec<u32>,
     /// Load patterns: name and force over the free dofs, length n.
     pub patterns: Vec<(String, Vec<f64>)>,
+    /// Of each pattern that is a temperature its place, and the thermal strain of each element.
+    pub thermal: Vec<(usize, Vec<[[f64; 3]; 3]>)>,
     /// Part of each pattern on held dofs, over all dofs; empty for imported matrices.
     pub held_loads: Vec<Vec<(u32, f64)>>,
     /// Supports; none with imported matrices.
@@ -82,6 +85,11 @@ impl Body {
     /// Number of free dofs n.
     pub fn n_dof(&self) -> usize {
         self.model.pencil().n_dof()
+    }
+
+    /// `D ε_T` at points under each pattern that is a temperature; empty of others.
+    pub(crate) fn thermal_stress(&self, points: &[StressPoint]) -> Vec<Vec<[f64; COMPONENTS]>> {
+        heat::stress(&self.model, (self.patterns.len(), &self.thermal), points)
     }
 
     /// Largest displacement of the loadable surface at a displacement over the free dofs \[m\].
@@ -151,9 +159,19 @@ impl Body {
         } else {
             Model::assemble_on(engine, mesh, &materials, &constrained).map_err(unusable)?
         };
-        let (mut patterns, mut held_loads) = (vec![], vec![]);
+        let of_region = |region| material_entry(problem, region).map(MaterialEntry::thermal_strain);
+        let regions = model.mesh().regions.iter();
+        let expansions: Vec<_> = regions.map(|region| of_region(region).unwrap_or_default()).collect();
+        let (mut patterns, mut held_loads, mut thermal) = (vec![], vec![], vec![]);
         for (i, entry) in problem.load.patterns.iter().enumerate() {
-            let force = pattern_force(problem, i, entry, &model, &surface)?;
+            let force = match heat::strain(problem, i, entry, (model.mesh(), &expansions))? {
+                Some(strain) => {
+                    let force = model.thermal_load(&strain);
+                    thermal.push((i, strain));
+                    force
+                }
+                None => pattern_force(problem, i, entry, &model, &surface)?,
+            };
             let mut free = model.free_part(&force);
             if let Some(acceleration) = entry.acceleration {
                 model.add_attached_weight(&problem.reference_places(), |_| acceleration, &mut free);
@@ -183,6 +201,7 @@ impl Body {
             surface: surface.triangles,
             loadable,
             patterns,
+            thermal,
             held_loads,
             supports,
             base,
@@ -235,6 +254,7 @@ impl Body {
             loadable,
             load_nodes,
             patterns,
+            thermal: vec![],
             held_loads,
             supports,
             base,

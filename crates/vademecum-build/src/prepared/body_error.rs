@@ -40,6 +40,17 @@ pub enum BodyError {
         /// The region.
         name: String,
     },
+    /// A temperature reaches nothing that expands.
+    #[error(
+        "{path}: the temperature `{name}` changes no element with an `expansion`; expected nodes of `on` that are \
+         all corners of such elements"
+    )]
+    NotHeated {
+        /// The problem file and line.
+        path: String,
+        /// Name of the pattern.
+        name: String,
+    },
     /// A parameter's range leaves out the problem's own value.
     #[error(
         "{path}: `parameter`: the range {range:?} of `{name}` leaves out the problem's own value, {nominal}"

@@ -4,6 +4,7 @@ mod attachments;
 mod body;
 mod body_error;
 mod gauge;
+mod heat;
 mod inertia;
 mod matrices;
 mod means;

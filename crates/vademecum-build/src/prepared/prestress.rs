@@ -36,7 +36,8 @@ pub(super) fn prestressed<E: From<BodyError> + From<FactorError> + From<TooMuchM
     let largest = body.largest_displacement(free);
     let mut whole = vec![0.0; model.dofs().n_dof()];
     model.dofs().expand_into(free, &mut whole);
-    let state = Prestress { displacement: whole, rotations, displaced: false };
+    let state =
+        Prestress { displacement: whole, free: free_strain(entry, &body), rotations, displaced: false };
     let path = || problem.place("prestress");
     let loaded = model.about(state).map_err(|source| BodyError::Model { path: path(), source })?;
     let symbolic = Symbolic::analyze(loaded.pencil())?;
@@ -53,6 +54,19 @@ pub(super) fn prestressed<E: From<BodyError> + From<FactorError> + From<TooMuchM
          energy are those of the motion about it"
     ));
     Ok(Body { model: loaded, ..body })
+}
+
+/// The strain of each element that makes no stress under the load case; none where nothing is heated.
+fn free_strain(entry: &PrestressEntry, body: &Body) -> Vec<[[f64; 3]; 3]> {
+    let mut sum = vec![];
+    for (pattern, strain) in &body.thermal {
+        let Some(amplitude) = entry.loads.get(&body.patterns[*pattern].0) else { continue };
+        sum.resize(strain.len(), [[0.0; 3]; 3]);
+        for (sum, own) in sum.iter_mut().zip(strain) {
+            (0..3).for_each(|c| (0..3).for_each(|i| sum[c][i] += amplitude * own[c][i]));
+        }
+    }
+    sum
 }
 
 fn rotation(entry: &PrestressEntry) -> Option<Rotation> {

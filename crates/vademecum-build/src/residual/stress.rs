@@ -18,6 +18,17 @@ pub(crate) struct StressFlexibility {
     pub(crate) patterns: Vec<Vec<[f64; COMPONENTS]>>,
 }
 
+impl StressFlexibility {
+    /// Takes off the stress of a strain that makes none: that of each pattern at each point, if it has any.
+    pub(crate) fn less(&mut self, free: &[Vec<[f64; COMPONENTS]>]) {
+        for (own, free) in self.patterns.iter_mut().zip(free) {
+            for (own, free) in own.iter_mut().zip(free) {
+                own.iter_mut().zip(free).for_each(|(own, free)| *own -= free);
+            }
+        }
+    }
+}
+
 /// The stress of `R` at points under each pattern and, if `contacts`, under forces at the given nodes.
 ///
 /// One solve for each pattern and, `R` being symmetric, one for each component of each point.

@@ -3,7 +3,7 @@
 use vademecum_build::mesh::inp::InpCard;
 
 use crate::abaqus::reader::{Reader, Section};
-use crate::abaqus::{attach, damping, loads, material};
+use crate::abaqus::{attach, damping, heat, loads, material};
 use crate::error::DeckError;
 
 /// Cards without a meaning for the result: headings, output requests, and what the mesh reader takes.
@@ -55,15 +55,8 @@ const LEFT_OUT: &[(&[&str], &str)] = &[
         "the material stays linear elastic",
     ),
     (
-        &[
-            "EXPANSION",
-            "TEMPERATURE",
-            "CONDUCTIVITY",
-            "SPECIFIC HEAT",
-            "INITIAL CONDITIONS",
-            "PHYSICAL CONSTANTS",
-        ],
-        "temperature and initial states are not computed",
+        &["CONDUCTIVITY", "SPECIFIC HEAT", "PHYSICAL CONSTANTS"],
+        "heat does not flow: temperatures are those that the deck gives",
     ),
     (
         &[
@@ -92,6 +85,9 @@ pub(crate) fn take(reader: &mut Reader<'_>, card: &InpCard) -> Result<(), DeckEr
         "MATERIAL" => material::begin(reader, card),
         "ELASTIC" => material::elastic(reader, card),
         "DENSITY" => material::density(reader, card),
+        "EXPANSION" => heat::expansion(reader, card),
+        "INITIAL CONDITIONS" => heat::initial(reader, card),
+        "TEMPERATURE" => heat::temperature(reader, card),
         "ORIENTATION" => {
             material::orientation(reader, card);
             Ok(())

@@ -19,12 +19,14 @@ pub(crate) fn begin_step(reader: &mut Reader<'_>, card: &InpCard) {
     let perturbation = card.parameter("PERTURBATION").is_some();
     let supports = steps.last().map_or_else(Vec::new, |last| last.supports.clone());
     let carried = steps.last().filter(|_| !perturbation).map_or_else(Vec::new, |last| last.loads.clone());
+    let temperatures = steps.last().map_or_else(Vec::new, |last| last.temperatures.clone());
     let kind = StepKind::Other("a step without a procedure".into());
     // CalculiX takes up the last static step where the deck asks for it, Abaqus wherever that step has large
     // displacements.
     let last = steps.iter().rposition(|step| step.kind == StepKind::Static);
     let about = last.filter(|_| if abaqus { reader.nonlinear } else { perturbation });
-    steps.push(Step { name, kind, loads: vec![], supports, about, line: card.place.line() });
+    let (loads, line) = (vec![], card.place.line());
+    steps.push(Step { name, kind, loads, supports, temperatures, about, line });
     reader.nonlinear |= nonlinear;
     reader.carried = carried;
     reader.in_step = true;
@@ -307,7 +309,7 @@ fn amplitude(reader: &mut Reader<'_>, card: &InpCard) -> f64 {
 }
 
 /// The factor of an amplitude at the end of the step; 1 without one.
-fn last_value(reader: &Reader<'_>, card: &InpCard) -> f64 {
+pub(crate) fn last_value(reader: &Reader<'_>, card: &InpCard) -> f64 {
     let name = card.parameter("AMPLITUDE").map(str::to_ascii_uppercase);
     let Some(points) = name.and_then(|name| reader.amplitudes.get(&name)) else { return 1.0 };
     let time = reader.period;

@@ -3,7 +3,7 @@
 use vademecum_build::fem::{Cylinder, Elasticity, Stiffness};
 use vademecum_build::linalg::unit;
 use vademecum_build::linalg::vec3::{cross, norm, sub};
-use vademecum_build::mesh::inp::InpCard;
+use vademecum_build::mesh::inp::{DataLine, InpCard};
 
 use crate::abaqus::reader::Reader;
 use crate::abaqus::solid::{Orientation, Solid};
@@ -35,28 +35,53 @@ pub(crate) fn elastic(reader: &mut Reader<'_>, card: &InpCard) -> Result<(), Dec
         let expected = "TYPE=ISO, ENGINEERING CONSTANTS, ORTHO or ANISO: others are not computed with";
         return Err(reader.fault(card, None, &format!("TYPE={kind}"), expected));
     };
-    let Some(line) = card.data.first() else {
+    if card.data.is_empty() {
         return Err(reader.fault(card, None, "no data", constants));
-    };
+    }
     // Eight numbers a line; a temperature stands behind the constants.
-    let lines = count.div_ceil(8);
-    let mut numbers = Vec::new();
-    for line in card.data.iter().take(lines) {
-        let row = reader.reals(card, line)?;
-        numbers.extend(row.into_iter().take(8));
+    let mut rows = Vec::new();
+    for lines in card.data.chunks(count.div_ceil(8)) {
+        let mut numbers = Vec::new();
+        for line in lines {
+            let row = reader.reals(card, line)?;
+            numbers.extend(row.into_iter().take(8));
+        }
+        // A modulus alone has a Poisson's ratio of zero, and no constants at the end are zeros.
+        numbers.resize(count, 0.0);
+        let Some(elasticity) = elasticity(law, &numbers) else {
+            if rows.is_empty() {
+                return Err(reader.fault(card, Some(&lines[0]), &lines[0].text, constants));
+            }
+            reader.leave(card, "a row of the table is that of no solid: those before it are taken");
+            break;
+        };
+        rows.push((of_row(reader, card, lines, count)?, elasticity));
     }
-    // A modulus alone has a Poisson's ratio of zero, and no constants at the end are zeros.
-    numbers.resize(count, 0.0);
-    let Some(elasticity) = elasticity(law, &numbers) else {
-        return Err(reader.fault(card, Some(line), &line.text, constants));
-    };
-    if card.data.len() > lines {
-        reader.leave(card, "temperature is not computed: the first line of the table is taken");
-    }
+    let rows = ascending(reader, card, rows);
     if let Some(solid) = current(reader, card)? {
-        solid.elasticity = Some(elasticity);
+        solid.elasticity = Some(rows[0].1);
+        solid.by_temperature = if rows.len() > 1 { rows } else { vec![] };
     }
     Ok(())
+}
+
+/// Rows of a table whose temperatures ascend; of others the first one.
+pub(crate) fn ascending<T>(
+    reader: &mut Reader<'_>,
+    card: &InpCard,
+    mut rows: Vec<(f64, T)>,
+) -> Vec<(f64, T)> {
+    if rows.windows(2).any(|pair| pair[0].0 >= pair[1].0) {
+        reader.leave(card, "its temperatures do not ascend: the first row of the table is taken");
+        rows.truncate(1);
+    }
+    rows
+}
+
+/// The temperature that stands behind the constants of a row.
+fn of_row(reader: &Reader<'_>, card: &InpCard, lines: &[DataLine], count: usize) -> Result<f64, DeckError> {
+    let Some(line) = lines.get(count / 8) else { return Ok(0.0) };
+    Ok(reader.reals(card, line)?.get(count % 8).copied().unwrap_or(0.0))
 }
 
 /// The elasticity of as many constants as its law has; `None` of no solid.
@@ -163,7 +188,11 @@ pub(crate) fn density(reader: &mut Reader<'_>, card: &InpCard) -> Result<(), Dec
     Ok(())
 }
 
-fn current<'r>(reader: &'r mut Reader<'_>, card: &InpCard) -> Result<Option<&'r mut Solid>, DeckError> {
+/// The material that cards of properties belong to.
+pub(crate) fn current<'r>(
+    reader: &'r mut Reader<'_>,
+    card: &InpCard,
+) -> Result<Option<&'r mut Solid>, DeckError> {
     match reader.material.clone() {
         Some(name) => Ok(reader.materials.get_mut(&name)),
         None => Err(reader.fault(card, None, &card.section(), "a *MATERIAL before it")),

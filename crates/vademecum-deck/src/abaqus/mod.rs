@@ -3,6 +3,7 @@
 mod attach;
 mod cards;
 mod damping;
+mod heat;
 mod loads;
 mod material;
 mod reader;

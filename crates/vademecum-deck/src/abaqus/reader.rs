@@ -3,13 +3,13 @@
 use std::collections::{BTreeMap, BTreeSet, HashMap, HashSet};
 use std::path::Path;
 
-use vademecum_build::fem::{Cylinder, Elasticity, Material};
 use vademecum_build::mesh::inp::{DataLine, Dialect, InpCard, InpContents, InpElement};
 use vademecum_build::mesh::{Hexahedra, Mesh, RawMesh};
 
-use crate::abaqus::solid::{Orientation, Solid};
+use crate::abaqus::solid::{OfRegion, Orientation, Solid};
 use crate::deck::{Deck, Extent, Load, NodeNumber, Numbers, Step, StepKind, Support};
 use crate::error::{CardFault, DeckError};
+use crate::heat;
 use crate::left_out::leave_out;
 
 /// Material of an element set.
@@ -48,6 +48,8 @@ pub(crate) struct Reader<'a> {
     pub(crate) period: f64,
     /// True once a step had large displacements.
     pub(crate) nonlinear: bool,
+    /// Initial temperatures of the nodes of the mesh, if the deck has temperatures.
+    pub(crate) initial: Option<Vec<f64>>,
     /// Loads of the step before, which go on.
     pub(crate) carried: Vec<Load>,
     /// Components of nodes whose force the step gives anew.
@@ -91,6 +93,7 @@ impl<'a> Reader<'a> {
             in_step: false,
             period: 1.0,
             nonlinear: false,
+            initial: None,
             carried: vec![],
             replaced: HashSet::new(),
         })
@@ -343,17 +346,19 @@ impl<'a> Reader<'a> {
         for region in &mut self.deck.mesh.regions {
             region.hexahedra.get_or_insert(tetrahedra);
         }
-        let turning = materials.iter().any(|(_, cylinder)| cylinder.is_some());
-        let (materials, cylinders) = materials.into_iter().unzip();
-        self.deck.materials = materials;
-        self.deck.cylinders = if turning { cylinders } else { vec![] };
+        let cylinders: Vec<_> = materials.iter().map(|of| of.cylinder).collect();
+        self.deck.cylinders = if cylinders.iter().any(Option::is_some) { cylinders } else { vec![] };
+        self.deck.materials = materials.iter().map(|of| of.material).collect();
+        let laws = materials.into_iter().map(|of| of.heat).collect();
+        heat::take(&mut self.deck, self.initial.take(), laws);
         let reason = if asked { "as asked for" } else { "found from the cards" };
         self.deck.program = format!("{:?} ({reason})", self.contents.dialect);
         Ok(self.deck)
     }
 
-    /// The material of each region, and the line about which its axes turn.
-    fn region_materials(&self) -> Result<Vec<(Material, Option<Cylinder>)>, DeckError> {
+    /// The material of each region.
+    fn region_materials(&self) -> Result<Vec<OfRegion>, DeckError> {
+        let heated = self.initial.is_some();
         let find = |region: &str| {
             let of_section = |section: &&Section| {
                 let plain = self.contents.plain_name(&section.set);
@@ -371,15 +376,14 @@ impl<'a> Reader<'a> {
                 find(&region.name).ok_or_else(|| DeckError::NoMaterial { region: region.name.clone() })?;
             let name = section.orientation.as_str();
             let axes = self.orientations.get(&name.to_ascii_uppercase()).copied();
-            let anisotropic = matches!(solid.elasticity, Some(Elasticity::Anisotropic(_)));
-            if axes.is_none() && !name.is_empty() && anisotropic {
+            if axes.is_none() && !name.is_empty() && solid.has_axes(heated) {
                 return Err(DeckError::Incomplete {
                     material: section.material.clone(),
                     quantity: "orientation",
                     card: "*ORIENTATION of the name in *SOLID SECTION",
                 });
             }
-            solid.material(&section.material, axes)
+            solid.material(&section.material, axes, heated)
         });
         each.collect()
     }

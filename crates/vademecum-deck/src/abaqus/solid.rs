@@ -1,15 +1,31 @@
 //! Constants of a material.
 
-use vademecum_build::fem::{Cylinder, Elasticity, Material};
+use vademecum_build::fem::{Cylinder, Elasticity, HeatLaw, Material};
+use vademecum_build::linalg::unit;
+use vademecum_build::linalg::vec3::cross;
 
 use crate::error::DeckError;
 
 /// Properties of a material as far as they were read.
-#[derive(Clone, Copy, Debug, Default)]
+#[derive(Clone, Debug, Default)]
 pub(crate) struct Solid {
-    /// Along the axes of the material.
+    /// Along the axes of the material; the first one of a table.
     pub(crate) elasticity: Option<Elasticity>,
+    /// The same by temperature.
+    pub(crate) by_temperature: Vec<(f64, Elasticity)>,
     pub(crate) density: f64,
+    pub(crate) expansion: Expansion,
+}
+
+/// Mean coefficients of expansion.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Expansion {
+    /// Temperature from which they count.
+    pub(crate) zero: f64,
+    /// Temperature, and the coefficients along the axes of the material.
+    pub(crate) rows: Vec<(f64, [f64; 3])>,
+    /// True if they may differ along the axes.
+    pub(crate) along_axes: bool,
 }
 
 /// Axes of a material.
@@ -23,27 +39,38 @@ pub(crate) enum Orientation {
     Other,
 }
 
+/// The material of a region.
+pub(crate) struct OfRegion {
+    /// A density of zero is none.
+    pub(crate) material: Material,
+    /// The line about which its axes turn.
+    pub(crate) cylinder: Option<Cylinder>,
+    pub(crate) heat: HeatLaw,
+}
+
 impl Solid {
-    /// The material of a section, and the line about which its axes turn; a density of zero is none.
+    /// True if a constant depends on the direction; of the expansion if the deck has temperatures.
+    pub(crate) fn has_axes(&self, heated: bool) -> bool {
+        matches!(self.elasticity, Some(Elasticity::Anisotropic(_))) || heated && self.expansion.along_axes
+    }
+
+    /// The material of a section.
     pub(crate) fn material(
         &self,
         name: &str,
         axes: Option<Orientation>,
-    ) -> Result<(Material, Option<Cylinder>), DeckError> {
+        heated: bool,
+    ) -> Result<OfRegion, DeckError> {
         let elasticity = self.elasticity.ok_or_else(|| DeckError::Incomplete {
             material: name.into(),
             quantity: "modulus",
             card: "*ELASTIC",
         })?;
-        let (elasticity, cylinder) = match (elasticity, axes) {
-            (Elasticity::Isotropic { .. }, _) | (_, None) => (elasticity, None),
-            (Elasticity::Anisotropic(own), Some(Orientation::Fixed(axes))) => {
-                (Elasticity::Anisotropic(own.along(axes)), None)
-            }
-            (Elasticity::Anisotropic(own), Some(Orientation::Turning(cylinder, axes))) => {
-                (Elasticity::Anisotropic(own.along(axes)), Some(cylinder))
-            }
-            (_, Some(Orientation::Other)) => {
+        let (own, cylinder) = match axes.filter(|_| self.has_axes(heated)) {
+            None => (None, None),
+            Some(Orientation::Fixed(own)) => (Some(own), None),
+            Some(Orientation::Turning(cylinder, own)) => (Some(own), Some(cylinder)),
+            Some(Orientation::Other) => {
                 return Err(DeckError::Incomplete {
                     material: name.into(),
                     quantity: "axes that are read",
@@ -52,6 +79,24 @@ impl Solid {
                 });
             }
         };
-        Ok((Material { elasticity, density: self.density }, cylinder))
+        let along = |elasticity: Elasticity| match (elasticity, own) {
+            (Elasticity::Anisotropic(stiffness), Some(own)) => Elasticity::Anisotropic(stiffness.along(own)),
+            _ => elasticity,
+        };
+        let axes = own.map_or([[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]], |[first, second]| {
+            let (first, third) = (unit(first), unit(cross(first, second)));
+            [first, cross(third, first), third]
+        });
+        let Expansion { zero, rows, .. } = &self.expansion;
+        let heat = HeatLaw {
+            zero: *zero,
+            expansion: rows.iter().map(|&(at, along)| (at, HeatLaw::along(along, &axes))).collect(),
+            elasticity: self.by_temperature.iter().map(|&(at, own)| (at, along(own))).collect(),
+        };
+        Ok(OfRegion {
+            material: Material { elasticity: along(elasticity), density: self.density },
+            cylinder,
+            heat,
+        })
     }
 }

@@ -4,6 +4,7 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use crate::deck::{Link, Step, StepKind, Support};
 use crate::error::DeckError;
+use crate::nastran::heat;
 use crate::nastran::loads::{ALL, Loads, numbers};
 use crate::nastran::model::{Model, components};
 
@@ -40,6 +41,13 @@ pub(crate) fn take(model: &mut Model<'_>) -> Result<(), DeckError> {
         }
     }
     equations(model, mpc.first().copied())?;
+    let of_heat = |key: &str| cases.iter().filter_map(|case| case.sets.get(key).copied()).collect::<Vec<_>>();
+    let (loaded, initial) = (of_heat(heat::LOADED), of_heat(heat::INITIAL));
+    let temperatures = heat::Sets::read(model, &[&loaded[..], &initial[..]].concat())?;
+    if !loaded.is_empty() {
+        let initial = temperatures.of(model, initial.first());
+        model.deck.heat = Some(heat::laws(model, initial)?);
+    }
     for case in cases {
         let set = |key: &str| case.sets.get(key).copied();
         let kind = match (solution, set("METHOD")) {
@@ -54,6 +62,7 @@ pub(crate) fn take(model: &mut Model<'_>) -> Result<(), DeckError> {
             kind,
             loads: set("LOAD").map_or_else(Vec::new, |id| loads.of(id, 1.0, 0)),
             supports: set("SPC").map_or_else(Vec::new, |id| supports.of(id, 0)),
+            temperatures: temperatures.of(model, case.sets.get(heat::LOADED)),
             about: None,
             line: case.line,
         };
@@ -82,8 +91,9 @@ fn cases(lines: &[(usize, String)]) -> (Option<u32>, Vec<Selection>) {
             continue;
         }
         let Some((key, value)) = text.split_once('=') else { continue };
-        let key = key.split('(').next().unwrap_or("").trim();
-        let Some(key) = KEYS.iter().find(|known| **known == key) else { continue };
+        let plain = key.split('(').next().unwrap_or("").trim();
+        let known = KEYS.into_iter().find(|known| *known == plain);
+        let Some(key) = heat::key(key).or(known) else { continue };
         if let Ok(value) = value.trim().parse::<u64>() {
             let into = found.last_mut().unwrap_or(&mut above);
             into.sets.insert(key, value);

@@ -1,6 +1,7 @@
 //! Decks of Nastran: case control and bulk data.
 
 mod case;
+mod heat;
 mod links;
 mod loads;
 mod model;

@@ -240,7 +240,7 @@ impl<'a> Model<'a> {
                 _ if name.starts_with("CDAMP") || name == "CVISC" => {
                     "damping does not act in static answers and in undamped natural frequencies"
                 }
-                _ if name.starts_with("TEMP") => "temperature is not computed",
+                _ if name.starts_with("TEMP") => "temperatures other than TEMP and TEMPD are not computed",
                 "PLOTEL" => "it is drawn by other programs and carries nothing",
                 _ => "it is not known, and has no effect",
             };

@@ -5,7 +5,9 @@ use serde::Deserialize;
 use std::path::PathBuf;
 
 use crate::dynamics::{Damping, ModalRatios, Rayleigh};
-use crate::fem::{Elasticity, Stiffness};
+use crate::fem::{Elasticity, HeatLaw, Stiffness};
+use crate::linalg::unit;
+use crate::linalg::vec3::cross;
 use crate::mesh::select::Selection;
 use crate::mesh::{Hexahedra, Order};
 
@@ -135,9 +137,31 @@ pub struct MaterialEntry {
     pub axes: Option<[[f64; 3]; 2]>,
     /// Density, > 0.
     pub density: f64,
+    /// Coefficient of thermal expansion \[1/K\]; absent: a temperature does nothing to it.
+    pub expansion: Option<ExpansionEntry>,
     /// Formulation of the region's hexahedra; absent: that of the mesh file, else incompatible modes in
     /// 8-node ones and full integration in larger ones.
     pub hexahedra: Option<Hexahedra>,
+}
+
+/// Coefficients of thermal expansion \[1/K\]: one, or those along the axes of the material.
+#[derive(Clone, Copy, Debug, Deserialize, PartialEq, JsonSchema)]
+#[serde(untagged, expecting = "a number, or three numbers along the axes of the material")]
+pub enum ExpansionEntry {
+    /// The same in every direction.
+    One(f64),
+    /// Along three axes.
+    Along([f64; 3]),
+}
+
+impl ExpansionEntry {
+    /// Along the three axes.
+    pub fn along(self) -> [f64; 3] {
+        match self {
+            ExpansionEntry::One(one) => [one; 3],
+            ExpansionEntry::Along(along) => along,
+        }
+    }
 }
 
 /// Engineering constants of an orthotropic material.
@@ -154,6 +178,17 @@ pub struct OrthotropicEntry {
 }
 
 impl MaterialEntry {
+    /// Thermal strain of one kelvin along the axes of space; zeros where it does not expand.
+    pub(crate) fn thermal_strain(&self) -> [[f64; 3]; 3] {
+        let along = self.expansion.map_or([0.0; 3], ExpansionEntry::along);
+        let axes =
+            self.axes.map_or([[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]], |[first, second]| {
+                let (first, third) = (unit(first), unit(cross(first, second)));
+                [first, cross(third, first), third]
+            });
+        HeatLaw::along(along, &axes)
+    }
+
     /// Its elasticity; `None` where the constants are none, or those of no solid.
     pub fn elasticity(&self) -> Option<Elasticity> {
         if let (Some(young), Some(poisson)) = (self.young, self.poisson) {
@@ -266,13 +301,14 @@ pub struct LoadEntry {
     pub patterns: Vec<PatternEntry>,
 }
 
-/// One load: exactly one of `acceleration`, `traction`, `pressure`, `forces` and `reference`.
+/// One load: exactly one of `acceleration`, `traction`, `pressure`, `temperature`, `forces` and `reference`.
 #[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct PatternEntry {
     /// Its name.
     pub name: String,
-    /// Facets it acts on (traction, pressure): those all of whose corners are selected.
+    /// Facets it acts on (traction, pressure), or elements (temperature; absent: all): those all of whose
+    /// corners are selected.
     pub on: Option<Selection>,
     /// Body force per mass, such as gravity.
     pub acceleration: Option<[f64; 3]>,
@@ -280,6 +316,8 @@ pub struct PatternEntry {
     pub traction: Option<[f64; 3]>,
     /// Force per area against the outward normal.
     pub pressure: Option<f64>,
+    /// Rise of the temperature \[K\].
+    pub temperature: Option<f64>,
     /// Forces at nodes.
     pub forces: Option<Vec<NodalForce>>,
     /// Reference point that `force` and `moment` act on.

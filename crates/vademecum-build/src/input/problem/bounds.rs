@@ -123,7 +123,7 @@ impl Problem {
             let key = format!("load.pattern[{i}]");
             let vectors = [&p.acceleration, &p.traction, &p.force, &p.moment].into_iter().flatten();
             let nodal = p.forces.iter().flatten().flat_map(|force| force.force());
-            let values = vectors.flatten().chain(&p.pressure).copied().chain(nodal);
+            let values = vectors.flatten().chain(&p.pressure).chain(&p.temperature).copied().chain(nodal);
             all(&key, &values.collect::<Vec<f64>>())?;
         }
         let plan = &self.snapshots;

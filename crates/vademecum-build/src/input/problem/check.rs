@@ -68,6 +68,7 @@ impl Problem {
         self.check_base()?;
         self.check_damping()?;
         self.check_loads()?;
+        self.check_temperatures()?;
         self.check_time_and_basis()?;
         self.check_parameters()?;
         self.check_chapter()?;
@@ -224,10 +225,11 @@ impl Problem {
                 ("acceleration", p.acceleration.is_some()),
                 ("traction", p.traction.is_some()),
                 ("pressure", p.pressure.is_some()),
+                ("temperature", p.temperature.is_some()),
                 ("forces", p.forces.is_some()),
                 ("reference", p.reference.is_some()),
             ];
-            let expected = "exactly one of `acceleration`, `traction`, `pressure`, `forces` and `reference`";
+            let expected = "exactly one of `acceleration`, `traction`, `pressure`, `temperature`, `forces` and `reference`";
             self.require_one(&key, &kinds, expected)?;
             let of_facets = p.traction.is_some() || p.pressure.is_some();
             let found = match p.on.is_some() {
@@ -235,8 +237,9 @@ impl Problem {
                 true => "forces at nodes or at a reference point with `on`",
                 false => "a load of facets without `on`",
             };
-            let expected = "`on` for traction and pressure, and for no other load";
-            self.require(of_facets == p.on.is_some(), &key, Words(found), expected)?;
+            let expected = "`on` for traction and pressure, and else for a temperature alone";
+            let placed = of_facets == p.on.is_some() || p.temperature.is_some();
+            self.require(placed, &key, Words(found), expected)?;
             let forces = p.force.is_some() || p.moment.is_some();
             let found = if forces { "`force` or `moment` without `reference`" } else { "`reference` alone" };
             let expected = "`force`, `moment` or both beside `reference`, and nowhere else";
@@ -254,7 +257,8 @@ impl Problem {
             )?;
             let vectors = [&p.acceleration, &p.traction, &p.force, &p.moment].into_iter().flatten().flatten();
             let nodal = p.forces.iter().flatten().flat_map(|force| force.force());
-            let finite = vectors.chain(&p.pressure).copied().chain(nodal).all(f64::is_finite);
+            let finite =
+                vectors.chain(&p.pressure).chain(&p.temperature).copied().chain(nodal).all(f64::is_finite);
             self.require(finite, &key, Words("not a number or infinite"), "finite numbers")?;
         }
         self.check_probes()
