@@ -232,7 +232,7 @@ fn copied(card: &InpCard, instance: &Instance) -> Result<InpCard, MeshError> {
     Ok(copy)
 }
 
-/// A card of the assembly or of the model: `instance.number` is a number, and sets of an instance are its own.
+/// A card of the assembly or of the model: `instance.number` is a number, sets of an instance are its own.
 fn of_assembly(mut card: InpCard, instances: &[Instance]) -> InpCard {
     let find = |name: &str| instances.iter().find(|known| known.name.eq_ignore_ascii_case(name));
     let named = |field: &str| {
