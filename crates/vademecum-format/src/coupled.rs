@@ -85,7 +85,7 @@ impl CoupledModes<'_> {
         let r = self.stiffness.len();
         let CoupledResponses { impulse, step, ramp } = out;
         let (square, all) = (r.checked_mul(r)?, [impulse.len(), step.len(), ramp.len()]);
-        let fits = r > 0 && self.own.len() == r && self.rows.len() % r == 0 && all == [square; 3];
+        let fits = r > 0 && self.own.len() == r && self.rows.len().is_multiple_of(r) && all == [square; 3];
         let work = work.get_mut(..Self::work_len(r)).filter(|_| fits)?;
         let (line, work) = work.split_at_mut_checked(r)?;
         let (a, work) = work.split_at_mut_checked(square)?;

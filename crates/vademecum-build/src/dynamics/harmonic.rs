@@ -94,6 +94,9 @@ pub fn harmonic(
     parallel::try_map(frequencies.len(), &at)
 }
 
+/// Free dofs and weights of a dashpot.
+type DashpotRow<'a> = &'a [(u32, f64)];
+
 /// The real symmetric system of a pencil, two rows for each dof.
 struct HarmonicSystem<'a> {
     pencil: &'a Pencil,
@@ -102,7 +105,7 @@ struct HarmonicSystem<'a> {
     /// Damping by dashpots at the entries of the matrices.
     dashpots: Vec<f64>,
     /// Rows of the others, with entries that the matrices do not have.
-    outside: Vec<&'a [(u32, f64)]>,
+    outside: Vec<DashpotRow<'a>>,
 }
 
 impl<'a> HarmonicSystem<'a> {
@@ -239,7 +242,7 @@ impl<'a> HarmonicSystem<'a> {
 }
 
 /// Damping by dashpots at the entries of the matrices of a pencil, and the rows that have other entries.
-fn dashpots(pencil: &Pencil) -> (Vec<f64>, Vec<&[(u32, f64)]>) {
+fn dashpots(pencil: &Pencil) -> (Vec<f64>, Vec<DashpotRow<'_>>) {
     let pattern = pencil.mass().pattern();
     let mut damping = vec![0.0; pencil.mass().values().len()];
     let place = |row: u32, column: u32| -> Option<usize> {

@@ -212,16 +212,18 @@ mod tests {
         let (modes, rows, start, force) = example();
         let modes = CoupledModes { modes: &modes, rows: rows.as_ref() };
         let force = [&force[0][..], &force[1][..]];
+        let energies = modes.modes.iter().zip(start.displacement.iter().zip(&start.velocity));
+        let size = energies.map(|([lambda, _], (q, v))| lambda * q * q + v * v).sum::<f64>().sqrt();
         for length in [1e-6, 1e-3, 0.1, 3.0] {
             let (mut by_step, mut by_series) = (start.clone(), start.clone());
             modes.step(length).take(&modes, &mut by_step, force);
             modes.moved(&mut by_series, force, length);
-            let pairs = by_step.displacement.iter().zip(&by_series.displacement);
-            let velocities = by_step.velocity.iter().zip(&by_series.velocity);
-            let size = by_series.velocity.iter().fold(1.0, |most: f64, v| most.max(v.abs()));
-            for (a, b) in pairs.chain(velocities) {
-                // Up to 4e4 radians of the fastest mode, a rounding for each.
-                assert!((a - b).abs() < 1e-10 * size, "{length}: {a} {b}");
+            for (k, [lambda, _]) in modes.modes.iter().enumerate() {
+                let displaced = lambda.sqrt() * (by_step.displacement[k] - by_series.displacement[k]);
+                let faster = by_step.velocity[k] - by_series.velocity[k];
+                // Some roundings of the energy at the start in each piece of the series.
+                let allowed = 64.0 * f64::EPSILON * 2f64.powi(modes.halvings(length)) * size;
+                assert!(displaced.hypot(faster) < allowed, "{length}, {k}: {displaced:e} {faster:e}");
             }
         }
     }
