@@ -23,8 +23,11 @@ const WOOD: &str = "*ELASTIC,TYPE=ENGINEERING CONSTANTS\n11.6e9,0.9e9,0.5e9,0.37
 
 const STEEL: &str = "*ELASTIC\n2e9,0.3\n*EXPANSION,ZERO=293.\n1.2e-5\n";
 
+/// A temperature by the place on the lattice.
+type Field = fn([f64; 3]) -> f64;
+
 /// The bent beam of a material at temperatures of its nodes, which lie on a lattice, from 300 on.
-fn beam(element: &str, material: &str, temperature: fn([f64; 3]) -> f64, held: &str) -> String {
+fn beam(element: &str, material: &str, temperature: Field, held: &str) -> String {
     let (mut text, nodes) = bent(element);
     let (system, points) = if held == "held" {
         ("RECTANGULAR", "1.,1.,0.3,-1.,1.,0.")
@@ -90,7 +93,7 @@ fn heated_decks_are_those_of_calculix() {
     // Neither field is linear in an element: programs differ in what they take it for.
     let uniform = |_| 350.0;
     let field = |[x, y, z]: [f64; 3]| 330.0 + 3.0 * x + 0.9 * x * x - 4.0 * y * z - 6.0 * z * x + 2.0 * y * y;
-    let cases: [(&str, &str, fn([f64; 3]) -> f64, &str); 4] = [
+    let cases: [(&str, &str, Field, &str); 4] = [
         ("steel", STEEL, uniform, "held"),
         ("tables", BY_TEMPERATURE, field, "held"),
         ("axes", ALONG_AXES, field, "held"),
