@@ -283,11 +283,10 @@ pub(crate) fn node_print(reader: &mut Reader<'_>, card: &InpCard) -> Result<(), 
         return Ok(());
     }
     let Some(nodes) = reader.node_set(name) else { return Ok(()) };
-    match reader.step().map(|step| &mut step.kind) {
-        Some(StepKind::Dynamic(Dynamic { printed, .. }) | StepKind::Harmonic(Harmonic { printed, .. })) => {
-            printed.extend(nodes);
-        }
-        _ => {}
+    use StepKind::{Dynamic as Over, Harmonic as At};
+    let kind = reader.step().map(|step| &mut step.kind);
+    if let Some(Over(Dynamic { printed, .. }) | At(Harmonic { printed, .. })) = kind {
+        printed.extend(nodes);
     }
     Ok(())
 }

@@ -197,8 +197,11 @@ mod tests {
     use super::*;
     use crate::linalg::Random;
 
+    /// Eigenvalues and damping of modes, rows of dashpots, a state, and forces at both ends of a step.
+    type Example = (Vec<[f64; 2]>, Mat<f64>, ModalState, [Vec<f64>; 2]);
+
     /// Five modes and two dashpots, and a state of them.
-    fn example() -> (Vec<[f64; 2]>, Mat<f64>, ModalState, [Vec<f64>; 2]) {
+    fn example() -> Example {
         let mut random = Random::new(7);
         let modes = (0..5).map(|k| [10f64.powi(2 * k), 0.1 * f64::from(k)]).collect();
         let rows = Mat::from_fn(2, 5, |_, _| 8.0 * (random.uniform() - 0.5));
