@@ -28,6 +28,9 @@ const NAMED: [&str; 14] = [
 /// Numbers that a deck may reach once its instances are apart.
 const LARGEST: u64 = 1 << 53;
 
+/// Bytes that all copies of parts may take: so many times those of the deck, and some for small ones.
+const MOST_COPIES: (usize, usize) = (64, 1 << 26);
+
 /// A rigid motion: a rotation about a point, row by row, after a translation.
 struct Motion {
     shift: [f64; 3],
@@ -73,6 +76,9 @@ pub(super) fn flatten(cards: Vec<InpCard>) -> Result<(Vec<InpCard>, Vec<String>)
         let at = &cards[0].place;
         return Err(at.at("*NODE").malformed("numbers of nodes or elements beyond 1e15", "smaller numbers"));
     };
+    let text: usize =
+        cards.iter().map(|card| 16 + card.data.iter().map(|line| line.text.len()).sum::<usize>()).sum();
+    let mut left = MOST_COPIES.0 * text + MOST_COPIES.1;
     let mut parts: BTreeMap<String, Vec<InpCard>> = BTreeMap::new();
     let (mut instances, mut flat, mut notes): (Vec<Instance>, Vec<InpCard>, Vec<String>) =
         (vec![], vec![], vec![]);
@@ -89,6 +95,12 @@ pub(super) fn flatten(cards: Vec<InpCard>) -> Result<(Vec<InpCard>, Vec<String>)
                     let found = format!("the part `{of}`");
                     return Err(card.place.at("*INSTANCE").malformed(found, "a *PART before it"));
                 };
+                let Some(rest) = left.checked_sub(bytes(own)) else {
+                    let found = format!("{} instances of one deck", instances.len() + 1);
+                    let expected = "copies of at most 64 times the size of the deck";
+                    return Err(card.place.at("*INSTANCE").malformed(found, expected));
+                };
+                left = rest;
                 let offset = stride * (instances.len() as u64 + 1);
                 let instance = Instance { motion: motion(&card)?, offset, name };
                 for card in own {
@@ -106,6 +118,12 @@ pub(super) fn flatten(cards: Vec<InpCard>) -> Result<(Vec<InpCard>, Vec<String>)
         }
     }
     Ok((flat, notes))
+}
+
+/// Bytes that cards take, with what a line costs beside its text.
+fn bytes(cards: &[InpCard]) -> usize {
+    let of = |card: &InpCard| 200 + card.data.iter().map(|line| 64 + line.text.len()).sum::<usize>();
+    cards.iter().map(of).sum()
 }
 
 fn name_of(card: &InpCard, key: &str) -> String {
@@ -237,7 +255,8 @@ fn of_assembly(mut card: InpCard, instances: &[Instance]) -> InpCard {
     let find = |name: &str| instances.iter().find(|known| known.name.eq_ignore_ascii_case(name));
     let named = |field: &str| {
         let (name, number) = field.trim().trim_matches('"').rsplit_once('.')?;
-        let number: u64 = number.parse().ok()?;
+        // A name begins with a letter: 1.5 is a number.
+        let number: u64 = number.parse().ok().filter(|_| name.starts_with(char::is_alphabetic))?;
         Some((number.saturating_add(find(name)?.offset)).to_string())
     };
     let of = card

@@ -77,8 +77,8 @@ fn parse_contents(
     deck.dialect = dialect.unwrap_or(if abaqus { Dialect::Abaqus } else { Dialect::CalculiX });
     // Elements may name nodes that follow them.
     let first_element = cards.iter().position(|card| card.keyword == "ELEMENT").unwrap_or(cards.len());
-    if !abaqus {
-        for card in cards[first_element..].iter_mut().filter(|card| card.keyword == "NODE") {
+    if !abaqus && cards[first_element..].iter().any(|card| card.keyword == "NODE") {
+        for card in cards.iter_mut().filter(|card| card.keyword == "NODE") {
             deck.card(card)?;
             (card.data, card.parameters) = (vec![], vec![]);
         }
