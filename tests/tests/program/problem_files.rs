@@ -10,8 +10,9 @@ use vademecum_study::sweep::Sweep;
 use vademecum_tests::program::{repository, vademecum};
 
 /// Built by [`problems_build`].
-const HERE: [&str; 5] = [
+const HERE: [&str; 6] = [
     "docs/gallery/bracket.toml",
+    "docs/gallery/bolted.toml",
     "docs/gallery/glass.toml",
     "examples/beam.toml",
     "fixtures/problems/canonical-beam.toml",
@@ -112,6 +113,12 @@ fn problems_build() {
             command.args(["-v", "2", "-3"]).arg(&geometry).arg("-o").arg(problem.with_extension("msh"));
             let meshed = command.status();
             assert!(meshed.expect("Gmsh").success(), "{file}");
+        }
+        // The mesh of another problem here, which needs Gmsh too.
+        let text = std::fs::read_to_string(&problem).expect("a problem");
+        let mesh = text.lines().find_map(|line| line.strip_prefix("file = \"")?.strip_suffix('"'));
+        if gmsh.is_none() && mesh.is_some_and(|mesh| mesh.ends_with(".msh")) {
+            continue;
         }
         problems.push(problem);
     }

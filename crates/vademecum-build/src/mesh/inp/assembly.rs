@@ -31,6 +31,9 @@ const LARGEST: u64 = 1 << 53;
 /// Bytes that all copies of parts may take: so many times those of the deck, and some for small ones.
 const MOST_COPIES: (usize, usize) = (64, 1 << 26);
 
+/// Instances of one deck.
+const MOST_INSTANCES: usize = 10_000;
+
 /// A rigid motion: a rotation about a point, row by row, after a translation.
 struct Motion {
     shift: [f64; 3],
@@ -95,9 +98,10 @@ pub(super) fn flatten(cards: Vec<InpCard>) -> Result<(Vec<InpCard>, Vec<String>)
                     let found = format!("the part `{of}`");
                     return Err(card.place.at("*INSTANCE").malformed(found, "a *PART before it"));
                 };
-                let Some(rest) = left.checked_sub(bytes(own)) else {
-                    let found = format!("{} instances of one deck", instances.len() + 1);
-                    let expected = "copies of at most 64 times the size of the deck";
+                let rest = left.checked_sub(bytes(own)).filter(|_| instances.len() < MOST_INSTANCES);
+                let Some(rest) = rest else {
+                    let found = format!("{} instances in one deck", instances.len() + 1);
+                    let expected = "at most 10000, whose copies take 64 times the size of the deck";
                     return Err(card.place.at("*INSTANCE").malformed(found, expected));
                 };
                 left = rest;
