@@ -18,6 +18,7 @@ macro_rules! eprintln {
 
 mod accuracy;
 mod arguments;
+mod assets;
 mod cmd;
 mod console;
 mod failure;

@@ -223,6 +223,18 @@ pub enum StepKind {
     Other(String),
 }
 
+impl StepKind {
+    /// Nodes whose displacements the deck asks for, of a motion over time or a harmonic answer.
+    pub(crate) fn printed(&mut self) -> Option<&mut Vec<NodeNumber>> {
+        match self {
+            StepKind::Dynamic(Dynamic { printed, .. }) | StepKind::Harmonic(Harmonic { printed, .. }) => {
+                Some(printed)
+            }
+            _ => None,
+        }
+    }
+}
+
 /// A motion over time.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Dynamic {

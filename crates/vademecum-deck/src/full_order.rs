@@ -17,7 +17,7 @@ use crate::error::DeckError;
 use crate::links::{Dofs, link};
 
 /// Share of a motion of the whole model that its own forces may leave open: a part that nothing holds but
-/// rounding comes back anywhere, and a body as slender as double precision takes to 1e-4.
+/// rounding comes back anywhere.
 const UNSETTLED: f64 = 1e-2;
 
 /// Squares of displacements that differ by no more are those of symmetric nodes.

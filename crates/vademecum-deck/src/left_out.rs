@@ -22,6 +22,10 @@ pub struct LeftOut {
     pub in_problem: bool,
 }
 
+/// Consequence of damping for answers at full order.
+pub(crate) const UNDAMPED: &str =
+    "damping does not act in static answers and in undamped natural frequencies";
+
 /// Adds a card to the list; equal cards with one meaning are counted.
 pub(crate) fn leave_out(list: &mut Vec<LeftOut>, (file, line): (PathBuf, usize), card: &str, meaning: &str) {
     match list.iter_mut().find(|known| known.card == card && known.meaning == meaning) {

@@ -206,22 +206,10 @@ impl ModalModel {
         let r = self.mass.nrows();
         let omega = |k: usize| (self.stiffness[(k, k)] / self.mass[(k, k)]).max(0.0).sqrt();
         let entry = |i: usize, j: usize| match (i < r, j < r) {
-            (true, true) => 0.0,
-            (true, false) => {
-                if i == j - r {
-                    omega(i)
-                } else {
-                    0.0
-                }
-            }
-            (false, true) => {
-                if i - r == j {
-                    -omega(j)
-                } else {
-                    0.0
-                }
-            }
+            (true, false) if i == j - r => omega(i),
+            (false, true) if i - r == j => -omega(j),
             (false, false) => -self.damping[(i - r, j - r)] / self.mass[(i - r, i - r)],
+            _ => 0.0,
         };
         let values = self.coupled.then(|| eigenvalues(Mat::from_fn(2 * r, 2 * r, entry).as_ref()).ok())??;
         // One of each pair; an overdamped mode has two that are real.

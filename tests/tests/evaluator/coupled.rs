@@ -9,6 +9,7 @@ use vademecum_format::exact::Propagator;
 use vademecum_format::scheme::StepParameters;
 use vademecum_format::{Element, File, SectionKind};
 use vademecum_tests::golden::{named, with_dashpots};
+use vademecum_tests::stage::with_work;
 use vademecum_tests::synthetic::{Body, Layout, Random, bathe};
 
 const STEP: StepParameters =
@@ -22,21 +23,6 @@ fn body(r: usize, rows: &[f64]) -> Vec<u8> {
 
 fn exact() -> SceneOptions {
     SceneOptions { structure: StructureChoice::Exact, ..SceneOptions::default() }
-}
-
-fn with_scene<T: Scalar, R>(
-    bytes: &[u8],
-    options: SceneOptions,
-    work: impl FnOnce(&mut Scene<'_, T>, &mut State<'_, T>, &mut Loads<'_, T>, &mut [f64]) -> R,
-) -> R {
-    let file = File::parse(bytes).unwrap();
-    let sizes = Scene::<T>::sizes(&file, &options).unwrap();
-    let (mut memory, mut bind_work) = (vec![T::ZERO; sizes.scene], vec![0.0; sizes.work]);
-    let (mut state_memory, mut load_memory) = (vec![T::ZERO; sizes.state], vec![T::ZERO; sizes.loads]);
-    let mut scene = Scene::bind(&file, &options, &mut memory, &mut bind_work).unwrap();
-    let mut state = State::new(&scene, &mut state_memory).unwrap();
-    let mut loads = Loads::new(&scene, &mut load_memory).unwrap();
-    work(&mut scene, &mut state, &mut loads, &mut bind_work)
 }
 
 fn numbers(bytes: &[u8], kind: SectionKind) -> Vec<f64> {
@@ -122,7 +108,7 @@ fn a_step_is_that_of_the_augmented_matrix() {
         let (zeta, rate) = (random.numbers(r), random.numbers(r));
         let zeta: Vec<f64> = zeta.iter().zip(&lambda).map(|(x, lambda)| x / lambda.sqrt()).collect();
         for amplitudes in [[0.0, 0.0], [1.5, 1.5], [-0.5, 2.0]] {
-            let found = with_scene::<f64, _>(&bytes, exact(), |scene, state, loads, _| {
+            let found = with_work::<f64, _>(&bytes, &exact(), |scene, state, loads, _| {
                 assert!(scene.is_coupled());
                 let [f_0, f_1] = amplitudes;
                 loads.add_pattern_staged(scene, 0, &[f_0, f_1, 0.0, 0.0]).unwrap();
@@ -149,7 +135,7 @@ fn a_damper_between_two_oscillators_brakes_their_difference_alone() {
     let free = StepParameters { alpha: 0.0, beta: 0.0, ..STEP };
     let two = Body { lambda: vec![omega * omega; 2], ..Body::closed(layout, 1) };
     let bytes = with_dashpots(&two.file(&bathe(), &free, Element::F64), &[d, -d]);
-    with_scene::<f64, _>(&bytes, exact(), |scene, state, loads, _| {
+    with_work::<f64, _>(&bytes, &exact(), |scene, state, loads, _| {
         scene.set(state, &[1.0, 0.0], &[0.0; 2], loads).unwrap();
         for _ in 0..500 {
             scene.step(state, loads).unwrap();
@@ -172,7 +158,7 @@ fn a_damper_between_two_oscillators_brakes_their_difference_alone() {
 #[test]
 fn energy_never_grows_without_load() {
     fn largest_growth<T: Scalar>(bytes: &[u8], options: SceneOptions) -> f64 {
-        with_scene::<T, _>(bytes, options, |scene, state, loads, _| {
+        with_work::<T, _>(bytes, &options, |scene, state, loads, _| {
             let r = scene.n_modes();
             let mut random = Random::new(8);
             scene.set(state, &vec![0.0; r], &random.numbers(r), loads).unwrap();
@@ -207,7 +193,7 @@ fn a_damper_that_couples_nothing_leaves_the_closed_form() {
     let rows = [0.0, 0.0, 7.0, 0.0, 0.0];
     let bytes = body(r, &rows);
     let mut map = vec![0.0; 4 * r * r];
-    with_scene::<f64, _>(&bytes, exact(), |scene, _, _, _| scene.increment_into(&mut map).unwrap());
+    with_work::<f64, _>(&bytes, &exact(), |scene, _, _, _| scene.increment_into(&mut map).unwrap());
     for (k, lambda) in numbers(&bytes, SectionKind::Eigenvalues).into_iter().enumerate() {
         let sigma = 0.5 * (STEP.alpha + STEP.beta * lambda + rows[k] * rows[k]);
         let mode = Propagator::new(lambda, sigma, STEP.time_step);
@@ -226,14 +212,14 @@ fn live_numbers_and_other_time_steps_are_those_of_a_fresh_scene() {
     let rows: Vec<f64> = Random::new(6).numbers(2 * r).iter().map(|x| 5.0 * x).collect();
     let bytes = body(r, &rows);
     let map_of = |options: SceneOptions| {
-        with_scene::<f64, _>(&bytes, options, |scene, _, _, _| {
+        with_work::<f64, _>(&bytes, &options, |scene, _, _, _| {
             let mut map = vec![0.0; 4 * r * r];
             scene.increment_into(&mut map).unwrap();
             map
         })
     };
     let moved = SceneOptions { time_step: Some(3e-3), alpha: Some(2.0), density: 1.5, ..exact() };
-    let rebound = with_scene::<f64, _>(&bytes, exact(), |scene, state, loads, work| {
+    let rebound = with_work::<f64, _>(&bytes, &exact(), |scene, state, loads, work| {
         let mut map = vec![0.0; 4 * r * r];
         scene.rebind(&moved, work).unwrap();
         scene.increment_into(&mut map).unwrap();
@@ -291,7 +277,7 @@ fn other_structures_are_refused_by_name() {
     let none = File::parse(&bytes).unwrap();
     assert!(Scene::<f64>::sizes(&none, &exact()).is_ok());
     let empty = body(4, &[]);
-    let plain = with_scene::<f64, _>(&empty, exact(), |scene, _, _, _| scene.is_coupled());
+    let plain = with_work::<f64, _>(&empty, &exact(), |scene, _, _, _| scene.is_coupled());
     assert!(!plain);
 }
 
@@ -302,7 +288,7 @@ fn contacts_batches_and_saved_states_follow_the_coupled_step() {
         Contact::new(Place::triangle([0, 1, 3], [0.2, 0.5, 0.3]), [1.0, -2.0, 0.5]),
         Contact::new(Place::node(2), [0.25, 0.5, -1.0]),
     ];
-    with_scene::<f64, _>(&bytes, SceneOptions::default(), |scene, state, loads, _| {
+    with_work::<f64, _>(&bytes, &SceneOptions::default(), |scene, state, loads, _| {
         assert!(scene.is_coupled());
         loads.add_pattern(scene, 0, 0.75).unwrap();
         scene.set(state, &[1e-3, -2e-3, 5e-4], &[0.1, 0.2, -0.3], loads).unwrap();
@@ -357,7 +343,7 @@ fn the_operator_of_contacts_is_what_a_step_does() {
         Contact::new(Place::node(0), [1.0, -2.0, 0.5]),
         Contact::new(Place::triangle([1, 5, 2], [0.2, 0.5, 0.3]), [0.25, 0.5, -1.0]),
     ];
-    with_scene::<f64, _>(&bytes, exact(), |scene, state, loads, _| {
+    with_work::<f64, _>(&bytes, &exact(), |scene, state, loads, _| {
         loads.add_pattern(scene, 0, 0.75).unwrap();
         scene.step(state, loads).unwrap();
         let (mut w, mut work) = ([0.0; 36], vec![0.0; scene.compliance_work(2)]);

@@ -3,6 +3,7 @@
 use vademecum_eval::{Batch, Loads, Scalar, Scene, SceneOptions, State, StepError, StructureChoice};
 use vademecum_format::exact::{Propagator, product_error};
 use vademecum_format::{File, SectionKind};
+use vademecum_tests::stage::with_work;
 
 /// What `tests/scripts/propagator.py` made.
 const REFERENCE: &str =
@@ -70,15 +71,8 @@ fn with_exact<T: Scalar, R>(
     options: SceneOptions,
     work: impl FnOnce(&mut Scene<'_, T>, &mut State<'_, T>, &mut Loads<'_, T>, &mut [f64]) -> R,
 ) -> R {
-    let file = File::parse(BODY).unwrap();
     let options = SceneOptions { structure: StructureChoice::Exact, ..options };
-    let sizes = Scene::<T>::sizes(&file, &options).unwrap();
-    let (mut memory, mut bind_work) = (vec![T::ZERO; sizes.scene], vec![0.0; sizes.work]);
-    let (mut state_memory, mut load_memory) = (vec![T::ZERO; sizes.state], vec![T::ZERO; sizes.loads]);
-    let mut scene = Scene::bind(&file, &options, &mut memory, &mut bind_work).unwrap();
-    let mut state = State::new(&scene, &mut state_memory).unwrap();
-    let mut loads = Loads::new(&scene, &mut load_memory).unwrap();
-    work(&mut scene, &mut state, &mut loads, &mut bind_work)
+    with_work(BODY, &options, work)
 }
 
 fn undamped() -> SceneOptions {

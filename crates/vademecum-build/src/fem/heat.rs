@@ -4,7 +4,7 @@
 //! `T_0` the strain without stress is `ε_T = α(T) (T − T_z) − α(T_0) (T_0 − T_z)`.
 
 use super::element::ElementKernel;
-use super::material::{Elasticity, Stiffness};
+use super::material::{Elasticity, Stiffness, right_handed};
 use crate::mesh::ElementKind;
 use crate::mesh::shapes::{MAX_NODES, Point};
 
@@ -42,10 +42,10 @@ pub struct Heat<'a> {
 }
 
 impl HeatLaw {
-    /// The tensor of three coefficients along axes, which are unit vectors.
-    pub fn along(coefficients: [f64; 3], axes: &[[f64; 3]; 3]) -> [[f64; 3]; 3] {
-        let [x, y, z] = coefficients;
-        turned(&[[x, 0.0, 0.0], [0.0, y, 0.0], [0.0, 0.0, z]], axes)
+    /// The tensor of three coefficients along axes, of which the first two are given; none: those of space.
+    pub fn along([x, y, z]: [f64; 3], axes: Option<[[f64; 3]; 2]>) -> [[f64; 3]; 3] {
+        let own = [[x, 0.0, 0.0], [0.0, y, 0.0], [0.0, 0.0, z]];
+        axes.map_or(own, |axes| turned(&own, &right_handed(axes)))
     }
 
     /// Elasticity at a temperature, if it depends on it.

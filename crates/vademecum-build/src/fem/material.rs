@@ -77,10 +77,8 @@ impl Stiffness {
     /// The same along the axes of space, of a stiffness along a first and a second axis, which need not be of
     /// length 1, and the axis normal to both.
     #[must_use]
-    pub fn along(&self, [first, second]: [[f64; 3]; 2]) -> Stiffness {
-        let first = unit(first);
-        let third = unit(cross(first, second));
-        let axes = [first, cross(third, first), third];
+    pub fn along(&self, axes: [[f64; 3]; 2]) -> Stiffness {
+        let axes = right_handed(axes);
         // Strain along the axes: ε'_kl = Σ a_ki a_lj ε_ij, with engineering shear on both sides.
         let turn: [[f64; 6]; 6] = std::array::from_fn(|to| {
             let [k, l] = PLACES[to];
@@ -189,6 +187,13 @@ impl Material {
 fn lame(young: f64, poisson: f64) -> (f64, f64) {
     let mu = young / (2.0 * (1.0 + poisson));
     (2.0 * mu * poisson / (1.0 - 2.0 * poisson), mu)
+}
+
+/// Orthonormal axes: the first one, the second one made normal to it, and the third.
+pub(crate) fn right_handed([first, second]: [[f64; 3]; 2]) -> [[f64; 3]; 3] {
+    let first = unit(first);
+    let third = unit(cross(first, second));
+    [first, cross(third, first), third]
 }
 
 /// Stress of the displacement `u = e_c N` for each component `c`.

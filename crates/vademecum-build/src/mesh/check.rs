@@ -210,7 +210,7 @@ fn degenerate(mesh: &Mesh) -> Option<Flaw> {
 
 fn folded(mesh: &Mesh) -> Option<Flaw> {
     let points: Vec<[f64; 3]> = degree_4_rule().iter().map(|&(x, _)| x).chain(degree_2_points()).collect();
-    let (mut count, mut first, mut worst, mut stiff) = (0, None, f64::INFINITY, true);
+    let (mut count, mut first, mut worst, mut stiffness_is_sound) = (0, None, f64::INFINITY, true);
     for (kind, element) in mesh.each() {
         // The least volume form beside the mean one, and that at the points of the stiffness.
         let (least, at_points) = match kind {
@@ -238,11 +238,11 @@ fn folded(mesh: &Mesh) -> Option<Flaw> {
         if least <= 0.0 {
             count += 1;
             worst = worst.min(least);
-            stiff &= at_points > 0.0;
+            stiffness_is_sound &= at_points > 0.0;
             first = first.or(Some(ids(mesh, &element[..kind.corners()])));
         }
     }
-    first.map(|first| Flaw::FoldedElements { count, first, worst, stiff })
+    first.map(|first| Flaw::FoldedElements { count, first, worst, stiffness_is_sound })
 }
 
 /// Nodes closer than 1e-12 of the bounding box diagonal, which is what writing 16 digits leaves of one

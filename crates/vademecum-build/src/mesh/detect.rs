@@ -58,7 +58,10 @@ pub fn repaired_apart(raw: &RawMesh) -> Result<Mesh, MeshError> {
 pub fn repaired_deck(raw: &RawMesh) -> Result<Mesh, MeshError> {
     use Flaw::{Disconnected, DuplicateNodes, FoldedElements};
     without(raw, |flaw| {
-        matches!(flaw, Disconnected { .. } | DuplicateNodes { .. } | FoldedElements { stiff: true, .. })
+        matches!(
+            flaw,
+            Disconnected { .. } | DuplicateNodes { .. } | FoldedElements { stiffness_is_sound: true, .. }
+        )
     })
 }
 

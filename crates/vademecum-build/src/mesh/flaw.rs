@@ -47,7 +47,7 @@ pub enum Flaw {
         /// Smallest Jacobian relative to that of the straight element, over all elements.
         worst: f64,
         /// True if all of them are positive at the points of the stiffness.
-        stiff: bool,
+        stiffness_is_sound: bool,
     },
     /// Different nodes at one position.
     DuplicateNodes {

@@ -19,6 +19,7 @@ use vademecum_format::{File, FormatError, SectionKind};
 use vademecum_study::FileError;
 
 use crate::arguments::{Limit, OutputArguments};
+use crate::assets::evaluator;
 use crate::console::Console;
 use crate::failure::{Cause, Failure};
 use crate::files::{
@@ -29,7 +30,6 @@ use crate::print::print_json;
 
 const PAGE: &str = include_str!("../../assets/page/page.html");
 const STYLE: &str = include_str!("../../assets/page/style.css");
-const EVALUATOR: &[u8] = include_bytes!("../../assets/evaluator.wasm");
 
 macro_rules! modules {
     ($($name:literal),*) => {
@@ -271,7 +271,7 @@ fn filled(title: &str, source: &str, file: &[u8]) -> String {
         .replace("{{style}}", STYLE)
         .replace("{{modules}}", &format!("{{\"imports\":{{{}}}}}", modules.join(",")))
         .replace("{{source}}", source)
-        .replace("{{wasm}}", &BASE64.encode(EVALUATOR))
+        .replace("{{wasm}}", &BASE64.encode(evaluator()))
         .replace("{{body}}", &BASE64.encode(file))
 }
 

@@ -298,10 +298,7 @@ pub(crate) fn spring(reader: &mut Reader<'_>, card: &InpCard) -> Result<(), Deck
         });
     }
     if card.keyword == "DASHPOT" {
-        reader.leave(card, "dashpots do not act in static answers and in undamped natural frequencies");
-        if let Some(left) = reader.deck.left_out.iter_mut().find(|left| left.card == card.section()) {
-            left.in_problem = true;
-        }
+        reader.leave_damping(card);
     }
     Ok(())
 }

@@ -3,13 +3,11 @@
 use vademecum_build::mesh::inp::InpCard;
 
 use crate::abaqus::reader::Reader;
+use crate::deck::{Step, StepKind};
 use crate::error::DeckError;
 
 /// Natural modes that a deck may give a damping ratio.
 const MODES: usize = 100_000;
-
-/// Consequence of damping that is read, for answers at full order.
-const UNDAMPED: &str = "damping does not act in static answers and in undamped natural frequencies";
 
 /// Damping proportional to mass and stiffness, of a material or of the whole model.
 pub(crate) fn proportional(reader: &mut Reader<'_>, card: &InpCard) -> Result<(), DeckError> {
@@ -32,12 +30,18 @@ pub(crate) fn proportional(reader: &mut Reader<'_>, card: &InpCard) -> Result<()
     } else if let Some(name) = reader.material.clone() {
         reader.dampings.insert(name, [alpha, beta]);
     }
-    acts_in_problem(reader, card);
+    reader.leave_damping(card);
     Ok(())
 }
 
-/// Damping of natural modes: ratios of ranges of modes, or one pair of Rayleigh's coefficients.
+/// Damping of natural modes: ratios of ranges of modes, or one pair of Rayleigh's coefficients. That of the
+/// first motion, or harmonic step, is that of the model.
 pub(crate) fn modal(reader: &mut Reader<'_>, card: &InpCard) -> Result<(), DeckError> {
+    let damped = |step: &Step| matches!(step.kind, StepKind::Dynamic(_) | StepKind::Harmonic(_));
+    if reader.deck.steps.iter().filter(|step| damped(step)).count() > 1 {
+        reader.leave(card, "damping is that of the first motion or harmonic step");
+        return Ok(());
+    }
     let viscous = card.parameter("VISCOUS").unwrap_or("").to_ascii_uppercase();
     let rayleigh = card.parameter("RAYLEIGH").is_some() || viscous == "RAYLEIGH";
     if card.parameter("STRUCTURAL").is_some() || card.parameter("DEFINITION").is_some() {
@@ -78,7 +82,7 @@ pub(crate) fn modal(reader: &mut Reader<'_>, card: &InpCard) -> Result<(), DeckE
     if !ratios.is_empty() {
         reader.deck.damping.ratios = ratios;
     }
-    acts_in_problem(reader, card);
+    reader.leave_damping(card);
     Ok(())
 }
 
@@ -101,14 +105,4 @@ pub(crate) fn of_materials(reader: &mut Reader<'_>) {
         return;
     };
     reader.deck.notes.push(note.into());
-}
-
-/// Lists a card for answers at full order; a problem file has it.
-fn acts_in_problem(reader: &mut Reader<'_>, card: &InpCard) {
-    reader.leave(card, UNDAMPED);
-    let last =
-        reader.deck.left_out.iter_mut().find(|left| left.card == card.section() && left.meaning == UNDAMPED);
-    if let Some(left) = last {
-        left.in_problem = true;
-    }
 }

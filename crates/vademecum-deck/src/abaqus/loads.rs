@@ -283,9 +283,7 @@ pub(crate) fn node_print(reader: &mut Reader<'_>, card: &InpCard) -> Result<(), 
         return Ok(());
     }
     let Some(nodes) = reader.node_set(name) else { return Ok(()) };
-    use StepKind::{Dynamic as Over, Harmonic as At};
-    let kind = reader.step().map(|step| &mut step.kind);
-    if let Some(Over(Dynamic { printed, .. }) | At(Harmonic { printed, .. })) = kind {
+    if let Some(printed) = reader.step().and_then(|step| step.kind.printed()) {
         printed.extend(nodes);
     }
     Ok(())

@@ -10,7 +10,7 @@ use crate::abaqus::solid::{OfRegion, Orientation, Solid};
 use crate::deck::{Deck, Extent, Load, NodeNumber, Numbers, Step, StepKind, Support};
 use crate::error::{CardFault, DeckError};
 use crate::heat;
-use crate::left_out::leave_out;
+use crate::left_out::{LeftOut, UNDAMPED, leave_out};
 
 /// Material of an element set.
 pub(crate) struct Section {
@@ -122,6 +122,15 @@ impl<'a> Reader<'a> {
     pub(crate) fn leave(&mut self, card: &InpCard, meaning: &str) {
         let place = (card.place.file().to_path_buf(), card.place.line());
         leave_out(&mut self.deck.left_out, place, &card.section(), meaning);
+    }
+
+    /// Puts a card of damping on the list, for answers at full order; a problem file has it.
+    pub(crate) fn leave_damping(&mut self, card: &InpCard) {
+        self.leave(card, UNDAMPED);
+        let own = |left: &&mut LeftOut| left.card == card.section() && left.meaning == UNDAMPED;
+        if let Some(left) = self.deck.left_out.iter_mut().find(own) {
+            left.in_problem = true;
+        }
     }
 
     /// Number in a field.

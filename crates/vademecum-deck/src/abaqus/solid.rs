@@ -1,8 +1,6 @@
 //! Constants of a material.
 
 use vademecum_build::fem::{Cylinder, Elasticity, HeatLaw, Material};
-use vademecum_build::linalg::unit;
-use vademecum_build::linalg::vec3::cross;
 
 use crate::error::DeckError;
 
@@ -83,14 +81,10 @@ impl Solid {
             (Elasticity::Anisotropic(stiffness), Some(own)) => Elasticity::Anisotropic(stiffness.along(own)),
             _ => elasticity,
         };
-        let axes = own.map_or([[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]], |[first, second]| {
-            let (first, third) = (unit(first), unit(cross(first, second)));
-            [first, cross(third, first), third]
-        });
         let Expansion { zero, rows, .. } = &self.expansion;
         let heat = HeatLaw {
             zero: *zero,
-            expansion: rows.iter().map(|&(at, along)| (at, HeatLaw::along(along, &axes))).collect(),
+            expansion: rows.iter().map(|&(at, along)| (at, HeatLaw::along(along, own))).collect(),
             elasticity: self.by_temperature.iter().map(|&(at, own)| (at, along(own))).collect(),
         };
         Ok(OfRegion {

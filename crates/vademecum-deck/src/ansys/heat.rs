@@ -49,8 +49,7 @@ impl Heat {
             let own = self.coefficients.iter().find(|(id, _)| *id == tag as u64);
             let [x, y, z] = own.map_or([0.0; 3], |own| own.1);
             let along = [x, if y == 0.0 { x } else { y }, if z == 0.0 { x } else { z }];
-            let axes = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
-            HeatLaw { zero, expansion: vec![(zero, HeatLaw::along(along, &axes))], elasticity: vec![] }
+            HeatLaw { zero, expansion: vec![(zero, HeatLaw::along(along, None))], elasticity: vec![] }
         };
         let laws = deck.mesh.regions.iter().map(|region| law(region.tag)).collect();
         deck.heat = Some(Temperatures { laws, initial: vec![], lowered: false });

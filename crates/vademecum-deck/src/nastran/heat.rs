@@ -76,8 +76,7 @@ pub(crate) fn laws(model: &mut Model<'_>, initial: Vec<f64>) -> Result<Temperatu
     for card in model.named("MAT1") {
         let [coefficient, zero] = [5, 6].map(|field| card.real(field));
         let (coefficient, zero) = (coefficient?.unwrap_or(0.0), zero?.unwrap_or(0.0));
-        let axes = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
-        let expansion = vec![(zero, HeatLaw::along([coefficient; 3], &axes))];
+        let expansion = vec![(zero, HeatLaw::along([coefficient; 3], None))];
         of_material.push((model.needed(card, 0)?, HeatLaw { zero, expansion, elasticity: vec![] }));
     }
     for (name, first) in [("MAT9", 23), ("MAT11", 11)] {

@@ -9,7 +9,7 @@ use vademecum_build::mesh::{Mesh, RawMesh};
 
 use crate::deck::{Deck, NodeNumber, Numbers};
 use crate::error::{CardFault, DeckError};
-use crate::left_out::leave_out;
+use crate::left_out::{UNDAMPED, leave_out};
 
 /// Cards without a meaning for the result, or taken elsewhere.
 const SILENT: [&str; 34] = [
@@ -237,9 +237,7 @@ impl<'a> Model<'a> {
                 continue;
             }
             let meaning = match name {
-                _ if name.starts_with("CDAMP") || name == "CVISC" => {
-                    "damping does not act in static answers and in undamped natural frequencies"
-                }
+                _ if name.starts_with("CDAMP") || name == "CVISC" => UNDAMPED,
                 _ if name.starts_with("TEMP") => "temperatures other than TEMP and TEMPD are not computed",
                 "PLOTEL" => "it is drawn by other programs and carries nothing",
                 _ => "it is not known, and has no effect",

@@ -252,19 +252,11 @@ fn fuse_exact<'w>(
     shape: Shape,
     work: &'w mut [f64],
 ) -> Result<Fused<'w>, BindError> {
-    let StepParameters { time_step, alpha, beta, density, stiffness } = asked.step;
-    asked.step.check()?;
+    let StepParameters { time_step, density, .. } = asked.step;
     let mut work = Lender::new(work);
     let (d, loads) = (work.take(4 * shape.r)?, work.take(4 * shape.r)?);
-    let Stiffness::Diagonal(lambdas) = sections.matrices.stiffness else {
-        return Err(missing(SectionKind::Eigenvalues).into());
-    };
-    let mut ratios = sections.damping_ratios.unwrap_or(&[]).iter();
     let blocks = d.as_chunks_mut().0.iter_mut().zip(loads.as_chunks_mut().0);
-    for (&lambda, (d, loads)) in lambdas.iter().zip(blocks) {
-        let lambda = f64::from_le_bytes(lambda) * stiffness / density;
-        let ratio = ratios.next().map_or(0.0, |&ratio| f64::from_le_bytes(ratio));
-        let sigma = decay(lambda, ratio, [alpha, beta]);
+    for ([lambda, sigma], (d, loads)) in modes(sections, asked)?.zip(blocks) {
         let mode = Propagator::new(lambda, sigma, time_step);
         // Column by column, as the other structures have it.
         *d = [mode.d[0], mode.d[2], mode.d[1], mode.d[3]];
@@ -274,9 +266,22 @@ fn fuse_exact<'w>(
     Ok(Fused { d, loads, weights: &[] })
 }
 
-/// Decay `σ` \[1/s\] of a mode of stiffness `lambda` \[rad²/s²\], without what couples modes.
-fn decay(lambda: f64, ratio: f64, [alpha, beta]: [f64; 2]) -> f64 {
-    0.5 * (alpha + beta * lambda) + ratio * libm::sqrt(lambda)
+/// Stiffness `λ` \[rad²/s²\] and decay `σ` \[1/s\] of each mode, without what couples modes.
+fn modes<'m>(
+    sections: &Sections<'m>,
+    asked: &Asked,
+) -> Result<impl Iterator<Item = [f64; 2]> + use<'m>, BindError> {
+    let StepParameters { alpha, beta, density, stiffness, .. } = asked.step;
+    asked.step.check()?;
+    let Stiffness::Diagonal(lambdas) = sections.matrices.stiffness else {
+        return Err(missing(SectionKind::Eigenvalues).into());
+    };
+    let mut ratios = sections.damping_ratios.unwrap_or(&[]).iter();
+    Ok(lambdas.iter().map(move |&lambda| {
+        let lambda = f64::from_le_bytes(lambda) * stiffness / density;
+        let ratio = ratios.next().map_or(0.0, |&ratio| f64::from_le_bytes(ratio));
+        [lambda, 0.5 * (alpha + beta * lambda) + ratio * libm::sqrt(lambda)]
+    }))
 }
 
 /// The dense map of modes that dashpots couple, and their answers to the parts of a load as above.
@@ -286,10 +291,8 @@ fn fuse_coupled<'w>(
     shape: Shape,
     work: &'w mut [f64],
 ) -> Result<Fused<'w>, BindError> {
-    let StepParameters { time_step, alpha, beta, density, stiffness } = asked.step;
-    asked.step.check()?;
-    let (Stiffness::Diagonal(lambdas), Some(stored)) = (sections.matrices.stiffness, sections.damping_rows)
-    else {
+    let StepParameters { time_step, density, .. } = asked.step;
+    let Some(stored) = sections.damping_rows else {
         return Err(missing(SectionKind::DampingRows).into());
     };
     let (r, square) = (shape.r, shape.r.saturating_mul(shape.r));
@@ -298,23 +301,20 @@ fn fuse_coupled<'w>(
     let [impulse, step, ramp] = [work.take(square)?, work.take(square)?, work.take(square)?];
     let (w2, own) = (work.take(r)?, work.take(r)?);
     let rows = work.take(shape.damping_rows.saturating_mul(r))?;
-    let mut ratios = sections.damping_ratios.unwrap_or(&[]).iter();
-    for ((&lambda, w2), own) in lambdas.iter().zip(&mut *w2).zip(&mut *own) {
-        let lambda = f64::from_le_bytes(lambda) * stiffness / density;
-        let ratio = ratios.next().map_or(0.0, |&ratio| f64::from_le_bytes(ratio));
+    for (([lambda, sigma], w2), own) in modes(sections, asked)?.zip(&mut *w2).zip(&mut *own) {
         *w2 = lambda * time_step * time_step;
-        *own = 2.0 * decay(lambda, ratio, [alpha, beta]) * time_step;
+        *own = 2.0 * sigma * time_step;
     }
     // A dashpot stays the same where the density changes.
     let scale = libm::sqrt(time_step / density);
     rows.iter_mut().zip(stored).for_each(|(row, &d)| *row = scale * f64::from_le_bytes(d));
     let rest = work.rest();
-    let modes = CoupledModes { stiffness: w2, own, rows };
+    let coupled = CoupledModes { stiffness: w2, own, rows };
     let out = CoupledResponses { impulse: &mut *impulse, step: &mut *step, ramp: &mut *ramp };
-    modes.respond(out, rest).ok_or(BindError::NotFinite)?;
+    coupled.respond(out, rest).ok_or(BindError::NotFinite)?;
     let loads = Lender::new(rest).take(square.saturating_mul(4))?;
     let responses = [&*impulse, &*step, &*ramp];
-    step_of(&modes, responses, time_step * time_step / density, [&mut *d, &mut *loads])?;
+    step_of(&coupled, responses, time_step * time_step / density, [&mut *d, &mut *loads])?;
     Ok(Fused { d, loads, weights: &[] })
 }
 

@@ -173,7 +173,7 @@ impl Shape {
     /// Length of the step map.
     pub const fn map_len(&self) -> usize {
         match self.structure() {
-            Structure::Exact if self.is_coupled() => self.padded() * self.columns(),
+            Structure::Exact if self.is_coupled() => self.padded().saturating_mul(self.columns()),
             Structure::Diagonal | Structure::Exact => self.n_parts() * self.padded(),
             Structure::Block => self.padded() * self.columns(),
             Structure::Strain => self.strain.map_len(),
@@ -183,7 +183,7 @@ impl Shape {
     /// Length of one stage's load map.
     pub const fn load_map_len(&self) -> usize {
         match self.structure() {
-            Structure::Exact if self.is_coupled() => self.padded() * self.r,
+            Structure::Exact if self.is_coupled() => self.padded().saturating_mul(self.r),
             Structure::Diagonal | Structure::Exact | Structure::Strain => self.padded(),
             Structure::Block => self.padded() * self.r,
         }
@@ -216,8 +216,10 @@ impl Shape {
             Structure::Exact if self.is_coupled() => {
                 // D and the load maps, the three responses, stiffness and damping of each mode, the rows. The
                 // load maps come last, and their place is work before.
-                let work = larger(4 * r * r, CoupledModes::work_len(r));
-                (7 * r * r + 2 * r).saturating_add(work).saturating_add(self.damping_rows.saturating_mul(r))
+                let square = r.saturating_mul(r);
+                let work = larger(square.saturating_mul(4), CoupledModes::work_len(r));
+                let modes = square.saturating_mul(7).saturating_add(r.saturating_mul(2));
+                modes.saturating_add(work).saturating_add(self.damping_rows.saturating_mul(r))
             }
             Structure::Exact => (4 + 2 * n) * r,
             Structure::Strain => 0,

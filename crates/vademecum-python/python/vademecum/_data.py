@@ -183,6 +183,7 @@ class Info:
     alpha: float
     beta: float
     damping_ratios: tuple[float, ...]
+    damping_rows: int
     structures: tuple[str, ...]
     terms: int
     axes: tuple[Axis, ...]

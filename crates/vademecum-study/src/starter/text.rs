@@ -38,13 +38,14 @@ impl Draft<'_> {
         self.write_supports(&mut text);
         let NamedMaterial { name, damping, .. } = self.material;
         let sum_of_modes = self.known.is_some_and(|known| known.modes.is_some());
-        let of_deck = self.known.and_then(|known| known.damping.as_deref());
         let moves = self.known.is_some_and(|known| known.modes.is_some() || known.time_step.is_some());
-        let damping = match moves {
-            _ if of_deck.is_some() => format!("[damping]\n{}", of_deck.unwrap_or("").trim_end()),
-            true => "# None, as the motion of the deck. `ratio = 0.01` gives each mode one.\n[damping]"
-                .to_string(),
-            false => format!("[damping]\nratio = {damping:?} # of each mode; usual for parts of {name}"),
+        let damping = match self.known.and_then(|known| known.damping.as_deref()) {
+            Some(lines) => format!("[damping]\n{}", lines.trim_end()),
+            None if moves => {
+                "# None, as the motion of the deck. `ratio = 0.01` gives each mode one.\n[damping]"
+                    .to_string()
+            }
+            None => format!("[damping]\nratio = {damping:?} # of each mode; usual for parts of {name}"),
         };
         let precision = if sum_of_modes { "f64" } else { "f32" };
         let _ = write!(

@@ -58,7 +58,7 @@ fn the_elastica_of_this_test_is_the_printed_one() {
     }
 }
 
-/// How far the tip of a beam of square section goes aside and back under a dead end load.
+/// Displacement of the tip of a beam of square section, aside and back, under a dead end load.
 fn tip(model: &Model, alpha: f64, height: f64) -> [f64; 2] {
     let strain = GreenStrain::new(model).expect("a strain field");
     let symbolic = Symbolic::analyze(model.pencil()).expect("a structure");

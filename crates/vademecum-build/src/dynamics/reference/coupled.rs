@@ -4,6 +4,9 @@
 //! ramp. They are power series at a short time, and are doubled from there. Short pieces of time are power
 //! series of the motion itself: their cost is that of a few products with the damping matrix, which is a
 //! diagonal and a few rows.
+//!
+//! The evaluator has the same step in its own code (`vademecum-format`, `coupled.rs`), which a certificate
+//! checks with this one: nothing is shared.
 
 use faer::linalg::matmul::matmul;
 use faer::{Accum, Mat, MatMut, MatRef, Par};

@@ -6,8 +6,6 @@ use std::path::PathBuf;
 
 use crate::dynamics::{Damping, ModalRatios, Rayleigh};
 use crate::fem::{Elasticity, HeatLaw, Stiffness};
-use crate::linalg::unit;
-use crate::linalg::vec3::cross;
 use crate::mesh::select::Selection;
 use crate::mesh::{Hexahedra, Order};
 
@@ -181,12 +179,7 @@ impl MaterialEntry {
     /// Thermal strain of one kelvin along the axes of space; zeros where it does not expand.
     pub(crate) fn thermal_strain(&self) -> [[f64; 3]; 3] {
         let along = self.expansion.map_or([0.0; 3], ExpansionEntry::along);
-        let axes =
-            self.axes.map_or([[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]], |[first, second]| {
-                let (first, third) = (unit(first), unit(cross(first, second)));
-                [first, cross(third, first), third]
-            });
-        HeatLaw::along(along, &axes)
+        HeatLaw::along(along, self.axes)
     }
 
     /// Its elasticity; `None` where the constants are none, or those of no solid.

@@ -7,23 +7,9 @@ use super::deck::{DataLine, InpCard};
 use crate::linalg::vec3::{cross, dot, norm, sub};
 use crate::mesh::error::{MeshError, shown};
 
-/// Parameters that name a set, a surface, a node or axes of a part.
-const NAMED: [&str; 14] = [
-    "NSET",
-    "ELSET",
-    "NAME",
-    "ORIENTATION",
-    "SURFACE",
-    "REF NODE",
-    "ROT NODE",
-    "TIE NSET",
-    "PIN NSET",
-    "NODE",
-    "CONTROL NODE",
-    "REFNODE",
-    "ROTNODE",
-    "SLAVE",
-];
+/// Parameters that name a set, a surface, a node or axes of a part, without blanks.
+const NAMED: [&str; 10] =
+    ["NSET", "ELSET", "NAME", "ORIENTATION", "SURFACE", "REFNODE", "ROTNODE", "TIENSET", "PINNSET", "NODE"];
 
 /// Numbers that a deck may reach once its instances are apart.
 const LARGEST: u64 = 1 << 53;
@@ -192,7 +178,7 @@ fn copied(card: &InpCard, instance: &Instance) -> Result<InpCard, MeshError> {
     let mut copy = card.clone();
     let material = card.keyword == "MATERIAL" || card.keyword == "AMPLITUDE";
     for (key, value) in &mut copy.parameters {
-        if NAMED.contains(&key.as_str()) && !value.is_empty() && !material {
+        if NAMED.contains(&key.replace(' ', "").as_str()) && !value.is_empty() && !material {
             *value = local(value, instance);
         }
     }

@@ -8,12 +8,10 @@ use vademecum_study::fmu::{
 };
 
 use crate::arguments::{Limit, OutputArguments};
+use crate::assets::fmu_library;
 use crate::failure::{Cause, Failure};
 use crate::files::{check_output, is_stepped, open, outputs, refuse_chapter, usable_file, write_bytes};
 use crate::print::print_json;
-
-/// The library for Linux on 64-bit Intel and AMD processors, made by `crates/vademecum-fmu/build`.
-const LIBRARY: &[u8] = include_bytes!("../../../assets/fmu-x86_64-linux.so");
 
 /// Writes a co-simulation unit (FMU) with the file, for simulation programs that know FMI 2.0 or 3.0.
 #[derive(clap::Args)]
@@ -152,7 +150,7 @@ impl Fmu {
         const OWN: &str = "x86_64-linux";
         let mut libraries = vec![];
         if !self.library.iter().any(|asked| asked.platform == OWN) {
-            libraries.push(Library { platform: OWN.into(), bytes: LIBRARY.to_vec() });
+            libraries.push(Library { platform: OWN.into(), bytes: fmu_library() });
         }
         for LibraryArgument { platform, path } in &self.library {
             let bytes = read_regular(path).map_err(|error| Failure::io(path, error))?;

@@ -1,66 +1,8 @@
 //! Decks of a few elements whose answers are known on paper.
 
-use vademecum_deck::{
-    Deck, DeckError, Dialect, FullOrder, ProblemParts, ReadOptions, StaticAnswer, System, read,
-};
+use vademecum_deck::{DeckError, Dialect, FullOrder, ReadOptions, System, read};
 
-/// Reads a deck from a text.
-fn deck_of(name: &str, text: &str) -> Result<Deck, DeckError> {
-    let folder = tempfile::tempdir().unwrap();
-    let path = folder.path().join(name);
-    std::fs::write(&path, text).unwrap();
-    read(&path, &ReadOptions::default())
-}
-
-fn answers(name: &str, text: &str) -> Vec<StaticAnswer> {
-    let deck = deck_of(name, text).unwrap_or_else(|error| panic!("{error}"));
-    FullOrder::new(&deck).static_answers().unwrap_or_else(|error| panic!("{error}"))
-}
-
-/// A bar of two bricks along x, 2 × 1 × 1, modulus 100, Poisson's ratio 0, density 3.
-const BAR: &str = "\
-*NODE
-1,0,0,0
-2,1,0,0
-3,2,0,0
-4,0,1,0
-5,1,1,0
-6,2,1,0
-7,0,0,1
-8,1,0,1
-9,2,0,1
-10,0,1,1
-11,1,1,1
-12,2,1,1
-20,3,0.5,0.5
-*ELEMENT,TYPE=C3D8,ELSET=bar
-1,1,2,5,4,7,8,11,10
-2,2,3,6,5,8,9,12,11
-*NSET,NSET=left
-1,4,7,10
-*NSET,NSET=right
-3,6,9,12
-*SURFACE,NAME=end
-2,S4
-*MATERIAL,NAME=soft
-*ELASTIC
-100,0
-*DENSITY
-3
-*SOLID SECTION,ELSET=bar,MATERIAL=soft
-*BOUNDARY
-left,1,3
-";
-
-fn close(found: f64, expected: f64) {
-    assert!((found - expected).abs() <= 1e-9 * expected.abs().max(1.0), "{found} for {expected}");
-}
-
-/// Displacement of a node by its number in the deck.
-fn at(deck: &Deck, answer: &StaticAnswer, id: u64) -> [f64; 3] {
-    let node = (0..deck.node_count() as u32).find(|&node| deck.id(node) == id).unwrap();
-    answer.displacement[node as usize]
-}
+use crate::{BAR, answers, at, close, deck_of};
 
 #[test]
 fn forces_pressure_gravity_and_given_displacements_stretch_a_bar() {
@@ -407,41 +349,6 @@ fn broken_decks_are_named_and_never_panic() {
 }
 
 #[test]
-fn loads_of_a_motion_over_time_follow_their_own_courses() {
-    let found = parts(
-        "*AMPLITUDE,NAME=a\n0,0,1,2\n*AMPLITUDE,NAME=b\n0.5,1,3,4\n*STEP\n*STATIC\n*DLOAD\nbar,GRAV,9,0,0,-1\n\
-         *END STEP\n*STEP\n*MODAL DYNAMIC\n0.1,2\n*BOUNDARY\nleft,1,1\n*CLOAD,AMPLITUDE=a\nright,1,3\n\
-         *CLOAD,AMPLITUDE=b\nright,2,5\n*CLOAD\nright,3,7\n*END STEP\n",
-    );
-    assert_eq!((found.time_step, &found.missing[..]), (Some(0.1), &[][..]));
-    // Gravity of the step before goes on, and a course holds its first and its last value.
-    let expected = "\
-duration = 2.0 # s
-
-[[pattern]]
-name = \"2 2\"
-
-[[pattern]]
-name = \"3 2\"
-table = [[0.0, 0.0], [1.0, 2.0], [2.1, 2.0]]
-
-[[pattern]]
-name = \"4 2\"
-table = [[0.0, 1.0], [0.5, 1.0], [3.0, 4.0]]
-
-[[pattern]]
-name = \"5 2\"
-";
-    let scenario = found.scenario.unwrap();
-    assert!(scenario.ends_with(expected), "{scenario}");
-    for (name, keys) in [("2 2", "acceleration = [0.0, 0.0, -9.0]"), ("4 2", "[3, 0.0, 5.0, 0.0]")] {
-        let table =
-            found.patterns.split("[[load.pattern]]").find(|table| table.contains(&format!("\"{name}\"")));
-        assert!(table.is_some_and(|table| table.contains(keys)), "{name}: {}", found.patterns);
-    }
-}
-
-#[test]
 fn an_ansys_material_without_a_ratio_has_that_of_its_program() {
     let brick = |constants: &str| {
         let corners = ["0 0 0", "1 0 0", "1 1 0", "0 1 0", "0 0 1", "1 0 1", "1 1 1", "0 1 1"];
@@ -551,59 +458,6 @@ fn units_of_their_own_keep_the_numbers() {
     let millimetres = ReadOptions { units: System::parse("mm-t-N"), ..ReadOptions::default() };
     let parts = read(&path, &millimetres).unwrap().problem_parts(None).unwrap();
     assert!(parts.materials.contains("young = 1e6 # Pa"), "{}", parts.materials);
-}
-
-/// The parts of a problem file of the bar with these cards.
-fn parts(cards: &str) -> ProblemParts {
-    let text = format!("{BAR}{cards}");
-    let folder = tempfile::tempdir().unwrap();
-    let path = folder.path().join("bar.inp");
-    std::fs::write(&path, text).unwrap();
-    let options = ReadOptions { units: Some(System::MetreKilogram), ..ReadOptions::default() };
-    read(&path, &options).unwrap().problem_parts(None).unwrap()
-}
-
-#[test]
-fn damping_of_a_deck_is_that_of_its_problem_file() {
-    let modal = |cards: &str| {
-        let steps =
-            format!("*STEP\n*FREQUENCY\n4\n*END STEP\n*STEP\n*MODAL DYNAMIC\n0.1,2\n{cards}*END STEP\n");
-        parts(&steps).damping
-    };
-    assert_eq!(modal(""), None);
-    let rayleigh = modal("*MODAL DAMPING,RAYLEIGH\n,,5.,0.25\n");
-    assert_eq!(rayleigh.as_deref(), Some("alpha = 5.0 # 1/s\nbeta = 0.25 # s\n"));
-    // Modes without a ratio have none, and a list has no more than the modes of the sum.
-    let ratios = modal("*MODAL DAMPING\n1,2,0.5\n3,3,0.25\n");
-    assert_eq!(ratios.as_deref(), Some("modal = [0.5, 0.5, 0.25, 0.0]\n"));
-    assert_eq!(modal("*MODAL DAMPING\n1,9,0.5\n").as_deref(), Some("modal = [0.5, 0.5, 0.5, 0.5]\n"));
-    // That of a material acts in motions that are no sums of modes.
-    let direct = "*DAMPING,ALPHA=3,BETA=1e-3\n*STEP\n*DYNAMIC\n0.1,2\n*END STEP\n";
-    assert_eq!(parts(direct).damping.as_deref(), Some("alpha = 3.0 # 1/s\nbeta = 0.001 # s\n"));
-    assert_eq!(parts(&direct.replace("*DYNAMIC", "*MODAL DYNAMIC")).damping, None);
-    for wrong in ["*MODAL DAMPING\n0,2,0.5\n", "*MODAL DAMPING\n1,2,-0.5\n", "*MODAL DAMPING\n2,1,0.5\n"] {
-        let text = format!("{BAR}*STEP\n*MODAL DYNAMIC\n0.1,2\n{wrong}*END STEP\n");
-        let error = deck_of("wrong.inp", &text).unwrap_err().to_string();
-        assert!(error.contains("MODAL DAMPING"), "{error}");
-    }
-}
-
-#[test]
-fn a_harmonic_step_is_a_frequency_response() {
-    let step =
-        "*NSET,NSET=out\n3,3,12\n*STEP\n*FREQUENCY\n5\n*END STEP\n*STEP\n*STEADY STATE DYNAMICS\n1,9,5\n";
-    let loads = "*CLOAD\nright,2,3\n*CLOAD,LOAD CASE=2\nright,3,7\n*NODE PRINT,NSET=out\nU\n*END STEP\n";
-    let found = parts(&format!("{step}{loads}"));
-    let response = found.frequency_response.unwrap();
-    assert_eq!((response.range, response.pattern.as_str()), ([1.0, 9.0], "1 2"));
-    // A node that a set names twice has its probes once.
-    assert_eq!(response.probes, ["N3.x", "N3.y", "N3.z", "N12.x", "N12.y", "N12.z"]);
-    assert_eq!(found.probes.matches("[[output.probe]]").count(), 6);
-    assert_eq!(found.modes, Some(5));
-    // Loads out of phase are named and do not act.
-    assert!(found.patterns.contains("3.0, 0.0]") && !found.patterns.contains("7.0"), "{}", found.patterns);
-    let moved = parts(&format!("{step}*BOUNDARY\nleft,1,1,2.\n*END STEP\n"));
-    assert!(moved.missing.iter().any(|words| words.contains("motions of supports")), "{:?}", moved.missing);
 }
 
 #[test]
