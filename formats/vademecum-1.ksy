@@ -420,6 +420,18 @@ enums:
     77: embedded_weights
     78: embedded_triangles
     79: damping_rows
+    95: port_names
+    96: port_table
+    97: port_frames
+    98: port_nodes
+    99: port_facets
+    100: port_rows
+    101: port_compliance
+    102: port_inertia
+    103: port_residual
+    104: port_probes
+    105: port_patterns
+    106: probe_motions
     40: static_bound
     41: bound_map
   element:

@@ -26,7 +26,9 @@ SupportNames SupportPoints ReactionBasis ReactionLoads PatternReaction BaseFrame
 StrainSizes StrainLinear StrainTail StrainQuadratic StrainBox StrainLimits StrainModes
 MeshError""".split()
 MODELS = "Compliance EmbeddedNodes EmbeddedWeights EmbeddedTriangles DampingRows".split()
-KINDS = dict(enumerate(NAMES, start=1)) | dict(enumerate(MODELS, start=75))
+PORTS = """PortNames PortTable PortFrames PortNodes PortFacets PortRows PortCompliance PortInertia PortResidual
+PortProbes PortPatterns ProbeMotions""".split()
+KINDS = dict(enumerate(NAMES, start=1)) | dict(enumerate(MODELS, start=75)) | dict(enumerate(PORTS, start=95))
 
 
 class Refused(Exception):

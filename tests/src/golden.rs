@@ -74,6 +74,54 @@ fn embedded(bytes: &[u8]) -> Vec<u8> {
     rewritten(bytes, |_| (), |_| (), &more)
 }
 
+/// A file with two ports more: a patch of three nodes, and a frame.
+fn ports(bytes: &[u8]) -> Vec<u8> {
+    const ROWS: usize = 15;
+    let metadata = *File::parse(bytes).expect("a file").metadata();
+    let [r, n, probes, patterns] =
+        [metadata.n_modes, metadata.n_surface_nodes, metadata.n_probes, metadata.n_patterns];
+    // Dyadic numbers, which every program reads and writes alike.
+    let f64s = |count: usize| -> Vec<u8> {
+        (0..count).flat_map(|k| (((7 * k) % 16) as f64 / 16.0).to_le_bytes()).collect()
+    };
+    let symmetric = |scale: f64| -> Vec<u8> {
+        let entry =
+            |i: usize, j: usize| if i == j { 4.0 * scale } else { scale / (1 << i.abs_diff(j)) as f64 };
+        (0..ROWS * ROWS).flat_map(|k| entry(k / ROWS, k % ROWS).to_le_bytes()).collect()
+    };
+    let u32s = |numbers: &[u32]| -> Vec<u8> { numbers.iter().flat_map(|k| k.to_le_bytes()).collect() };
+    let frame = [0.5, 0.25, 0.125, 1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0];
+    let turned = [1.0, 0.0, 0.0, 0.0, 1.0, 0.0, -1.0, 0.0, 0.0, 0.0, 0.0, 1.0];
+    let frames = [frame, turned].into_iter().flatten().flat_map(f64::to_le_bytes).collect();
+    let facet = [0, 1, 2, u32::MAX, u32::MAX, u32::MAX, u32::MAX, u32::MAX, u32::MAX];
+    let made: [(SectionKind, Element, [u64; 3], Vec<u8>); 11] = [
+        (SectionKind::PortNames, Element::U8, [8, 1, 1], b"face\npin".to_vec()),
+        (SectionKind::PortTable, Element::U32, [2, 7, 1], u32s(&[0, 0, 9, 0, 3, 0, 1, 1, 9, 6, 3, 0, 1, 0])),
+        (SectionKind::PortFrames, Element::F64, [2, 12, 1], frames),
+        (SectionKind::PortNodes, Element::U32, [3, 1, 1], u32s(&[2, 0, 1])),
+        (SectionKind::PortFacets, Element::U32, [1, 9, 1], u32s(&facet)),
+        (SectionKind::PortRows, Element::F64, [15, r.into(), 1], f64s(ROWS * r as usize)),
+        (SectionKind::PortCompliance, Element::F64, [15, 15, 1], symmetric(1.0)),
+        (SectionKind::PortInertia, Element::F64, [15, 15, 1], symmetric(0.25)),
+        (SectionKind::PortResidual, Element::F64, [15, n.into(), 3], f64s(3 * ROWS * n as usize)),
+        (SectionKind::PortProbes, Element::F64, [15, probes.into(), 1], f64s(ROWS * probes as usize)),
+        (SectionKind::PortPatterns, Element::F64, [15, patterns.into(), 1], f64s(ROWS * patterns as usize)),
+    ];
+    let more: Vec<SectionInput<'_>> = made
+        .iter()
+        .map(|(kind, element, shape, stored)| SectionInput {
+            kind: *kind,
+            element: *element,
+            codec: Codec::Raw,
+            required: false,
+            shape: *shape,
+            decoded_length: stored.len() as u64,
+            stored,
+        })
+        .collect();
+    rewritten(bytes, |_| (), |_| (), &more)
+}
+
 /// A file with two lines about repairs more.
 fn with_repairs(bytes: &[u8]) -> Vec<u8> {
     let text =
@@ -161,6 +209,7 @@ pub fn all() -> Vec<(&'static str, Vec<u8>)> {
         ("quadratic.vdm", quadratic()),
         ("quantised.vdm", quantised(&body(LAYOUT, 3).file(&bathe(), &STEP, Element::F64))),
         ("dashpots.vdm", with_dashpots(&reactions(&exact), &[4.0, -2.0, 16.0, 0.0, 8.0, 32.0])),
+        ("ports.vdm", ports(&exact)),
         ("reactions.vdm", reactions(&exact)),
         ("base.vdm", base(&exact)),
         ("bent.vdm", bent(&body(LAYOUT, 6).file(&bathe(), &STEP, Element::F64), &[])),

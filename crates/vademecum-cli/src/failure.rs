@@ -9,6 +9,7 @@ use std::fmt;
 use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
 
+use vademecum_assembly::AssemblyError;
 use vademecum_build::basis::BasisError;
 use vademecum_build::dynamics::ModesError;
 use vademecum_build::input::ProblemError;
@@ -279,6 +280,21 @@ impl From<MeshError> for Failure {
     fn from(error: MeshError) -> Self {
         let remedy = remedy_of_mesh(&error);
         Self::new(Cause::Mesh, error).remedy(remedy)
+    }
+}
+
+impl From<AssemblyError> for Failure {
+    fn from(error: AssemblyError) -> Self {
+        let (cause, remedy) = match &error {
+            AssemblyError::File(_) => (Cause::Input, "`vademecum schema assembly` has every key"),
+            AssemblyError::Redundant { .. } | AssemblyError::Free { .. } => (Cause::Input, ""),
+            AssemblyError::Unreadable { .. } => (Cause::Machine, ""),
+            AssemblyError::Part { .. } | AssemblyError::Kind { .. } | AssemblyError::Missing { .. } => {
+                (Cause::File, "")
+            }
+            AssemblyError::NoConvergence | AssemblyError::Format(_) => (Cause::Numerics, ""),
+        };
+        Self::new(cause, error).remedy(remedy)
     }
 }
 

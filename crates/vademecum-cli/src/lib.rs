@@ -82,6 +82,7 @@ Examples:
   vademecum frf body.vdm --in 1,0,0,z --out tip --range 1,500 --plot tip.svg
   vademecum view body.vdm                           push it in the browser
   vademecum report body.vdm -o report.html          one page about a build, with figures
+  vademecum assemble assembly.toml -o whole.vdm     join bodies that were built apart to one
   vademecum export matrices body.toml -o matrices   mass, stiffness, loads and basis for other programs
   vademecum plan sweep.toml -o sweep                many builds as jobs; `collect` gathers them
   vademecum strip body.vdm --keep probes -o p.vdm   only what stepping and probes need
@@ -108,6 +109,7 @@ enum Command {
     Report(cmd::report::Report),
     #[command(hide = true)]
     Bench(cmd::bench::Bench),
+    Assemble(cmd::assemble::Assemble),
     Export(cmd::export::Export),
     Plan(cmd::plan::Plan),
     Collect(cmd::collect::Collect),
@@ -165,6 +167,7 @@ fn run(command: &Command, console: &console::Console) -> Result<(), failure::Fai
         Command::View(command) => command.run(console),
         Command::Report(command) => command.run(console),
         Command::Bench(command) => command.run(),
+        Command::Assemble(command) => command.run(console),
         Command::Export(command) => command.run(console),
         Command::Plan(command) => command.run(),
         Command::Collect(command) => command.run(),

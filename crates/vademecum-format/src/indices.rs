@@ -10,7 +10,7 @@ use crate::read::File;
 
 impl SectionKind {
     /// Kinds of sections whose numbers are indices, which [`File::verify_indices`] checks.
-    pub const INDICES: [Self; 7] = [
+    pub const INDICES: [Self; 8] = [
         Self::Triangles,
         Self::ResidualPairs,
         Self::FactorOrder,
@@ -18,6 +18,7 @@ impl SectionKind {
         Self::StressPoints,
         Self::EmbeddedNodes,
         Self::EmbeddedTriangles,
+        Self::PortNodes,
     ];
 }
 
@@ -64,7 +65,7 @@ impl<'a> File<'a> {
             S::ResidualPairs => (0, loadable, loadable),
             S::FactorOrder => (0, 3 * nodes, 3 * nodes),
             S::FactorRows => (0, rows(S::FactorOrder), rows(S::FactorOrder)),
-            S::EmbeddedNodes => (0, surface, surface),
+            S::EmbeddedNodes | S::PortNodes => (0, surface, surface),
             S::EmbeddedTriangles => (0, rows(S::EmbeddedNodes), rows(S::EmbeddedNodes)),
             S::StressPoints => (0, nodes, rows(S::ElasticConstants).min(rows(S::Compliance))),
             _ => return Ok(()),

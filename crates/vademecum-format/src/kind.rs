@@ -341,6 +341,37 @@ kinds! {
     /// Rows `d` over the modes of the dashpots that couple them: their damping matrix is `Σ dᵀd`, besides the
     /// damping of each mode \[s^-½\], `f64 (any, r)`. Only exact steps know it. Since version 1.10.
     DampingRows = 79: 10, optional, F64, [Any, Modes];
+    /// Names of the ports, by which an assembly joins the body to others, UTF-8, one a line. Since version
+    /// 1.12, as all below.
+    PortNames = 95: 12, optional, U8, [Any];
+    /// Each port: its kind (0 a patch, 1 a frame), its first row and number of rows in sections 100 to 105,
+    /// its first node and number of nodes in section 98, its first facet and number of facets in section 99;
+    /// `u32 (any, 7)`.
+    PortTable = 96: 12, optional, U32, [Any, Of(7)];
+    /// Origin \[m\] and three axes of each port, along and about which the rows of a frame are;
+    /// `f64 (any, 12)`.
+    PortFrames = 97: 12, optional, F64, [Any, Of(12)];
+    /// Nodes of the patches, among those of the surface, `u32 (any)`; three rows for each.
+    PortNodes = 98: 12, optional, U32, [Any];
+    /// Facets of the patches, over the nodes of their port: three, four, six, eight or nine nodes, corners
+    /// first, and `u32::MAX` behind them; `u32 (any, 9)`.
+    PortFacets = 99: 12, optional, U32, [Any, Of(9)];
+    /// Rows `G B` of the ports, `f64 (any, r)`.
+    PortRows = 100: 12, optional, F64, [Any, Modes];
+    /// `G R Gᵀ`, `f64 (any, any)`.
+    PortCompliance = 101: 12, optional, F64, [Any, Any];
+    /// `G R M R Gᵀ`, `f64 (any, any)`.
+    PortInertia = 102: 12, optional, F64, [Any, Any];
+    /// Displacement `R Gᵀ` of surface nodes under a unit force along each row,
+    /// `f32|f64 (any, n_surface_nodes, 3)`.
+    PortResidual = 103: 12, optional, REAL, [Any, SurfaceNodes, Of(3)];
+    /// A probe's value of `R Gᵀ`, `f64 (any, n_probes)`.
+    PortProbes = 104: 12, optional, F64, [Any, Probes];
+    /// `G R F_p` of each pattern, `f64 (any, n_patterns)`.
+    PortPatterns = 105: 12, optional, F64, [Any, Patterns];
+    /// Values of the probes of a free body as it moves by a metre along each axis, and turns by a radian
+    /// about each through its centre; `f64 (n_probes, 6)`.
+    ProbeMotions = 106: 12, optional, F64, [Probes, Of(6)];
 }
 
 impl SectionKind {

@@ -78,6 +78,7 @@ mod metadata;
 mod names;
 mod parameter;
 pub mod policy;
+mod ports;
 mod quantised;
 mod read;
 pub mod scheme;
@@ -101,6 +102,7 @@ pub use metadata::{
     MAX_REGIONS, MAX_TERMS, Metadata, StructureCertificate,
 };
 pub use parameter::{Parameter, ParameterRole};
+pub use ports::{PORT_COLUMNS, PORT_FACET_NODES, PortKind, PortRange};
 pub use quantised::{BLOCK_NODES, Quantised};
 pub use read::File;
 pub use section::{Numbers, Section};

@@ -70,6 +70,18 @@ impl Keep {
                 | S::EmbeddedWeights
                 | S::EmbeddedTriangles
                 | S::ReactionLoads
+                | S::PortNames
+                | S::PortTable
+                | S::PortFrames
+                | S::PortNodes
+                | S::PortFacets
+                | S::PortRows
+                | S::PortCompliance
+                | S::PortInertia
+                | S::PortResidual
+                | S::PortProbes
+                | S::PortPatterns
+                | S::ProbeMotions
         );
         match self {
             Self::Probes => !(inside || surface || for_people),

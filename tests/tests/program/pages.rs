@@ -364,6 +364,17 @@ fn bad_problems() -> Vec<(usize, String)> {
         (128, heated("representation = \"chapter\"", "")),
         (128, heated("model = \"large-displacement\"", "")),
         (129, heated("", "").replace("1e-5", "[1e-5, 1e-5, inf]")),
+        (130, port("name = \"a/b\"\non = { group = \"x_max\" }")),
+        (130, port("name = \"a\"\non = { group = \"x_max\" }\n[[port]]\nname = \"a\"\non = { group = \"x_max\" }")),
+        (131, port("name = \"a\"\nreference = \"hub\"")),
+        (131, port("name = \"a\"\nkind = \"frame\"\nreference = \"hib\"")),
+        (131, attached("[[port]]\nname = \"a\"\nkind = \"frame\"\nreference = \"hub\"")),
+        (132, port("name = \"a\"")),
+        (133, port("name = \"a\"\non = { group = \"x_max\" }\nat = [0, 0, 0]")),
+        (134, port("name = \"a\"\non = { group = \"x_max\" }\naxes = [[1, 0, 0], [0, 1, 0]]")),
+        (134, port("name = \"a\"\nkind = \"frame\"\non = { group = \"x_max\" }\naxes = [[1, 0, 0], [1, 1, 0]]")),
+        (135, port("name = \"a\"\non = { group = \"x_max\" }\n[basis]\nkind = \"ritz\"")),
+        (135, format!("model = \"large-displacement\"\n{}", port("name = \"a\"\non = { group = \"x_max\" }"))),
         (61, format!("title = \"{}\"", "a".repeat(1001))),
         (62, format!("units = \"{}\"", "a".repeat(1001))),
         (63, many_parameters()),
@@ -392,6 +403,11 @@ fn attached(tables: &str) -> String {
 /// The same with a coupling that has these keys.
 fn coupled(keys: &str) -> String {
     attached(&format!("[[coupling]]\nreference = \"hub\"\non = {{ group = \"x_max\" }}\n{keys}"))
+}
+
+/// A held body with a port that has these keys.
+fn port(keys: &str) -> String {
+    format!("{HELD}[[port]]\n{keys}")
 }
 
 /// A held body on a foundation that has these keys.

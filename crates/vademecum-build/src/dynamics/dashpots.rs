@@ -62,7 +62,7 @@ pub(crate) fn fewest_rows(rows: Mat<f64>) -> Result<Mat<f64>, NoConvergence> {
 /// Largest change of the answer to a force on one mode at its natural frequency if the coupling is left out,
 /// relative, in the norm of the energy. `damping` is the whole damping matrix along the modes, shape (r, r)
 /// \[1/s\].
-pub(crate) fn coupling_error(eigenvalues: &[f64], damping: MatRef<'_, f64>) -> f64 {
+pub fn coupling_error(eigenvalues: &[f64], damping: MatRef<'_, f64>) -> f64 {
     let r = eigenvalues.len();
     let largest = (0..r).map(|k| damping[(k, k)]).fold(0.0, f64::max);
     let of_mode = |k: usize| -> f64 {

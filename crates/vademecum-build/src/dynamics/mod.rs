@@ -20,7 +20,8 @@ mod window;
 mod work;
 
 pub use damping::{Damping, DampingError, ModalRatios, NumericalDamping, Rayleigh, numerical_damping};
-pub(crate) use dashpots::{coupling_error, fewest_rows, uncouple};
+pub use dashpots::coupling_error;
+pub(crate) use dashpots::{fewest_rows, uncouple};
 pub use full_order::{FullOrder, FullOrderError, StageLoads, State, Workspace};
 pub use harmonic::{HarmonicError, harmonic};
 pub use history::{Course, History, LoadTable, Wave};

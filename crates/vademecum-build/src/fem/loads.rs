@@ -26,6 +26,16 @@ pub struct Facet {
 }
 
 impl Facet {
+    /// A facet of 3, 4, 6, 8 or 9 nodes, corners first.
+    pub fn of(nodes: &[u32]) -> Option<Self> {
+        use FacetKind as K;
+        let kinds = [K::Tri3, K::Quad4, K::Tri6, K::Quad8, K::Quad9];
+        let kind = kinds.into_iter().find(|kind| kind.nodes() == nodes.len())?;
+        let mut own = [0; MAX_FACET_NODES];
+        own[..nodes.len()].copy_from_slice(nodes);
+        Some(Self { nodes: own, kind })
+    }
+
     /// Its nodes, as [`FacetKind`] orders them.
     pub fn nodes(&self) -> &[u32] {
         &self.nodes[..self.kind.nodes()]

@@ -10,8 +10,8 @@ pub use problem::{
     DampingEntry, DashpotEntry, EquationEntry, EquationNode, EquationTerm, FILE_KEYS, Fields, LargeEntry,
     LoadEntry, MaterialEntry, MatricesSource, MeshSource, ModelKind, Motion, NodalForce, OWN_COLUMNS,
     OrderEntry, OutputEntry, ParameterEntry, ParameterKind, ParameterScale, PatternEntry, PointMassEntry,
-    PrestressEntry, ProbeEntry, Problem, ProblemError, Projection, RaisedOrder, ReferencePointEntry,
-    RegionEntry, Repair, SnapshotPlan, SpringEntry, StressPlaces, SupportEntry, TablesSource, TieEntry,
-    TimeEntry, Tolerances, problem_schema, range_table,
+    PortEntry, PortKind, PrestressEntry, ProbeEntry, Problem, ProblemError, Projection, RaisedOrder,
+    ReferencePointEntry, RegionEntry, Repair, SnapshotPlan, SpringEntry, StressPlaces, SupportEntry,
+    TablesSource, TieEntry, TimeEntry, Tolerances, problem_schema, range_table,
 };
 pub(crate) use problem::{GaugeEntry, InnerProduct, Precision, STRESS_UNASKED};

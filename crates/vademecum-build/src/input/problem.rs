@@ -12,9 +12,11 @@ mod check;
 mod check_attachments;
 mod check_heat;
 mod check_large;
+mod check_ports;
 mod check_prestress;
 mod large;
 mod plan;
+mod ports;
 mod prestress;
 mod ranges;
 
@@ -37,6 +39,7 @@ pub use plan::{
     SnapshotPlan, StressPlaces, TimeEntry, Tolerances,
 };
 pub(crate) use plan::{GaugeEntry, InnerProduct, Precision, STRESS_UNASKED};
+pub use ports::{PortEntry, PortKind};
 pub use prestress::PrestressEntry;
 pub use ranges::{problem_schema, range_table};
 
@@ -130,6 +133,9 @@ pub struct Problem {
     /// Dashpots at reference points.
     #[serde(rename = "dashpot", default)]
     pub dashpots: Vec<DashpotEntry>,
+    /// Ports, by which an assembly joins the body to others.
+    #[serde(rename = "port", default)]
+    pub ports: Vec<PortEntry>,
     /// Static load case about which the body moves.
     pub prestress: Option<PrestressEntry>,
     /// Base of the supports.

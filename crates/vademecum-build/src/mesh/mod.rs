@@ -112,6 +112,12 @@ pub struct Mesh {
 }
 
 impl Mesh {
+    /// Points without elements.
+    pub fn of_points(nodes: Vec<[f64; 3]>) -> Self {
+        let node_ids = (1..=nodes.len() as u64).collect();
+        Self { nodes, node_ids, ..Self::of_nothing() }
+    }
+
     /// A mesh without nodes and elements.
     pub(crate) fn of_nothing() -> Self {
         Self {

@@ -5,7 +5,8 @@ use super::{BuildContext, BuildError};
 use crate::basis::{Basis, BasisError, find_basis};
 use crate::dynamics::uncouple;
 use crate::export::{
-    Draft, factor_sections, reaction_sections, residual_sections, stress_order, stress_sections,
+    Draft, factor_sections, port_sections, reaction_sections, residual_sections, stress_order,
+    stress_sections,
 };
 use crate::fem::{COMPONENTS, StressRows};
 use crate::input::{BasisKind, Precision, Problem, STRESS_UNASKED};
@@ -15,7 +16,7 @@ use crate::progress::Stopwatch;
 use crate::reaction::reactions;
 use crate::report::BuildPlan;
 use crate::residual::{
-    BlockMethod, ResidualBasis, ResidualFlexibility, residual_flexibility, stress_residual,
+    BlockMethod, ResidualBasis, ResidualFlexibility, port_flexibility, residual_flexibility, stress_residual,
 };
 use crate::store::Inputs;
 
@@ -57,10 +58,11 @@ impl ReducedModel {
         let has_residual = loadable && basis.eigenvalues.is_some();
         let stress = stress(context, problem, &basis, has_residual, watch)?;
         let reactions = support_reactions(context, problem, &basis, watch)?;
+        let ports = ports(context, problem, &basis, watch)?;
         // Without loadable nodes there is no residual, and nothing for the factor to add to.
         let has_factor = problem.output.static_fields == Some(true) && has_residual;
         let factor = if has_factor { factor(context, problem, watch)? } else { vec![] };
-        let sections = stress.into_iter().chain(reactions).chain(factor).collect();
+        let sections = stress.into_iter().chain(reactions).chain(ports).chain(factor).collect();
         Ok(Self { basis, snapshots, sections, has_residual, has_factor })
     }
 
@@ -181,6 +183,31 @@ fn support_reactions(
     let find = || reactions(body, symbolic, basis.vectors.as_ref(), nodes);
     let found = watch.stage("reactions", find).map_err(BuildError::Reactions)?;
     Ok(reaction_sections(&body.supports, &found))
+}
+
+/// Sections of the ports.
+fn ports(
+    context: &BuildContext<'_>,
+    problem: &Problem,
+    basis: &Basis,
+    watch: &mut Stopwatch<'_>,
+) -> Result<Vec<Draft>, BuildError> {
+    let BuildContext { prepared, order, kept, .. } = *context;
+    let body = &prepared.body;
+    let Some(eigenvalues) = basis.eigenvalues.as_ref().filter(|_| !body.ports.is_empty()) else {
+        return Ok(vec![]);
+    };
+    let reduced = reduced(context, basis, eigenvalues, problem);
+    let nodes = &order.nodes[..order.n_surface];
+    let inputs = |inputs: Inputs| {
+        let rows = body.ports.iter().map(|port| &port.rows);
+        let probes = body.probes.iter().map(|probe| &probe.nodes);
+        let inputs = inputs.value(&(rows.collect::<Vec<_>>(), probes.collect::<Vec<_>>())).with(basis);
+        body.patterns.iter().fold(inputs.indices(nodes), |inputs, (_, force)| inputs.numbers(force))
+    };
+    let solve = || port_flexibility(&reduced, nodes, kept.listener);
+    let found = watch.stage("ports", || kept.stage("ports", inputs, solve))?;
+    Ok(port_sections(body, order, basis.vectors.as_ref(), &found, problem.output.precision))
 }
 
 /// Bytes of the factor in a file, without its indices.

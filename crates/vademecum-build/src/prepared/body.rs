@@ -15,6 +15,7 @@ use super::gauge;
 use super::heat;
 use super::matrices::MatrixModel;
 use super::places::{ends_between_nodes, facets, facets_within, located, select};
+use super::ports::{Port, ports};
 use crate::fem::{COMPONENTS, Engine, Material, Model, StressPoint, stress_points};
 use crate::input::{
     CENTRIFUGAL, Fields, GaugeEntry, MaterialEntry, PatternEntry, Problem, RaisedOrder, StressPlaces,
@@ -75,6 +76,8 @@ pub struct Body {
     pub probes: Vec<Probe>,
     /// Points of the stored stress.
     pub stress: Vec<StressPoint>,
+    /// Ports, by which an assembly joins the body to others.
+    pub ports: Vec<Port>,
     /// The surface that is drawn in place of that of the mesh.
     pub(crate) embedded: Option<Embedded>,
     /// Binds a file to its mesh.
@@ -195,8 +198,10 @@ impl Body {
             patterns.push((name.into(), model.free_part(&force)));
             held_loads.push(held_part(&model, &force));
         }
+        let ports = ports(problem, model.mesh(), &surface, model.dofs())?;
         Ok(Self {
             load_nodes: nodes_of(&loadable),
+            ports,
             model,
             surface: surface.triangles,
             loadable,
@@ -260,6 +265,7 @@ impl Body {
             base,
             probes,
             stress: vec![],
+            ports: vec![],
             embedded: None,
             mesh_hash,
         })

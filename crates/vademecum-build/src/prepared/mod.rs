@@ -10,6 +10,7 @@ mod matrices;
 mod means;
 mod parameters;
 mod places;
+mod ports;
 mod prestress;
 mod proposed;
 mod size;
@@ -22,6 +23,7 @@ pub(crate) use matrices::MatrixModel;
 pub use means::FactorPrecision;
 pub(crate) use means::Means;
 pub use parameters::{LiveParameter, ParameterSpace, Setting};
+pub use ports::Port;
 pub use proposed::{STEPS_PER_PERIOD, proposed_time_step};
 pub use time_step::TimeStepError;
 

@@ -13,6 +13,7 @@ mod bound;
 mod complement;
 mod count;
 mod error;
+mod ports;
 mod selected;
 mod small;
 mod stress;
@@ -23,6 +24,7 @@ pub(crate) use bound::StaticBound;
 pub(crate) use count::ModeSearch;
 pub(crate) use count::modes_within;
 pub use error::ResidualError;
+pub(crate) use ports::{PortFlexibility, port_flexibility};
 pub(crate) use stress::{StressFlexibility, stress_residual};
 pub(crate) use way::BlockMethod;
 

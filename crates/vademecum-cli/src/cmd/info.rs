@@ -11,7 +11,7 @@ use vademecum_build::parametric::RadiusSample;
 use vademecum_build::report::ChapterReport;
 use vademecum_chapter::report_of_file;
 use vademecum_eval::RigidBody;
-use vademecum_format::{Axis, Chapter, File, Parameter, Section, SectionKind};
+use vademecum_format::{Axis, Chapter, File, Parameter, PortKind, PortRange, Section, SectionKind};
 use vademecum_rewrite::{Loss, RewriteError, TermReduction, check_coordinates, fewest_terms, read_losses};
 use vademecum_study::FileError;
 use vademecum_study::contents::{
@@ -91,6 +91,8 @@ struct Contents {
     free_body: Option<FreeReport>,
     /// Supports whose reactions the file gives.
     supports: Vec<SupportReport>,
+    /// Patches and frames by which an assembly joins the body to others.
+    ports: Vec<PortReport>,
     certificate: Certificates,
     enrichment_history: Vec<Enrichment>,
     /// With `--terms-for`.
@@ -263,6 +265,18 @@ impl Certificates {
     }
 }
 
+/// A port.
+#[derive(serde::Serialize)]
+struct PortReport {
+    name: String,
+    kind: &'static str,
+    rows: usize,
+    /// Nodes of a patch.
+    nodes: usize,
+    /// Origin of a frame, or the mean of the nodes of a patch.
+    origin: [f64; 3],
+}
+
 /// A body without supports.
 #[derive(Serialize)]
 struct FreeReport {
@@ -416,6 +430,7 @@ impl Info {
             probes: lines(file, SectionKind::ProbeNames)?,
             free_body: FreeReport::of(file),
             supports: supports(file)?,
+            ports: ports(file)?,
             certificate,
             enrichment_history: enrichment_history(file)?,
             fewest_terms: self.terms_for.map(|t| fewest_terms(file.bytes(), t)).transpose()?,
@@ -433,6 +448,21 @@ fn supports(file: &File<'_>) -> Result<Vec<SupportReport>, FileError> {
     let points = numbers(file, SectionKind::SupportPoints)?;
     let points = points.as_chunks().0.iter().copied();
     Ok(names.zip(points).map(|(name, point)| SupportReport { name, point }).collect())
+}
+
+/// Ports of the file.
+fn ports(file: &File<'_>) -> Result<Vec<PortReport>, FileError> {
+    let names = lines(file, SectionKind::PortNames)?.into_iter();
+    let ranges = file.port_table()?.iter().filter_map(PortRange::of);
+    let frames = numbers(file, SectionKind::PortFrames)?;
+    let of = |((name, range), frame): ((String, PortRange), &[f64; 12])| PortReport {
+        name,
+        kind: if range.kind == PortKind::Patch { "patch" } else { "frame" },
+        rows: range.rows[1],
+        nodes: range.nodes[1],
+        origin: [frame[0], frame[1], frame[2]],
+    };
+    Ok(names.zip(ranges).zip(frames.as_chunks::<12>().0).map(of).collect())
 }
 
 impl Contents {
@@ -485,6 +515,10 @@ impl Contents {
                 let ratios: Vec<String> = ratios.iter().map(f64::to_string).collect();
                 println!("damping ratios of the modes beside that: {}", ratios.join(", "));
             }
+        }
+        for PortReport { name, kind, rows, nodes, .. } in &self.ports {
+            let of = if *nodes > 0 { format!(", {nodes} nodes") } else { String::new() };
+            println!("port `{name}`: a {kind}, {rows} rows{of}");
         }
         if self.damping_rows > 0 {
             println!(

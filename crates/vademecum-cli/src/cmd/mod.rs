@@ -1,5 +1,6 @@
 //! One file per subcommand; none knows another, and nothing is computed here.
 
+pub(crate) mod assemble;
 pub(crate) mod bench;
 pub(crate) mod build;
 pub(crate) mod collect;

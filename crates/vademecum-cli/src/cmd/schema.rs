@@ -1,18 +1,21 @@
 //! `vademecum schema`: what an editor needs to know about the files that people write.
 
 use serde_json::Value;
+use vademecum_assembly::AssemblyFile;
 use vademecum_build::input::problem_schema;
 use vademecum_study::scenario::Scenario;
 use vademecum_study::sweep::Sweep;
 
 use crate::print::print_json;
 
-/// Prints the JSON Schema of the problem, scenario or sweep file, for editors that complete and check TOML.
+/// Prints the JSON Schema of the problem, scenario, sweep or assembly file, for editors that complete and
+/// check TOML.
 #[derive(clap::Args)]
 #[command(after_help = "Examples:
   vademecum schema problem > problem.schema.json
   vademecum schema scenario > scenario.schema.json
   vademecum schema sweep > sweep.schema.json
+  vademecum schema assembly > assembly.schema.json
 With taplo, or \"Even Better TOML\" in VS Code, the first line of a problem file then says where it is:
   #:schema ./problem.schema.json
 The schema knows keys, types, choices and defaults (draft 2020-12). Ranges, and what goes with what, are
@@ -32,6 +35,8 @@ enum SchemaKind {
     Scenario,
     /// The sweep file.
     Sweep,
+    /// The assembly file.
+    Assembly,
 }
 
 impl Schema {
@@ -42,6 +47,9 @@ impl Schema {
                 (schemars::schema_for!(Scenario), "The scenario file of vademecum, version 1")
             }
             SchemaKind::Sweep => (schemars::schema_for!(Sweep), "The sweep file of vademecum, version 1"),
+            SchemaKind::Assembly => {
+                (schemars::schema_for!(AssemblyFile), "The assembly file of vademecum, version 1")
+            }
         };
         let mut schema = schema.to_value();
         plain(&mut schema);

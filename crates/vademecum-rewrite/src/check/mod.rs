@@ -10,6 +10,7 @@ mod factor;
 mod geometry;
 mod matrices;
 mod names;
+mod ports;
 mod reactions;
 mod residual;
 mod rigid;
@@ -99,6 +100,7 @@ pub fn check_limited(bytes: &[u8], limit: u64) -> Result<CheckReport, RewriteErr
     factor::check(&raw)?;
     rigid::check(&raw)?;
     dashpots::check(&raw)?;
+    ports::check(&raw)?;
     strain::check(&raw)?;
     stress::check(&raw)?;
     reactions::check(&raw)?;

@@ -59,6 +59,9 @@ impl Problem {
         for (i, point) in self.reference_points.iter().enumerate() {
             short(&format!("reference_point[{i}].name"), &point.name)?;
         }
+        for (i, port) in self.ports.iter().enumerate() {
+            short(&format!("port[{i}].name"), &port.name)?;
+        }
         for (i, region) in self.mesh.regions.iter().enumerate() {
             short(&format!("mesh.region[{i}].name"), &region.name)?;
         }
@@ -131,6 +134,9 @@ impl Problem {
         all("base.point", &self.base.point)?;
         for (i, point) in self.reference_points.iter().enumerate() {
             all(&format!("reference_point[{i}].at"), &point.at)?;
+        }
+        for (i, port) in self.ports.iter().enumerate() {
+            all(&format!("port[{i}].at"), &port.at.unwrap_or_default())?;
         }
         for (i, probe) in self.output.probes.iter().enumerate() {
             all(&format!("output.probe[{i}].point"), &probe.point)?;

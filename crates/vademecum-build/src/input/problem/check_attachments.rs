@@ -210,7 +210,7 @@ impl Problem {
     }
 
     /// True if something beside dashpots has a part in the motion of a reference point.
-    fn moves(&self, name: &str) -> bool {
+    pub(super) fn moves(&self, name: &str) -> bool {
         let point = self.reference_point(name).map(|place| &self.reference_points[place]);
         let in_equation = |entry: &EquationEntry| {
             entry.terms.iter().any(|term| matches!(&term.0, EquationNode::Point(point) if point == name))
