@@ -24,7 +24,7 @@ pub struct AssemblyFile {
     /// A line for people.
     #[serde(default)]
     pub title: String,
-    /// Step of the joined body \[s\]; absent: the shortest of the parts.
+    /// Step of the joined body \[s\]; absent: a round number, with at least 40 steps in its first period.
     pub step: Option<f64>,
     /// Bodies.
     #[serde(rename = "part")]

@@ -17,10 +17,11 @@ pub use file::{AssemblyFile, JointEntry, JointKind, PartEntry};
 pub use joint::JointReport;
 
 use vademecum_build::dynamics::{ModalRatios, Rayleigh, mode_table, table_matrix};
+use vademecum_build::prepared::proposed_time_step;
 use vademecum_format::scheme::SchemeTable;
 use vademecum_format::{
-    Axis, Certificate, File, MAX_AXES, MAX_PARAMETERS, Metadata, Parameter, SectionInput, SectionKind,
-    encode_into, encoded_len,
+    Axis, Certificate, File, MAX_AXES, MAX_MODES, MAX_PARAMETERS, Metadata, Parameter, SectionInput,
+    SectionKind, encode_into, encoded_len,
 };
 use vademecum_rewrite::{check_limited, default_limit, unpack};
 
@@ -122,8 +123,26 @@ pub fn assemble(file: &AssemblyFile) -> Result<Assembled, AssemblyError> {
         parts.push(Part::new(&entry.name, Pose::new(entry.position, entry.rotation), opened)?);
     }
     let (rows, joints) = joint_rows(file, &parts)?;
+    within(file, &parts, rows.len())?;
     let synthesis = Synthesis::new(&parts, &rows, |joint| file.joints[joint].name(joint))?;
     write(file, &parts, joints, &synthesis)
+}
+
+/// Largest number of rows of all joints, whose matrix is dense.
+const MAX_ROWS: usize = 8192;
+
+/// Refuses what would be computed with for hours, or not be written.
+fn within(file: &AssemblyFile, parts: &[Part<'_>], rows: usize) -> Result<(), AssemblyError> {
+    let modes: usize = parts.iter().map(Part::n_modes).sum();
+    if rows > MAX_ROWS {
+        let expected = format!("at most {MAX_ROWS}: fewer nodes in the ports, or frames");
+        return Err(file.refuse("joint", format!("{rows} rows of joints"), expected).into());
+    }
+    if modes > MAX_MODES as usize {
+        let expected = format!("at most {MAX_MODES}, the most a file has: parts of fewer modes");
+        return Err(file.refuse("part", format!("{modes} modes of all parts"), expected).into());
+    }
+    Ok(())
 }
 
 fn write(
@@ -132,8 +151,9 @@ fn write(
     joints: Vec<JointReport>,
     synthesis: &Synthesis,
 ) -> Result<Assembled, AssemblyError> {
-    let steps = parts.iter().map(|part| part.file.metadata().time_step);
-    let time_step = file.step.unwrap_or_else(|| steps.fold(f64::INFINITY, f64::min));
+    let first_period =
+        synthesis.eigenvalues.first().map_or(1.0, |value| std::f64::consts::TAU / value.sqrt());
+    let time_step = file.step.unwrap_or_else(|| proposed_time_step(first_period));
     let mut joined = Joined::new(parts, synthesis);
     let (rayleigh, ratios, coupling, coupled) = match &synthesis.damping {
         Damped::Alike { alpha, beta, ratio } => ((*alpha, *beta), vec![*ratio], 0.0, false),

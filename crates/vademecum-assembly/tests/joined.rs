@@ -182,20 +182,26 @@ fn meshes_that_do_not_match_are_welded_as_a_tie_welds_them() {
 
 #[test]
 fn the_joined_file_is_sound_and_its_static_answers_are_those_of_the_whole() {
-    let joined = joined(beam(8), BEAM, &weld("b.end", "a.end")).expect("joined");
+    // A weight on each half, and a probe at the end of the second one.
+    const WEIGHT: &str = "[[load.pattern]]\nname = \"weight\"\nacceleration = [1.0, 2.0, -9.81]\n";
+    let probe = |x: f64| {
+        format!("[[output.probe]]\nname = \"end\"\npoint = [{x}, 0.05, 0.05]\ndirection = [0.0, 0.6, 0.8]\n")
+    };
+    let [a, b] = beam(8);
+    let parts = [format!("{a}{WEIGHT}"), format!("{b}{WEIGHT}{}", probe(0.5))];
+    let joined = joined(parts, BEAM, &weld("b.end", "a.end")).expect("joined");
     vademecum_rewrite::check(&joined.bytes).expect("a sound file");
-    let text = format!(
-        "[mesh]\nblock = {{ lengths = [1.0, 0.05, 0.05], divisions = [20, 2, 2] }}\n{}[[support]]\n\
-         on = {{ group = \"x_min\" }}\n",
-        keys(12)
-    );
-    let whole = built(&text, &PathBuf::new());
+    let mesh = "[mesh]\nblock = { lengths = [1.0, 0.05, 0.05], divisions = [20, 2, 2] }\n";
+    let support = "[[support]]\non = { group = \"x_min\" }\n";
+    let whole = built(&format!("{mesh}{}{}{WEIGHT}{support}", keys(12), probe(1.0)), &PathBuf::new());
+    let [answers, expected] = [&joined.bytes, &whole].map(|bytes| probe_at_rest(bytes));
+    assert!((answers / expected - 1.0).abs() < 1e-9, "{answers:e} beside {expected:e}");
     let (found, expected) = (own_flexibility(&joined.bytes), own_flexibility(&whole));
     let mut compared = 0;
     for (place, blocks) in &found {
-        // Nodes of the weld stand twice in the joined file, each with the answer of the joint.
         // Nodes inside the weld are loadable in the parts alone.
         let Some(expected) = expected.get(place) else { continue };
+        // Nodes of the weld stand twice in the joined file, each with the answer of the joint.
         for block in blocks {
             compared += 1;
             let size = expected[0].iter().fold(0.0, |m: f64, x| m.max(x.abs()));
@@ -205,6 +211,19 @@ fn the_joined_file_is_sound_and_its_static_answers_are_those_of_the_whole() {
         }
     }
     assert!(compared > 300, "{compared} nodes");
+}
+
+/// The first probe at rest under all load patterns: modes and residual flexibility.
+fn probe_at_rest(bytes: &[u8]) -> f64 {
+    let file = File::parse(bytes).expect("a file");
+    let numbers = |kind: SectionKind| -> Vec<f64> {
+        file.section(kind).expect("a section").numbers().expect("numbers").iter().collect()
+    };
+    let (values, probe) = (numbers(SectionKind::Eigenvalues), numbers(SectionKind::ProbeRows));
+    let r = values.len();
+    let modal = numbers(SectionKind::PatternBasis);
+    let modal = modal.chunks(r).map(|pattern| (0..r).map(|k| pattern[k] * probe[k] / values[k]).sum::<f64>());
+    modal.sum::<f64>() + numbers(SectionKind::PatternProbeResidual).iter().sum::<f64>()
 }
 
 /// `K⁻¹` of each loadable node with itself, by its place: modes and residual flexibility.

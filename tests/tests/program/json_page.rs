@@ -97,6 +97,7 @@ fn folder() -> tempfile::TempDir {
         ("golden/canonical.vdm", "canonical.vdm"),
         ("golden/parameters.vdm", "parameters.vdm"),
         ("golden/free.vdm", "free.vdm"),
+        ("golden/ports.vdm", "ports.vdm"),
         ("golden/reactions.vdm", "reactions.vdm"),
         ("golden/separation.vdm", "separation.vdm"),
     ] {
@@ -135,6 +136,7 @@ fn every_command_prints_the_keys_of_its_page() {
             "info beam.vdm --json",
             "info canonical.vdm --json",
             "info free.vdm --json",
+            "info ports.vdm --json",
             "info reactions.vdm --json",
             "info live.vdm --json --terms-for 1e-2",
             "info parameters.vdm --json",
@@ -196,6 +198,14 @@ fn commands_that_rewrite_and_write_print_the_keys_of_their_page() {
         ],
     );
     compare(at, &["export matrices"], &["export matrices beam.toml --modes 4 --steps 20 -o out --json"]);
+    for name in ["foot.toml", "arm.toml", "assembly.toml"] {
+        std::fs::copy(repository().join("tests/reader/joined").join(name), at.join(name)).expect("copied");
+    }
+    for (problem, file) in [("foot.toml", "foot.vdm"), ("arm.toml", "arm.vdm")] {
+        let path = |name: &str| at.join(name).display().to_string();
+        assert_eq!(vademecum(&["build", &path(problem), "-o", &path(file), "--keep-missed"]).code, Some(0));
+    }
+    compare(at, &["assemble"], &["assemble assembly.toml -o whole.vdm --json"]);
     compare(at, &["export fmu"], &["export fmu beam.vdm -o beam.fmu --json"]);
     compare(
         at,

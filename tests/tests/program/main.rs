@@ -1,5 +1,6 @@
 //! The program as users call it: commands, problems, scenarios, messages, pages.
 
+mod assembly;
 mod attachments;
 mod bench;
 mod calculix;

@@ -4,6 +4,7 @@
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
+use vademecum_assembly::AssemblyFile;
 use vademecum_build::input::Problem;
 use vademecum_study::scenario::Scenario;
 use vademecum_study::sweep::Sweep;
@@ -20,7 +21,7 @@ const HERE: [&str; 6] = [
 ];
 
 /// Files, or all of a folder, and the step of the gate that builds them.
-const ELSEWHERE: [(&str, &str); 14] = [
+const ELSEWHERE: [(&str, &str); 15] = [
     ("crates/vademecum-cli/assets/", "links to fixtures"),
     ("crates/vademecum-fmu/tests/", "crates/vademecum-fmu/check"),
     ("docs/gallery/bridge.toml", "the test `tutorial`"),
@@ -35,6 +36,7 @@ const ELSEWHERE: [(&str, &str); 14] = [
     ("tests/browser/", "tests/browser/check"),
     ("tests/fuzz/corpus/", "tests/fuzz/run: some are no problems"),
     ("tests/reader/bodies/", "tests/reader/check"),
+    ("tests/reader/joined/", "tests/reader/check"),
 ];
 
 /// Files that are read only, and the reason.
@@ -157,6 +159,8 @@ fn examples_on_pages_are_problems_scenarios_or_sweeps() {
             let fault = if table.contains_key("problems") {
                 std::fs::write(&sweep, block).expect("written");
                 Sweep::read(&sweep).err().map(|error| error.to_string())
+            } else if table.contains_key("part") {
+                AssemblyFile::parse(block, &page, PathBuf::new()).err().map(|error| error.to_string())
             } else if table.contains_key("duration") || table.contains_key("contact") {
                 Scenario::parse(block, &page).err().map(|error| error.to_string())
             } else {
