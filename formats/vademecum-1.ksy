@@ -420,6 +420,7 @@ enums:
     77: embedded_weights
     78: embedded_triangles
     79: damping_rows
+    80: quadrangles
     40: static_bound
     41: bound_map
   element:

@@ -25,7 +25,7 @@ StressPoints StressBasis StressResidual PatternStress ElasticConstants ProbeUnit
 SupportNames SupportPoints ReactionBasis ReactionLoads PatternReaction BaseFrame RigidBody
 StrainSizes StrainLinear StrainTail StrainQuadratic StrainBox StrainLimits StrainModes
 MeshError""".split()
-MODELS = "Compliance EmbeddedNodes EmbeddedWeights EmbeddedTriangles DampingRows".split()
+MODELS = "Compliance EmbeddedNodes EmbeddedWeights EmbeddedTriangles DampingRows Quadrangles".split()
 KINDS = dict(enumerate(NAMES, start=1)) | dict(enumerate(MODELS, start=75))
 
 

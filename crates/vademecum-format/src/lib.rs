@@ -78,6 +78,7 @@ mod metadata;
 mod names;
 mod parameter;
 pub mod policy;
+mod quadrangles;
 mod quantised;
 mod read;
 pub mod scheme;
@@ -101,6 +102,7 @@ pub use metadata::{
     MAX_REGIONS, MAX_TERMS, Metadata, StructureCertificate,
 };
 pub use parameter::{Parameter, ParameterRole};
+pub use quadrangles::{Quadrangle, Quadrangles};
 pub use quantised::{BLOCK_NODES, Quantised};
 pub use read::File;
 pub use section::{Numbers, Section};

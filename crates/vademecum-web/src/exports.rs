@@ -538,7 +538,8 @@ pub unsafe extern "C" fn read(number: u32, index: usize, velocity: u32, at: *mut
     })
 }
 
-/// Leaves the loadable point nearest to (x, y, z) in the exchange buffer: nodes, weights, position, distance.
+/// Leaves the loadable point nearest to (x, y, z) in the exchange buffer: number of nodes, nodes, weights,
+/// position, distance.
 #[unsafe(no_mangle)]
 pub extern "C" fn locate(x: f64, y: f64, z: f64) -> u32 {
     let module = module();
@@ -548,9 +549,10 @@ pub extern "C" fn locate(x: f64, y: f64, z: f64) -> u32 {
         Ok(1)
     });
     if let Some(p) = found {
-        let (nodes, weights) = p.place.corners().unwrap_or_default();
-        let nodes = nodes.map(f64::from);
-        module.give(nodes.into_iter().chain(weights).chain(p.position).chain([p.distance]));
+        let nodes = p.place.nodes().iter().map(|&node| f64::from(node));
+        let weights = p.place.weights().iter().copied();
+        let shares = [nodes.len() as f64].into_iter().chain(nodes).chain(weights);
+        module.give(shares.chain(p.position).chain([p.distance]));
     }
     done
 }

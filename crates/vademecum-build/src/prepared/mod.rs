@@ -12,6 +12,7 @@ mod parameters;
 mod places;
 mod prestress;
 mod proposed;
+mod quadrangle;
 mod size;
 mod time_step;
 
@@ -23,6 +24,7 @@ pub use means::FactorPrecision;
 pub(crate) use means::Means;
 pub use parameters::{LiveParameter, ParameterSpace, Setting};
 pub use proposed::{STEPS_PER_PERIOD, proposed_time_step};
+pub(crate) use quadrangle::Quadrangle;
 pub use time_step::TimeStepError;
 
 use faer::{Mat, MatRef};

@@ -10,6 +10,7 @@ mod factor;
 mod geometry;
 mod matrices;
 mod names;
+mod quadrangles;
 mod reactions;
 mod residual;
 mod rigid;
@@ -91,6 +92,7 @@ pub fn check_limited(bytes: &[u8], limit: u64) -> Result<CheckReport, RewriteErr
         check_meaning(&section, raw.metadata())?;
     }
     geometry::check(&raw)?;
+    quadrangles::check(&raw)?;
     embedded::check(&raw)?;
     matrices::check(&raw)?;
     basis::check(&raw)?;
