@@ -549,10 +549,16 @@ pub extern "C" fn locate(x: f64, y: f64, z: f64) -> u32 {
         Ok(1)
     });
     if let Some(p) = found {
-        let nodes = p.place.nodes().iter().map(|&node| f64::from(node));
-        let weights = p.place.weights().iter().copied();
-        let shares = [nodes.len() as f64].into_iter().chain(nodes).chain(weights);
-        module.give(shares.chain(p.position).chain([p.distance]));
+        let mut out = module.exchange.iter_mut();
+        let mut give = |number: f64| {
+            if let Some(place) = out.next() {
+                *place = number;
+            }
+        };
+        give(p.place.nodes().len() as f64);
+        p.place.nodes().iter().for_each(|&node| give(f64::from(node)));
+        p.place.weights().iter().chain(&p.position).for_each(|&number| give(number));
+        give(p.distance);
     }
     done
 }

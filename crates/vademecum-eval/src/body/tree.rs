@@ -187,7 +187,7 @@ impl<'m> SurfaceTree<'m> {
     ) -> Option<SurfacePoint> {
         let leaves = self.order.len().div_ceil(LEAF);
         let limit = |i: usize| self.boxes.get(i).map_or(f64::INFINITY, &bound);
-        let mut best: Option<(usize, [u32; 3], [f64; 3], [f64; 3])> = None;
+        let mut best = None;
         let mut reached = f64::INFINITY;
         let mut waiting = [(0, 0.0); WAITING];
         let mut count = 1_usize;
