@@ -420,6 +420,7 @@ enums:
     77: embedded_weights
     78: embedded_triangles
     79: damping_rows
+    80: quadrangles
     95: port_names
     96: port_table
     97: port_frames

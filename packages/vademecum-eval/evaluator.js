@@ -7,7 +7,7 @@ const PAGE = 65536;
 export const SECTION = {
   coordinates: 2, triangles: 3, stiffness: 4, eigenvalues: 5, surfaceBasis: 6, patternNames: 12, probeNames: 13,
   modeTable: 16, dampingRatios: 33, staticBound: 40, boundMap: 41, stressPoints: 47, elasticConstants: 51, supportNames: 53, rigidBody: 59,
-  embeddedNodes: 76, embeddedWeights: 77, embeddedTriangles: 78,
+  embeddedNodes: 76, embeddedWeights: 77, embeddedTriangles: 78, quadrangles: 80,
 };
 
 /** Nodes of a place at most. */
@@ -252,8 +252,9 @@ export class Evaluator {
   /** The loadable point nearest to a place [m]; throws `Refused` if nothing is loadable, or it is further away than the body is large. */
   locate(place) {
     this.must(this.wasm.locate(...place));
-    const n = Array.from(this.exchange(10));
-    return { nodes: n.slice(0, 3), weights: n.slice(3, 6), position: n.slice(6, 9), distance: n[9] };
+    const [count, ...n] = this.exchange(5 + 2 * MAX_NODES);
+    const [at, end] = [2 * count, 2 * count + 3];
+    return { nodes: n.slice(0, count), weights: n.slice(count, at), position: n.slice(at, end), distance: n[end] };
   }
 
   /** Kinetic and elastic energy [J]: the first scalar of the whole body. */

@@ -19,6 +19,7 @@ MAPS = {
     "exact-f64.vdm": ["Eigenvalues", "DampingRatios", "ContactResidual", "PairResidual", "ProbeResidual",
                       "PatternResidual", "PatternProbeResidual"],
     "dashpots.vdm": ["DampingRows"],
+    "quadrangles.vdm": ["PairResidual"],
     "reactions.vdm": ["ReactionBasis", "ReactionLoads", "PatternReaction"],
     "stress.vdm": ["StressBasis", "StressResidual", "PatternStress", "ElasticConstants"],
     "anisotropic.vdm": ["Compliance"],

@@ -47,16 +47,50 @@ def nearest_in_triangle(corners, p):
     return candidates[best], distances[best]
 
 
+# Coordinates of the nodes of a quadrangle.
+QUADRANGLE = np.array([(-1, -1), (1, -1), (1, 1), (-1, 1), (0, -1), (1, 0), (0, 1), (-1, 0), (0, 0)], float)
+
+
+def shape_functions(count, x, y):
+    """Those of a quadrangle of so many nodes."""
+    def line(a, x):
+        return 1 - x * x if a == 0 else x * (x + a) / 2
+
+    def share(a, b):
+        if count == 9:
+            return line(a, x) * line(b, y)
+        if count == 4:
+            return (1 + a * x) * (1 + b * y) / 4
+        if a == 0:
+            return (1 - x * x) * (1 + b * y) / 2
+        if b == 0:
+            return (1 + a * x) * (1 - y * y) / 2
+        return (1 + a * x) * (1 + b * y) * (a * x + b * y - 1) / 4
+
+    return [share(a, b) for a, b in QUADRANGLE[:count]]
+
+
+def shared(file, triangle, nodes, weights):
+    """Nodes and weights of a point of a loadable triangle: those of the facet that it is part of."""
+    rows = file.section("Quadrangles")[:, :, 0].astype(np.int64) if "Quadrangles" in file else []
+    for first, count, *own in rows:
+        if first <= triangle < first + count:
+            own = [int(node) for node in own if node != 0xFFFFFFFF]
+            x, y = sum(w * QUADRANGLE[own.index(node)] for node, w in zip(nodes, weights))
+            return own, shape_functions(len(own), x, y)
+    return list(nodes), list(weights)
+
+
 def locate(file, point):
     """Nodes and weights of the nearest point of the loadable surface; the first triangle of several."""
     coordinates = file.section("NodeCoordinates")[:, :, 0]
     triangles = file.section("Triangles")[: file.meta["n_load_triangles"], :, 0].astype(int)
-    best = (math.inf, None, None)
-    for nodes in triangles:
+    best = (math.inf, None, None, None)
+    for triangle, nodes in enumerate(triangles):
         weights, distance = nearest_in_triangle(coordinates[nodes], np.array(point))
         if distance < best[0]:
-            best = (distance, nodes, weights)
-    return list(best[1]), list(best[2])
+            best = (distance, triangle, nodes, weights)
+    return shared(file, *best[1:])
 
 
 def place(scene, point):

@@ -10,7 +10,7 @@ use std::io::Write;
 use serde_json::{Value, json};
 use vademecum_chapter::{ChapterLoads, ChapterScene, ChapterState};
 use vademecum_eval::{
-    BindError, Contact, Field, Loads, Place, Scene, SceneOptions, State, Structure, StructureChoice,
+    BindError, Contact, Field, Loads, Place, Scene, SceneOptions, State, Structure, StructureChoice, Surface,
 };
 use vademecum_format::{Chapter, ChapterAxis, ChapterRole, File, Metadata, SectionKind};
 use vademecum_rewrite::unpack;
@@ -45,8 +45,7 @@ impl Load {
         match &self.push {
             Push::Pattern(index) => json!({ "pattern": index, "amplitudes": amplitudes }),
             Push::Contact(Contact { place, force, .. }) => {
-                let (nodes, weights) = place.corners().expect("a triangle");
-                json!({ "nodes": nodes, "weights": weights, "force": force, "amplitudes": amplitudes })
+                json!({ "nodes": place.nodes(), "weights": place.weights(), "force": force, "amplitudes": amplitudes })
             }
         }
     }
@@ -65,7 +64,7 @@ fn loads_of(
     metadata: &Metadata<'_>,
     chapter: Option<&Chapter<'_>>,
     surface: bool,
-    triangle: Option<[u32; 3]>,
+    inside: Option<Place>,
 ) -> Vec<Load> {
     let mut loads = Vec::new();
     if let Some(chapter) = chapter {
@@ -93,8 +92,8 @@ fn loads_of(
         let other = contact([0.6, 0.1, 0.3], [-0.7, 0.4, 1.5]);
         loads.push(Load { push: other, amplitude: swelling, during: [20, 90] });
     }
-    if let Some(nodes) = triangle {
-        let contact = Contact::new(Place::triangle(nodes, [0.5, 0.3, 0.2]), [0.3, 1.1, -0.9]);
+    if let Some(place) = inside {
+        let contact = Contact::new(place, [0.3, 1.1, -0.9]);
         loads.push(Load { push: Push::Contact(contact), amplitude: swelling, during: [10, 100] });
     }
     for index in 0..metadata.n_patterns as usize {
@@ -355,7 +354,7 @@ fn march_file(name: &str, bytes: &[u8], out: &mut impl Write) {
     // Where there is a residual flexibility, a contact inside of a triangle is wanted, whose nodes have
     // pairs.
     let triangle = loadable_triangle(&file).filter(|_| surface && has(SectionKind::ContactResidual));
-    let pushes = loads_of(&metadata, chapter.as_ref(), surface, triangle);
+    let pushes = loads_of(&metadata, chapter.as_ref(), surface, triangle.map(|nodes| inside(&file, nodes)));
     let mut nodes = Vec::new();
     if surface {
         nodes.push(0);
@@ -450,6 +449,22 @@ fn loadable_triangle(file: &File<'_>) -> Option<[u32; 3]> {
     let triangles = file.section(SectionKind::Triangles)?.u32s().ok()?;
     let first = triangles.as_chunks::<3>().0.first().filter(|_| file.metadata().n_load_triangles > 0)?;
     Some(first.map(u32::from_le_bytes))
+}
+
+/// A point inside of a triangle, shared over the nodes of the triangle, or of the quadrangle that it is part
+/// of.
+fn inside(file: &File<'_>, nodes: [u32; 3]) -> Place {
+    const WEIGHTS: [f64; 3] = [0.5, 0.3, 0.2];
+    if file.section(SectionKind::Quadrangles).is_none() {
+        return Place::triangle(nodes, WEIGHTS);
+    }
+    let coordinates = file.section(SectionKind::NodeCoordinates).expect("nodes").numbers().expect("raw");
+    let at = |c: usize| {
+        let of_node = |(node, weight)| weight * coordinates.get(3 * node as usize + c).expect("a node");
+        nodes.into_iter().zip(WEIGHTS).map(of_node).sum()
+    };
+    let point = std::array::from_fn(at);
+    Surface::new(file).expect("a surface").locate(point).expect("a point").place
 }
 
 /// The axis that a scene leaves, counted from 0.

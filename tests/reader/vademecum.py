@@ -25,7 +25,7 @@ StressPoints StressBasis StressResidual PatternStress ElasticConstants ProbeUnit
 SupportNames SupportPoints ReactionBasis ReactionLoads PatternReaction BaseFrame RigidBody
 StrainSizes StrainLinear StrainTail StrainQuadratic StrainBox StrainLimits StrainModes
 MeshError""".split()
-MODELS = "Compliance EmbeddedNodes EmbeddedWeights EmbeddedTriangles DampingRows".split()
+MODELS = "Compliance EmbeddedNodes EmbeddedWeights EmbeddedTriangles DampingRows Quadrangles".split()
 PORTS = """PortNames PortTable PortFrames PortNodes PortFacets PortRows PortCompliance PortInertia PortResidual
 PortProbes PortPatterns ProbeMotions""".split()
 KINDS = dict(enumerate(NAMES, start=1)) | dict(enumerate(MODELS, start=75)) | dict(enumerate(PORTS, start=95))

@@ -1,6 +1,6 @@
-//! The golden files: small files of format versions 1.0, 1.1, 1.3, 1.5 to 1.7, 1.9 and 1.10 made from numbers
-//! alone, the same bytes on every machine with IEEE 754 arithmetic. No logarithm, power or cosine is taken on
-//! the way: libraries round those differently; `+ − × ÷ √` they do not.
+//! The golden files: small files of format versions 1.0, 1.1, 1.3, 1.5 to 1.7 and 1.9 to 1.11 made from
+//! numbers alone, the same bytes on every machine with IEEE 754 arithmetic. No logarithm, power or cosine is
+//! taken on the way: libraries round those differently; `+ − × ÷ √` they do not.
 
 use crate::canonical::Terms;
 use crate::regions::TwoRegions;
@@ -173,6 +173,18 @@ fn quadratic() -> Vec<u8> {
     )
 }
 
+/// A file whose loadable surface is a facet of nine nodes, one of four, and two triangles.
+fn quadrangles() -> Vec<u8> {
+    const NONE: u32 = u32::MAX;
+    const FACETS: [[u32; 11]; 2] =
+        [[0, 8, 0, 2, 8, 6, 1, 5, 7, 3, 4], [8, 2, 6, 7, 10, 9, NONE, NONE, NONE, NONE, NONE]];
+    let layout = Layout { rows: 4, load_rows: 4, columns: 3, n_interior: 2, r: 3 };
+    let grid = body(layout, 7).file(&bathe(), &STEP, Element::F64);
+    let stored: Vec<u8> = FACETS.as_flattened().iter().flat_map(|x| x.to_le_bytes()).collect();
+    let more = [(SectionKind::Quadrangles, Element::U32, [2, 11, 1], stored)];
+    rewritten(&grid, |_| (), |_| (), &raw_sections(&more))
+}
+
 /// The bytes of one golden file.
 ///
 /// # Panics
@@ -206,6 +218,7 @@ pub fn all() -> Vec<(&'static str, Vec<u8>)> {
         ("separation.vdm", with_separation(&parameters)),
         ("parameters.vdm", parameters),
         ("probes.vdm", probes),
+        ("quadrangles.vdm", self::exact(&quadrangles())),
         ("quadratic.vdm", quadratic()),
         ("quantised.vdm", quantised(&body(LAYOUT, 3).file(&bathe(), &STEP, Element::F64))),
         ("dashpots.vdm", with_dashpots(&reactions(&exact), &[4.0, -2.0, 16.0, 0.0, 8.0, 32.0])),
@@ -316,7 +329,7 @@ fn exact(bytes: &[u8]) -> Vec<u8> {
     let metadata = file.metadata();
     let (nodes, probes) = (metadata.n_load_nodes as usize, metadata.n_probes as usize);
     let patterns = metadata.n_patterns as usize;
-    let edges = loadable_edges(&file);
+    let edges = loadable_pairs(&file);
     // Residual answers of a ten-thousandth of a metre a newton, as large as what the modes show.
     let unit = 1.0 / 8192.0;
     let wave = |i: usize, period: usize| (i % period) as f64 - (period / 2) as f64;
@@ -539,19 +552,20 @@ fn base(bytes: &[u8]) -> Vec<u8> {
     )
 }
 
-/// Pairs of nodes that share a loadable triangle, the first below the second, ascending.
-fn loadable_edges(file: &File<'_>) -> Vec<[u32; 2]> {
+/// Pairs of nodes that share a loadable facet, the first below the second, ascending.
+fn loadable_pairs(file: &File<'_>) -> Vec<[u32; 2]> {
     let triangles = file.section(SectionKind::Triangles).expect("triangles").u32s().expect("numbers");
-    let loadable = triangles.as_chunks::<3>().0.iter().take(file.metadata().n_load_triangles as usize);
-    let mut edges: Vec<[u32; 2]> = loadable
-        .flat_map(|triangle| {
-            let [a, b, c] = triangle.map(u32::from_le_bytes);
-            [[a, b], [b, c], [a, c]].map(|[a, b]| [a.min(b), a.max(b)])
-        })
-        .collect();
-    edges.sort_unstable();
-    edges.dedup();
-    edges
+    let quadrangles = file.quadrangles().expect("facets");
+    let mut pairs = vec![];
+    for (index, triangle) in (0..file.metadata().n_load_triangles).zip(triangles.as_chunks::<3>().0) {
+        let whole = quadrangles.of_triangle(index).map(|facet| facet.nodes().to_vec());
+        let nodes = whole.unwrap_or_else(|| triangle.map(u32::from_le_bytes).to_vec());
+        let with = |&a: &u32| nodes.iter().filter(move |&&b| a < b).map(move |&b| [a, b]).collect::<Vec<_>>();
+        pairs.extend(nodes.iter().flat_map(with));
+    }
+    pairs.sort_unstable();
+    pairs.dedup();
+    pairs
 }
 
 /// The file with its space sections as 16-bit numbers, each column with a scale of its own. Scales have few

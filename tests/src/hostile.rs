@@ -99,6 +99,21 @@ pub fn all() -> Vec<(String, Vec<u8>)> {
 
 type Files = Vec<(&'static str, Vec<u8>)>;
 
+/// The file of everything with a quadrangular facet of these numbers.
+fn with_quadrangle(row: [u32; 6]) -> Vec<u8> {
+    let stored: Vec<u8> = row.iter().flat_map(|x| x.to_le_bytes()).collect();
+    let facet = SectionInput {
+        kind: SectionKind::Quadrangles,
+        element: Element::U32,
+        codec: Codec::Raw,
+        required: false,
+        shape: [1, 6, 1],
+        decoded_length: 24,
+        stored: &stored,
+    };
+    rewritten(&whole(), |_| (), |_| (), &[facet])
+}
+
 /// The base file after an edit, checksums of header, directory and metadata right.
 fn sealed(edit: impl FnOnce(&mut Vec<u8>)) -> Vec<u8> {
     reseal(edited(edit))
@@ -242,6 +257,12 @@ fn directory() -> Files {
         ("24-Length-shape-overflow", set(names + 8, &huge)),
         ("25-Shape", set(surface + 16, &[4])),
         ("25-Shape-overflow", set(surface + 24, &huge)),
+        ("25-Shape-quadrangle", {
+            let mut bytes = with_quadrangle([0, 2, 0, 1, 3, 2]);
+            let width = entry(&bytes, S::Quadrangles) + 16;
+            put(&mut bytes, width, &[7]);
+            reseal(bytes)
+        }),
         ("26-Missing", {
             sealed(|b| {
                 put(b, eigenvalues + 6, &[0, 0]);
@@ -281,6 +302,8 @@ fn sections() -> Files {
         ("37-Frame-short", by_block(&[8, 10], &frame(0, 7))),
         ("37-Frame-bomb", by_block(&[8, bomb().len() as u64], &bomb())),
         ("38-Index-triangle", triangles),
+        ("38-Index-quadrangle-node", with_quadrangle([0, 2, 0, 1, u32::MAX, 2])),
+        ("38-Index-quadrangle-triangles", with_quadrangle([1, u32::MAX, 0, 1, 3, 2])),
     ]
 }
 

@@ -164,12 +164,35 @@ impl<'j> Joined<'j> {
             })
         };
         let corners = triangles(true).chain(triangles(false)).map(|(part, corner)| node(part, corner) as u32);
+        let mut quadrangles = vec![];
+        let width =
+            |part: &Part<'_>| part.file.section(S::Quadrangles).map_or(0, |own| own.shape()[1] as usize);
+        let widest = self.parts.iter().map(width).max().unwrap_or(0);
+        let mut first = 0;
+        for (part, own) in self.parts.iter().enumerate() {
+            let numbers = own.file.indices(S::Quadrangles).ok().flatten().unwrap_or_default();
+            for row in numbers.chunks_exact(width(own).max(1)) {
+                let row: Vec<u32> = row.iter().map(|number| u32::from_le_bytes(*number)).collect();
+                let of_node =
+                    |&corner: &u32| if corner == u32::MAX { corner } else { node(part, corner) as u32 };
+                let mut joined = vec![row[0] + first, row[1]];
+                joined.extend(row[2..].iter().map(of_node));
+                joined.resize(widest, u32::MAX);
+                quadrangles.extend(joined);
+            }
+            first += own.file.metadata().n_load_triangles;
+        }
         let ids = (1..=n as u64).flat_map(u64::to_le_bytes).collect();
-        vec![
+        let mut sections = vec![
             Section { kind: S::NodeIds, element: Element::U64, shape: [n as u64, 1, 1], bytes: ids },
             Section::f64s(S::NodeCoordinates, [n, 3, 1], places),
             Section::u32s(S::Triangles, [self.counts.triangles, 3, 1], corners),
-        ]
+        ];
+        if !quadrangles.is_empty() {
+            let count = quadrangles.len() / widest;
+            sections.push(Section::u32s(S::Quadrangles, [count, widest, 1], quadrangles));
+        }
+        sections
     }
 
     /// Names and rows of load patterns or probes.

@@ -452,3 +452,52 @@ fn distance(found: &[BTreeMap<[i64; 3], [f64; 3]>], reference: &[BTreeMap<[i64; 
     assert!(compared > 30_000, "{compared} displacements");
     (apart / size).sqrt()
 }
+
+/// A deck of a bar of bricks along x.
+fn bricks() -> String {
+    let mut text = String::from("*NODE\n");
+    let number = |i: usize, j: usize, k: usize| 1 + i + 5 * j + 10 * k;
+    for (i, j, k) in (0..5).flat_map(|i| (0..2).flat_map(move |j| (0..2).map(move |k| (i, j, k)))) {
+        let [x, y, z] = [i as f64 * 0.1, j as f64 * 0.1, k as f64 * 0.1];
+        writeln!(text, "{}, {x}, {y}, {z}", number(i, j, k)).expect("text");
+    }
+    text.push_str("*ELEMENT, TYPE=C3D8I, ELSET=body\n");
+    for i in 0..4 {
+        let face =
+            |k: usize| [(i, 0), (i + 1, 0), (i + 1, 1), (i, 1)].map(|(i, j)| number(i, j, k).to_string());
+        writeln!(text, "{}, {}, {}", i + 1, face(0).join(", "), face(1).join(", ")).expect("text");
+    }
+    text
+}
+
+#[test]
+fn facets_of_bricks_stay_facets() {
+    let folder = tempfile::tempdir().expect("a folder");
+    std::fs::write(folder.path().join("bar.inp"), bricks()).expect("written");
+    let port =
+        |x: f64| format!("[[port]]\nname = \"end\"\non = {{ plane = {{ axis = \"x\", at = {x} }} }}\n");
+    let mesh = "[mesh]\nfile = \"bar.inp\"\n";
+    let support = "[[support]]\non = { plane = { axis = \"x\", at = 0.0 } }\n";
+    let keys = keys(6);
+    for (name, text) in
+        [("a", format!("{mesh}{keys}{support}{}", port(0.4))), ("b", format!("{mesh}{keys}{}", port(0.0)))]
+    {
+        std::fs::write(folder.path().join(format!("{name}.vdm")), built(&text, folder.path()))
+            .expect("written");
+    }
+    let text = format!(
+        "format = 1\n[[part]]\nname = \"a\"\nfile = \"a.vdm\"\n[[part]]\nname = \"b\"\nfile = \"b.vdm\"\n\
+         position = [0.4, 0.0, 0.0]\n{}",
+        weld("b.end", "a.end")
+    );
+    let file = AssemblyFile::parse(&text, "bars.toml", folder.path().to_path_buf()).expect("an assembly");
+    let joined = assemble(&file).expect("joined");
+    vademecum_rewrite::check(&joined.bytes).expect("a sound file");
+    // A force in the middle of a facet of either part acts on its four nodes.
+    let file = File::parse(&joined.bytes).expect("a file");
+    let surface = Surface::new(&file).expect("a surface");
+    for x in [0.15, 0.65] {
+        let place = surface.locate([x, 0.05, 0.1]).expect("a place").place;
+        assert_eq!(place.weights(), [0.25; 4], "{x}");
+    }
+}

@@ -7,8 +7,8 @@
 
 use vademecum_eval::format::{File, MAX_PARAMETERS, Metadata, ParameterRole, SectionKind};
 use vademecum_eval::{
-    BindError, BodyOptions, BodyParts, Contact, Field, OutputError, Place, RigidMotion, SceneOptions,
-    StepError, StructureChoice, SurfacePoint,
+    BindError, BodyOptions, BodyParts, Contact, Field, OutputError, RigidMotion, SceneOptions, StepError,
+    StructureChoice, SurfacePoint,
 };
 
 use crate::bytes::{Cursor, Pen};
@@ -64,10 +64,10 @@ struct Lengths {
 
 impl Lengths {
     fn of(file: &File<'_>, options: &BodyOptions, points: usize) -> Result<Self, BindError> {
-        let metadata = file.metadata();
+        let (metadata, each) = (file.metadata(), 4 * file.contact_nodes());
         let inputs = points.saturating_mul(3).saturating_add(metadata.n_patterns as usize).saturating_add(3);
         // With the filtered forces of all points and patterns.
-        let filtered = points.max(1).saturating_mul(12).saturating_add(metadata.n_patterns as usize);
+        let filtered = points.max(1).saturating_mul(each).saturating_add(metadata.n_patterns as usize);
         let saved = filtered.saturating_add(3 + 3 * metadata.n_modes as usize);
         let body = vademecum_eval::Body::<f64>::len_for(file, options)?;
         Ok(Self { body, inputs, saved })
@@ -80,21 +80,22 @@ impl Lengths {
 }
 
 /// Options of the evaluator's body: no compliance is asked for.
-fn body_options(metadata: &Metadata<'_>, points: usize) -> BodyOptions {
-    BodyOptions { scene: options(metadata, points), places: 0, ..BodyOptions::default() }
+fn body_options(file: &File<'_>, points: usize) -> BodyOptions {
+    BodyOptions { scene: options(file, points), places: 0, ..BodyOptions::default() }
 }
 
 /// Structure that a body of a file is bound with: that of `vademecum run`, except that a file with live
 /// regions takes the one that knows them from the start.
 #[must_use]
-pub fn options(metadata: &Metadata<'_>, points: usize) -> SceneOptions {
+pub fn options(file: &File<'_>, points: usize) -> SceneOptions {
+    let metadata = file.metadata();
     let structure = if has_live_regions(metadata) && metadata.block {
         StructureChoice::Block
     } else {
         StructureChoice::Auto
     };
     // Room for every point, whether it is loaded or not; without any, reactions would not remember patterns.
-    let (contacts, filtered_nodes) = (points.max(1), Some(3 * points.max(1)));
+    let (contacts, filtered_nodes) = (points.max(1), Some(file.contact_nodes() * points.max(1)));
     SceneOptions { structure, contacts, filtered_nodes, ..SceneOptions::default() }
 }
 
@@ -104,7 +105,7 @@ impl Body {
     /// # Errors
     /// [`BindError`]: a file that cannot be stepped.
     pub fn len_for(file: &File<'_>, points: usize) -> Result<usize, BindError> {
-        Ok(Lengths::of(file, &body_options(file.metadata(), points), points)?.sum())
+        Ok(Lengths::of(file, &body_options(file, points), points)?.sum())
     }
 
     /// A body at rest, at the parameters that the file was built for.
@@ -116,7 +117,7 @@ impl Body {
         points: Points<'static>,
         memory: &'static mut [f64],
     ) -> Result<Self, BindError> {
-        let options = body_options(file.metadata(), points.len());
+        let options = body_options(file, points.len());
         let lengths = Lengths::of(file, &options, points.len())?;
         let short = BindError::LentMemory { found: memory.len(), needed: lengths.sum() };
         let Lengths { body, inputs, saved } = lengths;
@@ -168,7 +169,7 @@ impl Body {
     /// # Errors
     /// [`Refusal::Bind`] can only come from a file that has changed.
     pub fn reset(&mut self) -> Result<(), Refusal> {
-        let options = options(self.body.scene().metadata(), self.points.len());
+        let options = options(self.body.file(), self.points.len());
         // Without loads and at rest, nothing is left of what was.
         self.body.clear();
         self.body.rest();
@@ -419,7 +420,7 @@ impl Body {
         for index in 0..points.len() {
             let force = next_force(&mut inputs);
             let Some(point) = points.get(index).filter(|_| force != [0.0; 3]) else { continue };
-            body.push(&Place::triangle(point.nodes, point.weights), force)?;
+            body.push(&point.place, force)?;
         }
         for (pattern, amplitude) in inputs.by_ref().take(counts.patterns as usize).enumerate() {
             if amplitude != 0.0 {
@@ -617,7 +618,7 @@ impl Acting<'_> {
             let force = next_force(&mut inputs);
             let Some(point) = self.points.get(index).filter(|_| force != [0.0; 3]) else { continue };
             let force = self.flight.map_or(force, |flight| flight.turned.to_body(force));
-            loads.add_contact(scene, &Contact::new(Place::triangle(point.nodes, point.weights), force))?;
+            loads.add_contact(scene, &Contact::new(point.place, force))?;
         }
         for (pattern, amplitude) in inputs.take(self.patterns as usize).enumerate() {
             if amplitude != 0.0 {
@@ -645,17 +646,17 @@ fn next_force(inputs: &mut impl Iterator<Item = f64>) -> [f64; 3] {
 
 /// A named point, and where it is at rest in a file that says so.
 fn placed(file: &File<'_>, point: &Point<'_>) -> SurfacePoint {
-    let &Point { nodes, weights, .. } = point;
+    let place = point.place;
     let mut position = [0.0; 3];
     let section = file.section(SectionKind::NodeCoordinates);
     if let Some(coordinates) = section.and_then(|section| section.numbers().ok()) {
-        for (node, weight) in nodes.into_iter().zip(weights) {
+        for (node, weight) in place.entries() {
             for (component, sum) in position.iter_mut().enumerate() {
                 *sum += weight * coordinates.get(3 * node as usize + component).unwrap_or(0.0);
             }
         }
     }
-    SurfacePoint { place: Place::triangle(nodes, weights), position, distance: 0.0 }
+    SurfacePoint { place, position, distance: 0.0 }
 }
 
 /// Value of a parameter at these options; `None` for one that an FMU does not offer. The time step is one:

@@ -1,10 +1,11 @@
 //! `points.bin`: the named points of an FMU, located once at export, so that the instance searches nothing.
 //!
 //! ```text
-//! 8 bytes   "VDMFMU02"
+//! 8 bytes   "VDMFMU03"
 //! 8 bytes   number of points (u64)
-//! then for each point 104 bytes:
-//!   3 × 4   nodes (u32)          3 × 8   weights (f64)
+//! then for each point 264 bytes:
+//!   4       number of its nodes (u32)
+//!   16 × 4  nodes (u32)         16 × 8   weights (f64), zeros behind those that it has
 //!   4       length of the name (u32)      64   name in UTF-8, the rest zeros
 //! then for each place whose stress is reported 72 bytes, up to the end:
 //!   4       node (u32)
@@ -14,15 +15,16 @@
 //! All numbers are little-endian.
 
 use crate::bytes::Cursor;
+use vademecum_eval::{MAX_PLACE_NODES, Place};
 
 /// First bytes of the table.
-pub const MAGIC: [u8; 8] = *b"VDMFMU02";
+pub const MAGIC: [u8; 8] = *b"VDMFMU03";
 /// Most bytes of a name.
 pub const LONGEST_NAME: usize = 64;
 /// Most points of an FMU.
 pub const MOST: usize = 4096;
 /// Bytes of one point.
-const RECORD: usize = 104;
+const RECORD: usize = 8 + 12 * MAX_PLACE_NODES + LONGEST_NAME;
 /// Bytes of one place of a stress.
 const STRESS_RECORD: usize = 72;
 
@@ -31,10 +33,8 @@ const STRESS_RECORD: usize = 72;
 pub struct Point<'a> {
     /// Its name.
     pub name: &'a str,
-    /// Nodes of its triangle, in file order.
-    pub nodes: [u32; 3],
-    /// Their shares, which sum to 1.
-    pub weights: [f64; 3],
+    /// Nodes of its facet, in file order, and their shares.
+    pub place: Place,
 }
 
 /// A named place whose stress is reported.
@@ -67,10 +67,7 @@ impl<'a> Points<'a> {
         let placed = (0..stresses.len()).all(|index| points.stress(index).is_some());
         let counted = placed && stresses.len() <= MOST && behind.is_empty();
         let sound = |point: Option<Point<'_>>| {
-            point.is_some_and(|point| {
-                let weights = point.weights.iter().all(|weight| weight.is_finite());
-                weights && point.nodes.iter().all(|&node| node < n_load_nodes)
-            })
+            point.is_some_and(|point| point.place.nodes().iter().all(|&node| node < n_load_nodes))
         };
         let all = records.len() <= MOST && (0..records.len()).all(|index| sound(points.get(index)));
         (counted && all).then_some(points)
@@ -107,17 +104,17 @@ impl<'a> Points<'a> {
     #[must_use]
     pub fn get(&self, index: usize) -> Option<Point<'a>> {
         let mut record = Cursor::new(self.records.get(index)?);
-        let mut nodes = [0; 3];
+        let count = record.u32()? as usize;
+        let mut nodes = [0; MAX_PLACE_NODES];
         for node in &mut nodes {
             *node = record.u32()?;
         }
-        let mut weights = [0.0; 3];
-        for weight in &mut weights {
-            *weight = record.f64()?;
-        }
+        let mut weights = [0.0; MAX_PLACE_NODES];
+        record.numbers(&mut weights)?;
+        let place = Place::new(nodes.get(..count)?, weights.get(..count)?).ok()?;
         let length = record.u32()? as usize;
         let name = core::str::from_utf8(record.take(length)?).ok()?;
-        Some(Point { name, nodes, weights })
+        Some(Point { name, place })
     }
 }
 
@@ -131,10 +128,13 @@ pub fn table(points: &[Point<'_>], stresses: &[StressPlace<'_>]) -> Option<Vec<u
     }
     let mut bytes = MAGIC.to_vec();
     bytes.extend((points.len() as u64).to_le_bytes());
-    for Point { name, nodes, weights } in points {
+    for Point { name, place } in points {
         let start = bytes.len();
-        nodes.iter().for_each(|node| bytes.extend(node.to_le_bytes()));
-        weights.iter().for_each(|weight| bytes.extend(weight.to_le_bytes()));
+        bytes.extend((place.nodes().len() as u32).to_le_bytes());
+        place.nodes().iter().for_each(|node| bytes.extend(node.to_le_bytes()));
+        bytes.resize(start + 4 + 4 * MAX_PLACE_NODES, 0);
+        place.weights().iter().for_each(|weight| bytes.extend(weight.to_le_bytes()));
+        bytes.resize(start + 4 + 12 * MAX_PLACE_NODES, 0);
         bytes.extend((name.len() as u32).to_le_bytes());
         bytes.extend(name.as_bytes());
         bytes.resize(start + RECORD, 0);
@@ -152,11 +152,13 @@ pub fn table(points: &[Point<'_>], stresses: &[StressPlace<'_>]) -> Option<Vec<u
 #[cfg(test)]
 mod tests {
     use super::{MAGIC, Point, Points, StressPlace, table};
+    use vademecum_eval::Place;
 
     #[test]
     fn a_table_is_read_back_and_a_damaged_one_is_refused() {
-        let tip = Point { name: "tip", nodes: [4, 0, 2], weights: [0.25, 0.5, 0.25] };
-        let root = Point { name: "fuß", nodes: [1, 1, 1], weights: [1.0, 0.0, 0.0] };
+        let tip = Place::new(&[4, 0, 2, 3], &[0.25, 0.5, 0.125, 0.125]).expect("a place");
+        let tip = Point { name: "tip", place: tip };
+        let root = Point { name: "fuß", place: Place::triangle([1, 1, 1], [1.0, 0.0, 0.0]) };
         let hole = StressPlace { name: "hole", node: 77 };
         let bytes = table(&[tip, root], &[hole]).expect("short names");
         let points = Points::parse(&bytes, 5).expect("its own table");
@@ -169,12 +171,11 @@ mod tests {
             let whole = end == bytes.len() - 72;
             assert_eq!(Points::parse(&bytes[..end], 5).is_some(), whole, "cut at {end}");
         }
-        for (place, value) in [(0, b'X'), (8, 3), (8 + 8 + 12 + 7, 0xff), (16 + 36, 65), (16 + 40, 0xff)] {
+        // Magic, count, nodes of the first point, its first weight, length of its name, the name.
+        for (place, value) in [(0, b'X'), (8, 3), (16, 17), (16 + 75, 0xff), (16 + 196, 65), (16 + 200, 0xff)]
+        {
             let mut damaged = bytes.clone();
             damaged[place] = value;
-            if place == 8 + 8 + 12 + 7 {
-                damaged[place - 1] = 0xf0;
-            }
             assert!(Points::parse(&damaged, 5).is_none(), "byte {place}");
         }
         assert!(Points::parse(&[&MAGIC[..], &[0; 8]].concat(), 0).is_some_and(|none| none.is_empty()));

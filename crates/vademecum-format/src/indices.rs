@@ -1,16 +1,18 @@
-//! Numbers of a file that count into it: the nodes of triangles, of pairs, of points of stress, of the
-//! embedded surface and of the factor. Here each is compared with what it counts, once for every consumer.
+//! Numbers of a file that count into it: the nodes of triangles, of quadrangles, of pairs, of points of
+//! stress, of the embedded surface and of the factor. Here each is compared with what it counts, once for
+//! every consumer.
 //!
 //! Opening does not read the sections, so it does not look at them; [`File::verify_all`] and
 //! [`File::indices`] do. The positions of the chapter's structure are checked when a file is opened.
 
 use crate::error::FormatError;
 use crate::kind::SectionKind;
+use crate::quadrangles::{CORNERS, NO_NODE};
 use crate::read::File;
 
 impl SectionKind {
     /// Kinds of sections whose numbers are indices, which [`File::verify_indices`] checks.
-    pub const INDICES: [Self; 8] = [
+    pub const INDICES: [Self; 9] = [
         Self::Triangles,
         Self::ResidualPairs,
         Self::FactorOrder,
@@ -18,6 +20,7 @@ impl SectionKind {
         Self::StressPoints,
         Self::EmbeddedNodes,
         Self::EmbeddedTriangles,
+        Self::Quadrangles,
         Self::PortNodes,
     ];
 }
@@ -68,6 +71,7 @@ impl<'a> File<'a> {
             S::EmbeddedNodes | S::PortNodes => (0, surface, surface),
             S::EmbeddedTriangles => (0, rows(S::EmbeddedNodes), rows(S::EmbeddedNodes)),
             S::StressPoints => (0, nodes, rows(S::ElasticConstants).min(rows(S::Compliance))),
+            S::Quadrangles => return self.check_quadrangles(indices),
             _ => return Ok(()),
         };
         for (place, &bytes) in indices.iter().enumerate() {
@@ -76,6 +80,30 @@ impl<'a> File<'a> {
                 _ if place < head => loadable,
                 0 => even,
                 _ => odd,
+            };
+            if u64::from(found) >= count {
+                return Err(FormatError::Index { kind: kind.number(), place: place as u64, found, count });
+            }
+        }
+        Ok(())
+    }
+
+    /// Triangles and nodes are loadable ones.
+    fn check_quadrangles(&self, numbers: &[[u8; 4]]) -> Result<(), FormatError> {
+        let (kind, m) = (SectionKind::Quadrangles, self.metadata());
+        let [triangles, nodes] = [m.n_load_triangles, m.n_load_nodes].map(u64::from);
+        let width = self.section(kind).map_or(0, |section| section.shape()[1] as usize).max(1);
+        let mut left = 0;
+        for (place, &bytes) in numbers.iter().enumerate() {
+            let found = u32::from_le_bytes(bytes);
+            let count = match place % width {
+                0 => {
+                    left = triangles.saturating_sub(u64::from(found));
+                    triangles
+                }
+                1 => left + 1,
+                column if column >= 2 + CORNERS && found == NO_NODE => continue,
+                _ => nodes,
             };
             if u64::from(found) >= count {
                 return Err(FormatError::Index { kind: kind.number(), place: place as u64, found, count });

@@ -13,6 +13,16 @@ pub const CHAPTER_AXIS: usize = 6;
 /// trajectory left at.
 pub const CHAPTER_CERTIFICATE: usize = 8;
 
+/// The width that a table of quadrangles of this width should have: two numbers, then four, eight or nine
+/// nodes a row.
+pub(crate) const fn quadrangle_width(found: u64) -> u64 {
+    match found {
+        0..=6 => 6,
+        7..=10 => 10,
+        _ => 11,
+    }
+}
+
 /// One number of a shape.
 #[derive(Clone, Copy)]
 enum Extent {
@@ -341,6 +351,11 @@ kinds! {
     /// Rows `d` over the modes of the dashpots that couple them: their damping matrix is `Σ dᵀd`, besides the
     /// damping of each mode \[s^-½\], `f64 (any, r)`. Only exact steps know it. Since version 1.10.
     DampingRows = 79: 10, optional, F64, [Any, Modes];
+    /// Quadrangular facets that may be loaded, in the order of their triangles: the first of the loadable
+    /// triangles by which a facet is found, how many there are of them, one after the other, and its four,
+    /// eight or nine nodes ([`Quadrangle::nodes`](crate::Quadrangle::nodes)), `u32::MAX` where it has fewer
+    /// than others; `u32 (any, 6 | 10 | 11)`. Since version 1.11.
+    Quadrangles = 80: 11, optional, U32, [Any, Any];
     /// Names of the ports, by which an assembly joins the body to others, UTF-8, one a line. Since version
     /// 1.12, as all below.
     PortNames = 95: 12, optional, U8, [Any];

@@ -79,6 +79,7 @@ mod names;
 mod parameter;
 pub mod policy;
 mod ports;
+mod quadrangles;
 mod quantised;
 mod read;
 pub mod scheme;
@@ -103,6 +104,7 @@ pub use metadata::{
 };
 pub use parameter::{Parameter, ParameterRole};
 pub use ports::{PORT_COLUMNS, PORT_FACET_NODES, PortKind, PortRange};
+pub use quadrangles::{Quadrangle, Quadrangles};
 pub use quantised::{BLOCK_NODES, Quantised};
 pub use read::File;
 pub use section::{Numbers, Section};

@@ -4,7 +4,7 @@ use crate::chapter::Chapter;
 use crate::checksum::checksum;
 use crate::element::{Codec, Element};
 use crate::error::FormatError;
-use crate::kind::SectionKind;
+use crate::kind::{SectionKind, quadrangle_width};
 use crate::layout::{BLOCK, Entry, Header, align, refuse_nonzero};
 use crate::metadata::{MAX_METADATA, Metadata, configuration};
 use crate::section::Section;
@@ -319,6 +319,11 @@ fn check_shape(section: &Section<'_>, metadata: &Metadata<'_>) -> Result<(), For
         if let Some(expected) = expected.filter(|&expected| expected != found) {
             return Err(FormatError::Shape { kind, axis: axis as u8, found, expected });
         }
+    }
+    let [_, found, _] = section.shape;
+    let expected = quadrangle_width(found);
+    if section.kind == SectionKind::Quadrangles && found != expected {
+        return Err(FormatError::Shape { kind, axis: 1, found, expected });
     }
     let expected = section.element.decoded_length(section.shape).unwrap_or(u64::MAX);
     if section.decoded_length != expected {

@@ -47,6 +47,7 @@ impl Keep {
             S::NodeIds
                 | S::NodeCoordinates
                 | S::Triangles
+                | S::Quadrangles
                 | S::SurfaceBasis
                 | S::BlockLoad
                 | S::ContactResidual

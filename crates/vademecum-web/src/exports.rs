@@ -538,7 +538,8 @@ pub unsafe extern "C" fn read(number: u32, index: usize, velocity: u32, at: *mut
     })
 }
 
-/// Leaves the loadable point nearest to (x, y, z) in the exchange buffer: nodes, weights, position, distance.
+/// Leaves the loadable point nearest to (x, y, z) in the exchange buffer: number of nodes, nodes, weights,
+/// position, distance.
 #[unsafe(no_mangle)]
 pub extern "C" fn locate(x: f64, y: f64, z: f64) -> u32 {
     let module = module();
@@ -548,9 +549,16 @@ pub extern "C" fn locate(x: f64, y: f64, z: f64) -> u32 {
         Ok(1)
     });
     if let Some(p) = found {
-        let (nodes, weights) = p.place.corners().unwrap_or_default();
-        let nodes = nodes.map(f64::from);
-        module.give(nodes.into_iter().chain(weights).chain(p.position).chain([p.distance]));
+        let mut out = module.exchange.iter_mut();
+        let mut give = |number: f64| {
+            if let Some(place) = out.next() {
+                *place = number;
+            }
+        };
+        give(p.place.nodes().len() as f64);
+        p.place.nodes().iter().for_each(|&node| give(f64::from(node)));
+        p.place.weights().iter().chain(&p.position).for_each(|&number| give(number));
+        give(p.distance);
     }
     done
 }

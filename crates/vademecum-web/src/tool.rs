@@ -105,7 +105,7 @@ struct Ground<'m> {
     surface: Surface<'m>,
     coordinates: Numbers<'m>,
     n_nodes: usize,
-    /// Places this far apart \[m\] share no triangle: the operator leaves out what the modes leave out
+    /// Places this far apart \[m\] share no facet: the operator leaves out what the modes leave out
     /// between two places.
     apart: f64,
 }
@@ -124,12 +124,23 @@ impl<'m> Ground<'m> {
         let mut ground = Self { surface: Surface::new(file)?, coordinates, n_nodes, apart: 0.0 };
         let loadable = file.metadata().n_load_triangles as usize;
         for triangle in triangles.as_chunks::<3>().0.iter().take(loadable) {
-            let [a, b, c] = triangle.map(|node| ground.node(u32::from_le_bytes(node) as usize));
-            for edge in [minus(a, b), minus(b, c), minus(c, a)] {
-                ground.apart = ground.apart.max(2.0 * length(edge));
-            }
+            ground.part(&triangle.map(u32::from_le_bytes));
+        }
+        let kind = SectionKind::Quadrangles;
+        for facet in file.quadrangles().map_err(|_| missing(kind))?.iter() {
+            ground.part(facet.nodes());
         }
         Ok(ground)
+    }
+
+    /// Keeps places apart that share a facet of these nodes.
+    fn part(&mut self, nodes: &[u32]) {
+        for (place, &a) in nodes.iter().enumerate() {
+            for &b in nodes.iter().take(place) {
+                let between = minus(self.node(a as usize), self.node(b as usize));
+                self.apart = self.apart.max(2.0 * length(between));
+            }
+        }
     }
 
     /// A node at rest.

@@ -32,6 +32,7 @@ const KNOWN: &[(&str, [u32; 2])] = &[
     ("parameters.vdm, Block", [0xd0fa08b1, 0xb2a9164b]),
     ("probes.vdm, Diagonal", [0xad659dd5, 0xabaa89b0]),
     ("probes.vdm, Block", [0xe3201153, 0xb2684806]),
+    ("quadrangles.vdm, Exact", [0xd4cf94f6, 0xfea202fd]),
     ("quadratic.vdm, Diagonal", [0x6a3cb981, 0x59ce8912]),
     ("quadratic.vdm, Block", [0x1efe845f, 0x5f138d53]),
     ("quantised.vdm, Diagonal", [0x09b98b97, 0x8a8e8a7b]),

@@ -20,6 +20,7 @@ mod needless;
 mod oracles;
 mod parameters;
 mod projection;
+mod quadrangles;
 mod quantised;
 mod reactions;
 mod residual;

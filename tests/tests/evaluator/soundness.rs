@@ -152,6 +152,42 @@ fn an_embedded_surface_is_whole_and_its_weights_sum_to_one() {
 }
 
 #[test]
+fn quadrangles_have_the_nodes_of_triangles_of_their_own() {
+    use SectionKind::Quadrangles;
+    const NONE: u32 = u32::MAX;
+    const NINE: [u32; 11] = [0, 8, 0, 2, 8, 6, 1, 5, 7, 3, 4];
+    const FOUR: [u32; 11] = [8, 2, 6, 7, 10, 9, NONE, NONE, NONE, NONE, NONE];
+    let whole = golden::named("quadrangles.vdm");
+    let with = |facets: [[u32; 11]; 2]| {
+        let stored: Vec<u8> = facets.as_flattened().iter().flat_map(|x| x.to_le_bytes()).collect();
+        replaced(&whole, Quadrangles, &stored)
+    };
+    verdict(&with([NINE, FOUR])).expect("as it is");
+    let edited = |facet: [u32; 11], edit: fn(&mut [u32; 11])| {
+        let mut facet = facet;
+        edit(&mut facet);
+        facet
+    };
+    let wrong = |facets, parts: &[&str]| refused(&with(facets), Quadrangles, Fault::Disagrees, parts);
+    wrong([FOUR, NINE], &["facet 1", "behind 10"]);
+    wrong([NINE, edited(FOUR, |f| f[0] = 7)], &["facet 1", "behind 8"]);
+    wrong([NINE, edited(FOUR, |f| f[1] = 0)], &["facet 1", "0 triangles"]);
+    wrong([NINE, edited(FOUR, |f| f[1] = 3)], &["facet 1", "those of its triangles"]);
+    wrong([NINE, edited(FOUR, |f| f[2] = 8)], &["facet 1", "those of its triangles"]);
+    wrong([NINE, edited(FOUR, |f| f[2] = 7)], &["facet 1", "each once"]);
+    wrong([NINE, edited(FOUR, |f| f[6] = 0)], &["facet 1", "four, eight or nine"]);
+    wrong([NINE, edited(FOUR, |f| f[8] = 0)], &["facet 1", "four, eight or nine"]);
+    // A triangle, or a node, that is not loadable: found when the section is asked for.
+    for facet in [edited(FOUR, |f| f[0] = 12), edited(FOUR, |f| f[1] = 5), edited(FOUR, |f| f[5] = NONE)] {
+        let damaged = with([NINE, facet]);
+        let found = verdict(&damaged).expect_err("out of range").to_string();
+        assert!(found.contains("80"), "{found}");
+        let parsed = File::parse(&damaged).expect("opens");
+        assert!(vademecum_eval::Surface::new(&parsed).is_err());
+    }
+}
+
+#[test]
 fn eigenvalues_must_not_be_negative_and_agree_with_the_stiffness() {
     use SectionKind::{Eigenvalues, ReducedStiffness};
     refused(&changed(built(), Eigenvalues, |_, x| -x), Eigenvalues, Fault::Negative, &["eigenvalue 0"]);

@@ -2,8 +2,8 @@
 
 use faer::{Mat, MatRef};
 use vademecum_eval::{
-    Body, BodyOptions, Contact, Field, Loads, OutputError, Place, Scene, SceneOptions, State, StaticField,
-    Structure,
+    Body, BodyOptions, Contact, Field, LoadError, Loads, OutputError, Place, Scene, SceneOptions, State,
+    StaticField, Structure,
 };
 use vademecum_format::exact::ForceFilter;
 use vademecum_format::scheme::{MAX_STAGES, StepParameters};
@@ -269,8 +269,9 @@ impl<'m> March<'m> {
         let scene = body.scene();
         let lent = memory.states.iter_mut().zip(&mut memory.loads);
         let trajectories = unseen.loads.iter().zip(lent).map(|(load, (state, loads))| {
-            let nodes = load.nodes.map(|node| order.file_node[node as usize]);
-            let contact = Contact::new(Place::triangle(nodes, load.weights), load.force);
+            let nodes: Vec<u32> = load.nodes.iter().map(|&node| order.file_node[node as usize]).collect();
+            let contact =
+                Contact::new(Place::new(&nodes, &load.weights).map_err(LoadError::from)?, load.force);
             let (state, loads) = (State::new(scene, state)?, Loads::new(scene, loads)?);
             let mut trajectory = Trajectory { contact, load, state, loads, factors: [0.0; 1 + MAX_STAGES] };
             trajectory.load_step(scene, 0)?;

@@ -15,9 +15,9 @@ const SEED: u64 = 0x5EED_0001;
 #[derive(Clone, Debug)]
 pub struct UnseenLoad {
     /// Mesh nodes that share the force.
-    pub nodes: [u32; 3],
+    pub nodes: Vec<u32>,
     /// Their shares.
-    pub weights: [f64; 3],
+    pub weights: Vec<f64>,
     /// Force \[N\].
     pub force: [f64; 3],
     /// The same over the free dofs, and when it acts.
@@ -52,13 +52,15 @@ impl UnseenLoads {
         let mut random = LoadDraw::new(SEED);
         let when = Interval { start: 0.0, end: 0.7 * runs.hold, ramp: 0.0 };
         let load = |column| {
-            // A body without triangles is loaded at nodes.
-            let nodes = match body.loadable.len() {
-                0 => [body.load_nodes[random.below(body.load_nodes.len())]; 3],
-                triangles => body.loadable[random.below(triangles)],
-            };
+            let places = if body.loadable.is_empty() { body.load_nodes.len() } else { body.loadable.len() };
+            let place = random.below(places);
             let (a, b) = (random.uniform(), random.uniform());
             let weights = [1.0 - a.max(b), a.min(b), (a - b).abs()];
+            // A body without triangles is loaded at nodes.
+            let (nodes, weights) = match body.load_nodes.get(place) {
+                Some(&node) if body.loadable.is_empty() => (vec![node; 3], weights.to_vec()),
+                _ => body.place(place, weights),
+            };
             let force = unit(std::array::from_fn(|_| random.uniform() - 0.5));
             let mut full = vec![0.0; body.n_dof()];
             body.model.add_point_force(&nodes, &weights, force, &mut full);
@@ -87,7 +89,7 @@ impl UnseenLoads {
     /// Points on a mesh with these nodes, forces and times.
     pub(crate) fn places(&self, nodes: &[[f64; 3]]) -> Vec<TestLoad> {
         let place = |load: &UnseenLoad| {
-            let shares = || load.nodes.iter().zip(load.weights);
+            let shares = || load.nodes.iter().zip(&load.weights);
             let coordinate =
                 |axis: usize| shares().map(|(&node, weight)| weight * nodes[node as usize][axis]).sum();
             let end = load.timed.when.during.end;

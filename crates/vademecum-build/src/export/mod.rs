@@ -36,7 +36,7 @@ use crate::input::{Fields, Problem};
 use crate::linalg::{project, symmetric_part};
 use crate::mesh::Embedded;
 use crate::parametric::SeparationRecord;
-use crate::prepared::{Body, ParameterSpace};
+use crate::prepared::{Body, ParameterSpace, Quadrangle};
 use crate::response::BlockTerms;
 
 /// Everything a file is made of.
@@ -179,6 +179,7 @@ fn geometry_sections(parts: &Parts<'_>, order: &NodeOrder) -> Vec<Draft> {
             bytes: triangles,
         },
     ];
+    drafts.extend(quadrangle_section(order));
     if let Some(Embedded { nodes, weights, triangles, .. }) = &parts.body.embedded {
         let followed = nodes.iter().flatten().map(|&node| order.file_node[node as usize]);
         let weights = weights.as_flattened().iter().copied();
@@ -191,6 +192,19 @@ fn geometry_sections(parts: &Parts<'_>, order: &NodeOrder) -> Vec<Draft> {
         ]);
     }
     drafts
+}
+
+/// The quadrangular facets that may be loaded; nothing of a surface of triangles.
+fn quadrangle_section(order: &NodeOrder) -> Option<Draft> {
+    let facets = &order.quadrangles;
+    let most = facets.iter().map(|facet| facet.nodes.len()).max()?;
+    let row = |facet: &Quadrangle| {
+        let triangles = facet.triangles();
+        let nodes = facet.nodes.iter().copied().chain(std::iter::repeat(u32::MAX)).take(most);
+        [triangles.start as u32, triangles.len() as u32].into_iter().chain(nodes).collect::<Vec<u32>>()
+    };
+    let rows = facets.iter().flat_map(row);
+    Some(Draft::u32s(SectionKind::Quadrangles, [facets.len(), 2 + most, 1], rows))
 }
 
 fn basis_sections(parts: &Parts<'_>, order: &NodeOrder) -> Vec<Draft> {

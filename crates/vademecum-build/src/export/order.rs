@@ -2,7 +2,7 @@
 //! last.
 
 use super::curve;
-use crate::prepared::Body;
+use crate::prepared::{Body, Quadrangle};
 
 /// Nodes and triangles in file order.
 #[derive(Clone, Debug)]
@@ -20,6 +20,8 @@ pub struct NodeOrder {
     pub(crate) triangles: Vec<[u32; 3]>,
     /// Number of loadable triangles.
     pub(crate) n_load_triangles: usize,
+    /// Quadrangular facets that these are parts of, by file node, in their order.
+    pub(crate) quadrangles: Vec<Quadrangle>,
 }
 
 impl NodeOrder {
@@ -42,6 +44,33 @@ impl NodeOrder {
         let others = body.surface.iter().filter(|triangle| !loadable.contains(*triangle));
         let triangles = body.loadable.iter().chain(others);
         let triangles: Vec<[u32; 3]> = triangles.map(|t| t.map(|node| file_node[node as usize])).collect();
-        Self { nodes, file_node, n_load, n_surface, triangles, n_load_triangles: body.loadable.len() }
+        let of_file = |quadrangle: &Quadrangle| {
+            let nodes = quadrangle.nodes.iter().map(|&node| file_node[node as usize]).collect();
+            Quadrangle { nodes, ..*quadrangle }
+        };
+        let quadrangles = body.quadrangles.iter().map(of_file).collect();
+        let n_load_triangles = body.loadable.len();
+        Self { nodes, file_node, n_load, n_surface, triangles, n_load_triangles, quadrangles }
+    }
+
+    /// Pairs of loadable nodes that share a loadable facet, the first below the second, ascending: a contact
+    /// needs the residual between them.
+    pub(crate) fn load_pairs(&self) -> Vec<[u32; 2]> {
+        let mut pairs = vec![];
+        let mut add = |nodes: &[u32]| {
+            for (place, &a) in nodes.iter().enumerate() {
+                pairs.extend(nodes[..place].iter().map(|&b| [a.min(b), a.max(b)]));
+            }
+        };
+        let mut next = 0;
+        for quadrangle in &self.quadrangles {
+            self.triangles[next..quadrangle.first].iter().for_each(|triangle| add(triangle));
+            add(&quadrangle.nodes);
+            next = quadrangle.triangles().end;
+        }
+        self.triangles[next..self.n_load_triangles].iter().for_each(|triangle| add(triangle));
+        pairs.sort_unstable();
+        pairs.dedup();
+        pairs
     }
 }

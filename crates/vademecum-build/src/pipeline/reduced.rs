@@ -97,15 +97,15 @@ fn residual(
     let body = &prepared.body;
     let reduced = reduced(context, basis, eigenvalues, problem);
     let nodes = &order.nodes[..order.n_load];
-    let triangles = &order.triangles[..order.n_load_triangles];
+    let pairs = order.load_pairs();
     let way = BlockMethod::cheaper(body, &prepared.symbolic, eigenvalues.len(), nodes.len());
     let inputs = |inputs: Inputs| {
         let probes: Vec<_> = body.probes.iter().map(|probe| &probe.nodes).collect();
         let inputs = inputs.value(&(reduced.rigorous, way, probes)).with(basis).indices(nodes);
-        let inputs = inputs.indices(triangles.as_flattened());
+        let inputs = inputs.indices(pairs.as_flattened());
         body.patterns.iter().fold(inputs, |inputs, (_, force)| inputs.numbers(force))
     };
-    let solve = || residual_flexibility(&reduced, way, nodes, triangles, kept.listener);
+    let solve = || residual_flexibility(&reduced, way, nodes, &pairs, kept.listener);
     Ok(watch.stage("residual flexibility", || kept.stage("residual", inputs, solve))?)
 }
 

@@ -16,6 +16,7 @@ use super::heat;
 use super::matrices::MatrixModel;
 use super::places::{ends_between_nodes, facets, facets_within, located, select};
 use super::ports::{Port, ports};
+use super::quadrangle::Quadrangle;
 use crate::fem::{COMPONENTS, Engine, Material, Model, StressPoint, stress_points};
 use crate::input::{
     CENTRIFUGAL, Fields, GaugeEntry, MaterialEntry, PatternEntry, Problem, RaisedOrder, StressPlaces,
@@ -59,6 +60,8 @@ pub struct Body {
     pub surface: Vec<[u32; 3]>,
     /// Linear triangles contacts may touch, by mesh node; a subset of `surface` in its order.
     pub loadable: Vec<[u32; 3]>,
+    /// The quadrangular facets that `loadable` are the triangles of, in their order.
+    pub(crate) quadrangles: Vec<Quadrangle>,
     /// Nodes forces may act on, ascending: those of `loadable`, or of a body without triangles the chosen
     /// ones.
     pub(crate) load_nodes: Vec<u32>,
@@ -114,6 +117,20 @@ impl Body {
         own.chain(self.patterns.iter().flat_map(|(_, force)| rigid.resultant(nodes, force))).collect()
     }
 
+    /// Nodes and shares of a force at a point of a loadable triangle, as the evaluator has them: of a facet
+    /// that is a triangle its corners and the barycentric `weights`, of a quadrangle its shape functions.
+    ///
+    /// # Panics
+    /// If there is no such triangle.
+    pub fn place(&self, triangle: usize, weights: [f64; 3]) -> (Vec<u32>, Vec<f64>) {
+        let corners = self.loadable[triangle];
+        let after = self.quadrangles.partition_point(|quadrangle| quadrangle.first <= triangle);
+        match self.quadrangles[..after].last().filter(|facet| facet.triangles().contains(&triangle)) {
+            Some(facet) => (facet.nodes.clone(), facet.shares(corners, weights)),
+            None => (corners.to_vec(), weights.to_vec()),
+        }
+    }
+
     /// A probe as weights on free dofs.
     pub fn probe_row(&self, probe: &Probe) -> Vec<(u32, f64)> {
         let of_node = |&(node, weights): &(u32, [f64; 3])| {
@@ -145,7 +162,7 @@ impl Body {
                 material_entry(problem, region).filter(|_| hexahedra).and_then(|entry| entry.hexahedra);
             region.hexahedra = named.or(region.hexahedra);
         }
-        let loadable = loadable_triangles(problem, &mesh, &surface, &constrained)?;
+        let (loadable, quadrangles) = loadable_facets(problem, &mesh, &surface, &constrained)?;
         let mut probes = probes(problem, &mesh);
         probes.extend(gauges(problem, &mesh, &surface)?);
         let embed =
@@ -205,6 +222,7 @@ impl Body {
             model,
             surface: surface.triangles,
             loadable,
+            quadrangles,
             patterns,
             thermal,
             held_loads,
@@ -257,6 +275,7 @@ impl Body {
             model,
             surface,
             loadable,
+            quadrangles: vec![],
             load_nodes,
             patterns,
             thermal: vec![],
@@ -431,13 +450,14 @@ fn region_materials(problem: &Problem, mesh: &Mesh) -> Result<Vec<Material>, Bod
     mesh.regions.iter().map(material).collect()
 }
 
-/// Triangles of the selected surface that can move.
-fn loadable_triangles(
+/// Triangles of the selected surface that can move, and the quadrangles that these are parts of: a quadrangle
+/// is loaded as a whole, so its triangles stay together.
+fn loadable_facets(
     problem: &Problem,
     mesh: &Mesh,
     surface: &Surface,
     constrained: &[bool],
-) -> Result<Vec<[u32; 3]>, BodyError> {
+) -> Result<(Vec<[u32; 3]>, Vec<Quadrangle>), BodyError> {
     let selected = match &problem.load.surface {
         Some(selection) => {
             let nodes = select(problem, selection, mesh, || LOAD_SURFACE.into())?;
@@ -447,9 +467,21 @@ fn loadable_triangles(
     };
     let mut chosen = vec![false; surface.facet_count()];
     selected.into_iter().for_each(|facet| chosen[facet] = true);
-    let with_facets = surface.triangles.iter().zip(&surface.triangle_facet);
-    let triangles = with_facets.filter(|(_, facet)| chosen[**facet as usize]).map(|(triangle, _)| triangle);
-    movable(problem, triangles, constrained)
+    let (mut loadable, mut quadrangles): (Vec<[u32; 3]>, Vec<Quadrangle>) = (vec![], vec![]);
+    for (triangle, &facet) in surface.triangles.iter().zip(&surface.triangle_facet) {
+        let facet = facet as usize;
+        let kind = surface.facet_kind(facet);
+        let nodes = if kind.corners() == 3 { &triangle[..] } else { surface.facet(facet) };
+        if !chosen[facet] || nodes.iter().all(|node| held(constrained, node)) {
+            continue;
+        }
+        let known = quadrangles.last().map_or(0, |last| last.triangles().end);
+        if kind.corners() > 3 && known <= loadable.len() {
+            quadrangles.push(Quadrangle { kind, first: loadable.len(), nodes: nodes.to_vec() });
+        }
+        loadable.push(*triangle);
+    }
+    Ok((some_movable(problem, chosen.contains(&true), loadable)?, quadrangles))
 }
 
 /// The key that chooses where forces may act.
@@ -469,7 +501,11 @@ fn movable<'a>(
     let held = |node: &u32| held(constrained, node);
     let mut triangles = triangles.peekable();
     let some = triangles.peek().is_some();
-    let loadable: Vec<[u32; 3]> = triangles.filter(|t| !t.iter().all(held)).copied().collect();
+    some_movable(problem, some, triangles.filter(|t| !t.iter().all(held)).copied().collect())
+}
+
+/// The loadable triangles, if there are any; `some` tells whether any were chosen.
+fn some_movable(problem: &Problem, some: bool, loadable: Vec<[u32; 3]>) -> Result<Vec<[u32; 3]>, BodyError> {
     if loadable.is_empty() && some {
         return Err(BodyError::NoFreeNode { path: problem.place(LOAD_SURFACE) });
     }

@@ -6,6 +6,7 @@
 
 use vademecum_eval::nearest_in_triangle;
 
+use super::quadrangle::in_quadrangle;
 use crate::input::GaugeEntry;
 use crate::mesh::shapes::quadrangle_shapes;
 use crate::mesh::surface::Surface;
@@ -98,27 +99,6 @@ fn in_facet(facet: &[u32], triangle: [u32; 3], weights: [f64; 3]) -> [f64; 3] {
     for (node, weight) in triangle.iter().zip(weights) {
         let place = facet.iter().position(|other| other == node).expect("a node of its facet");
         sum.iter_mut().zip(PLACES[place]).for_each(|(sum, l)| *sum += weight * l);
-    }
-    sum
-}
-
-/// Coordinates in a quadrangle of a place in one of its triangles.
-fn in_quadrangle(facet: &[u32], triangle: [u32; 3], weights: [f64; 3]) -> [f64; 2] {
-    const PLACES: [[f64; 2]; 9] = [
-        [-1.0, -1.0],
-        [1.0, -1.0],
-        [1.0, 1.0],
-        [-1.0, 1.0],
-        [0.0, -1.0],
-        [1.0, 0.0],
-        [0.0, 1.0],
-        [-1.0, 0.0],
-        [0.0, 0.0],
-    ];
-    let mut sum = [0.0; 2];
-    for (node, weight) in triangle.iter().zip(weights) {
-        let place = facet.iter().position(|other| other == node).expect("a node of its facet");
-        sum.iter_mut().zip(PLACES[place]).for_each(|(sum, x)| *sum += weight * x);
     }
     sum
 }

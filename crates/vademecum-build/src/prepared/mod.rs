@@ -13,6 +13,7 @@ mod places;
 mod ports;
 mod prestress;
 mod proposed;
+mod quadrangle;
 mod size;
 mod time_step;
 
@@ -25,6 +26,7 @@ pub(crate) use means::Means;
 pub use parameters::{LiveParameter, ParameterSpace, Setting};
 pub use ports::Port;
 pub use proposed::{STEPS_PER_PERIOD, proposed_time_step};
+pub(crate) use quadrangle::Quadrangle;
 pub use time_step::TimeStepError;
 
 use faer::{Mat, MatRef};

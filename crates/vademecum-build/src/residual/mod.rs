@@ -59,7 +59,7 @@ pub(crate) struct ResidualBasis<'a> {
 pub(crate) struct ResidualFlexibility {
     /// `R` between each loadable node and itself \[m/N\].
     pub(crate) contact: Vec<Symmetric>,
-    /// Pairs of loadable nodes with a loadable triangle in common, the first below the second, ascending.
+    /// Pairs of loadable nodes with a loadable facet in common, the first below the second, ascending.
     pub(crate) pairs: Vec<[u32; 2]>,
     /// `R` of each pair \[m/N\]: row the displacement at the first, column the force at the second.
     pub(crate) pair_blocks: Vec<[f64; 9]>,
@@ -92,8 +92,9 @@ pub fn memory(body: &Body, symbolic: &crate::fem::Symbolic, r: usize) -> f64 {
     }
 }
 
-/// The residual at the loadable nodes, given in the order in which they are counted, and between those that
-/// share one of `triangles`, which are made of their places.
+/// The residual at the loadable nodes, given in the order in which they are counted, and between those of
+/// `pairs`, which name their places: neighbours in the stiffness, each pair once, the first below the second,
+/// ascending.
 ///
 /// One solve for each probe and pattern; at the nodes one for each component, or a selected inversion. The
 /// bytes do not depend on the number of threads.
@@ -104,13 +105,12 @@ pub(crate) fn residual_flexibility(
     reduced: &ResidualBasis<'_>,
     way: BlockMethod,
     nodes: &[u32],
-    triangles: &[[u32; 3]],
+    pairs: &[[u32; 2]],
     listener: &dyn Listener,
 ) -> Result<ResidualFlexibility, ResidualError> {
     let body = reduced.body;
     let complement = ResidualOperator::new(body, reduced.symbolic, reduced.vectors, reduced.eigenvalues)?;
-    let pairs = edges(triangles);
-    let firsts = firsts_of(&pairs, nodes.len());
+    let firsts = firsts_of(pairs, nodes.len());
     let n_probes = body.probes.len();
     let fill = |place: usize, load: &mut [f64]| match body.probes.get(place) {
         Some(probe) => complement.add_probe(probe, load),
@@ -147,7 +147,7 @@ pub(crate) fn residual_flexibility(
     let bound = StaticBound::new(reduced.rigorous, &gram, &answer, &at_nodes);
     Ok(ResidualFlexibility {
         contact,
-        pairs,
+        pairs: pairs.to_vec(),
         pair_blocks,
         probes,
         patterns,
@@ -156,15 +156,6 @@ pub(crate) fn residual_flexibility(
         at_nodes,
         bound,
     })
-}
-
-/// Edges of triangles, each once, ascending.
-fn edges(triangles: &[[u32; 3]]) -> Vec<[u32; 2]> {
-    let of = |&[a, b, c]: &[u32; 3]| [[a, b], [b, c], [a, c]].map(|[a, b]| [a.min(b), a.max(b)]);
-    let mut edges: Vec<[u32; 2]> = triangles.iter().flat_map(of).collect();
-    edges.sort_unstable();
-    edges.dedup();
-    edges
 }
 
 /// For each node the first nodes of the pairs in which it is the second.

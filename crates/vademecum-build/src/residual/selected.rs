@@ -1,7 +1,7 @@
 //! Residual blocks at all loadable nodes at once, from entries of `K⁻¹` and `K⁻¹MK⁻¹` on the pattern of the
 //! factor.
 //!
-//! Nodes of a triangle are neighbours in `K`, so their blocks are on the pattern. What the modes take of them
+//! Nodes of a facet are neighbours in `K`, so their blocks are on the pattern. What the modes take of them
 //! is often all but a thousandth, and the factor is off by its rounding, times the condition of `K`, along
 //! the lowest modes. So nothing is subtracted by formula: with `F = KBΛ⁻¹` as it is in memory, `Z` the
 //! inverse of the factor as it is, and `P = I − BFᵀ`
@@ -143,10 +143,10 @@ impl LoadableRows {
 }
 
 /// Nine numbers between two nodes, row by row, from those between free dofs; nothing where a component is
-/// held. Free dofs that nodes of one triangle follow are coupled by its element.
+/// held. Free dofs that nodes of one facet follow are coupled by its element.
 fn nine(body: &Body, [first, second]: [u32; 2], of: impl Fn(usize, usize) -> Option<f64>) -> [f64; 9] {
     let dofs = body.model.dofs();
-    let between = |i: usize, j: usize| of(i, j).expect("nodes of one triangle are neighbours");
+    let between = |i: usize, j: usize| of(i, j).expect("nodes of one facet are neighbours");
     std::array::from_fn(|at| {
         let row = |i: usize| dofs.value(3 * second as usize + at % 3, |j| between(i, j));
         dofs.value(3 * first as usize + at / 3, row)

@@ -136,8 +136,7 @@ impl Block {
     ) -> Result<ResidualFlexibility, ResidualError> {
         let Prepared { body, symbolic, .. } = &self.prepared;
         let reduced = ResidualBasis { body, symbolic, vectors, eigenvalues, rigorous: true };
-        let triangles = &self.order.triangles[..self.order.n_load_triangles];
-        residual_flexibility(&reduced, way, self.nodes(), triangles, listener)
+        residual_flexibility(&reduced, way, self.nodes(), &self.order.load_pairs(), listener)
     }
 
     /// `R` as a dense matrix: `P K⁻¹ Pᵀ` with the projector `P = I − B Λ⁻¹ Bᵀ K`.
@@ -429,11 +428,11 @@ fn rounding_of_slender_bodies_does_not_show() {
     let Prepared { body, symbolic, .. } = &prepared(SLENDER);
     let order = NodeOrder::new(body);
     let nodes = &order.nodes[..order.n_load];
-    let triangles = &order.triangles[..order.n_load_triangles];
+    let pairs = &order.load_pairs();
     let modes = lowest_modes(body.model.pencil(), symbolic, 12).expect("modes");
     let (vectors, eigenvalues) = (modes.vectors.as_ref(), &modes.eigenvalues[..]);
     let reduced = ResidualBasis { body, symbolic, vectors, eigenvalues, rigorous: true };
-    let found = |way| residual_flexibility(&reduced, way, nodes, triangles, &Silent).expect("a residual");
+    let found = |way| residual_flexibility(&reduced, way, nodes, pairs, &Silent).expect("a residual");
     let [solved, selected] = [BlockMethod::Solves, BlockMethod::Selection].map(found);
 
     let largest = |a: &[f64]| a.iter().fold(0.0_f64, |largest, x| largest.max(x.abs()));

@@ -22,6 +22,7 @@ export class Body {
     this.basis = basis;
     this.held = heldNodes(basis, surfaceNodes, evaluator.counts.modes);
     this.evaluator = evaluator;
+    this.hasQuadrangles = Boolean(evaluator.section(SECTION.quadrangles));
     this.skin = skinOf(evaluator, this);
     this.edges = uniqueEdges(this.skin.triangles);
     Object.assign(this, splitAtCreases(this.skin));
@@ -69,7 +70,7 @@ export class Body {
     return weighted(point, positions);
   }
 
-  /** What a ray meets first, as `{ normal, loadable, point }`; null if it passes by. A point of an embedded surface is pushed at the nearest place of the mesh. */
+  /** What a ray meets first, as `{ normal, loadable, point }`; null if it passes by. A point of an embedded surface is pushed at the nearest place of the mesh, one of a quadrangle shared over its nodes. */
   pick(ray) {
     const { triangles, displaced, rest, loadable, embedded } = this.skin;
     const best = firstMet(triangles, displaced, ray);
@@ -78,8 +79,9 @@ export class Body {
     const [a, b, c] = vertices.map((vertex) => this.node(vertex, rest));
     const normal = unit(cross(sub(b, a), sub(c, a)));
     const seen = { nodes: vertices, weights: best.weights };
-    if (!embedded) return { normal, loadable: loadable(best.triangle), point: seen };
-    if (!loadable(best.triangle)) return { normal, loadable: false, point: null };
+    const pushed = loadable(best.triangle);
+    if (!embedded && !(pushed && this.hasQuadrangles)) return { normal, loadable: pushed, point: seen };
+    if (!pushed) return { normal, loadable: false, point: null };
     const { nodes, weights } = this.evaluator.locate(weighted(seen, rest));
     return { normal, loadable: true, point: { nodes, weights, seen } };
   }

@@ -75,7 +75,8 @@ pub struct SceneOptions {
     #[doc(alias = "static residual", alias = "residual attachment modes", alias = "mode acceleration")]
     pub residual: bool,
     /// With a residual or with reactions: for so many contacts with nodes of their own there is room, up to
-    /// [`MAX_CONTACTS`]. Contacts on the same nodes share it.
+    /// [`MAX_CONTACTS`], each with as many nodes as the largest facet of the file
+    /// ([`File::contact_nodes`](vademecum_format::File::contact_nodes)). Contacts on the same nodes share it.
     pub contacts: usize,
     /// With a residual and stiffness-proportional damping: for the filtered forces of so many nodes there is
     /// room; of all loadable nodes if `None`. A node counts until its filtered force is below 1e-12 of the

@@ -9,7 +9,6 @@ use crate::base::error::OutputError;
 use crate::base::lend::{Lender, Short};
 use crate::base::scalar::Scalar;
 use crate::base::vec3::{cross, dot, minus};
-use crate::sections::place::Place;
 use crate::sections::surface::{Surface, SurfacePoint, nearest_in_triangle};
 
 /// Triangles of a leaf.
@@ -188,13 +187,13 @@ impl<'m> SurfaceTree<'m> {
     ) -> Option<SurfacePoint> {
         let leaves = self.order.len().div_ceil(LEAF);
         let limit = |i: usize| self.boxes.get(i).map_or(f64::INFINITY, &bound);
-        let mut best: Option<SurfacePoint> = None;
+        let mut best = None;
+        let mut reached = f64::INFINITY;
         let mut waiting = [(0, 0.0); WAITING];
         let mut count = 1_usize;
         waiting[0] = (0, limit(0));
         while let Some(&(i, nearest)) = count.checked_sub(1).and_then(|last| waiting.get(last)) {
             count -= 1;
-            let reached = best.map_or(f64::INFINITY, |known| known.distance);
             if nearest.is_nan() || nearest >= reached {
                 continue;
             }
@@ -215,14 +214,16 @@ impl<'m> SurfaceTree<'m> {
                 let Some([a, b, c]) = corners(&self.surface, self.positions, triangle) else { continue };
                 let Some((weights, distance)) = measure(a, b, c) else { continue };
                 let nodes = self.surface.triangle(triangle as usize);
-                let nearer = best.is_none_or(|known| distance < known.distance);
-                if let Some(nodes) = nodes.filter(|_| nearer && distance.is_finite()) {
-                    let position = weighted(weights, a, b, c);
-                    best = Some(SurfacePoint { place: Place::triangle(nodes, weights), position, distance });
+                // Not a number is not below, and neither is infinity.
+                if let Some(nodes) = nodes.filter(|_| distance < reached) {
+                    reached = distance;
+                    best = Some((triangle as usize, nodes, weights, weighted(weights, a, b, c)));
                 }
             }
         }
-        best
+        let (triangle, nodes, weights, position) = best?;
+        let place = self.surface.place(triangle, nodes, weights);
+        Some(SurfacePoint { place, position, distance: reached })
     }
 }
 

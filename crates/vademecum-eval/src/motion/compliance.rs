@@ -8,7 +8,7 @@
 //! over the step, `e = exp(−Δt/β)` (0 without stiffness-proportional damping, see
 //! [`crate::sections::filter`]), and `R` is the residual flexibility, which is a contact's own: between two
 //! contacts it is left out, so that `W` stays positive semidefinite whatever the file holds of it. Of
-//! contacts that share no triangle, `W` says exactly what a step does; of contacts that share one, a step
+//! contacts that share no facet, `W` says exactly what a step does; of contacts that share one, a step
 //! shows the residual between them too. This is the Delassus operator of contact mechanics. With it a loop of
 //! its caller can solve for stick, slip and release at the end of the step, and is stable whatever the
 //! stiffness of what touches the body.
@@ -36,8 +36,8 @@ impl<T: Scalar> Scene<'_, T> {
     /// contacts, row by row \[m/N\]; number `(3c + i, 3d + j)` is the displacement of contact `c` in
     /// direction `i` at the end of the step for each newton at contact `d` in direction `j`. The forces of
     /// `contacts` are not looked at. Symmetric and positive semidefinite. `O(n² r)`, and `O(n r²)` more if
-    /// dashpots couple the modes; for the diagonal and the exact structure. For contacts that share no
-    /// triangle it is exactly what a step does.
+    /// dashpots couple the modes; for the diagonal and the exact structure. For contacts that share no facet
+    /// it is exactly what a step does.
     ///
     /// ```
     /// # include!(concat!(env!("CARGO_MANIFEST_DIR"), "/doc/bound.rs"));

@@ -262,7 +262,7 @@ impl<'m, T: Scalar> Loads<'m, T> {
         self.check(scene, p)?;
         contact.check(scene.metadata.n_load_nodes)?;
         check_range::<T>(contact.force.iter())?;
-        self.statics.check(contact)?;
+        self.statics.check(contact, self.shape.contact_nodes)?;
         let block = self.block_rows(scene.sections.block_load, SectionKind::BlockLoad)?;
         contact.project(&scene.sections.rows, self.direct)?;
         self.start_stages();

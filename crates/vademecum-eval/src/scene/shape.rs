@@ -31,6 +31,8 @@ pub(crate) struct Shape {
     pub statics: [usize; 2],
     /// Nodes and patterns whose filtered forces a state keeps; zeros without a filter. A state knows its own.
     pub filtered: [usize; 2],
+    /// Nodes that one contact takes of these at most.
+    pub contact_nodes: usize,
     /// `true` with a filter.
     filters: bool,
     /// Of the strain structure.
@@ -291,6 +293,7 @@ pub(crate) fn shape<T: Scalar>(file: &File<'_>, options: &SceneOptions) -> Resul
         n_points,
         statics,
         filtered,
+        contact_nodes: file.contact_nodes(),
         filters: filtered != [0; 2],
         strain,
         damping_rows,

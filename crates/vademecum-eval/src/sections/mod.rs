@@ -8,6 +8,7 @@ pub(crate) mod filter;
 #[cfg(feature = "mmap")]
 pub(crate) mod mmap;
 pub(crate) mod place;
+pub(crate) mod quadrangle;
 pub(crate) mod quantised;
 pub(crate) mod reconstruct;
 pub(crate) mod residual;

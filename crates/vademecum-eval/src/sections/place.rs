@@ -16,10 +16,10 @@ const NO_FRAME: u32 = u32::MAX;
 
 /// A short list of nodes with weights that sum to 1, and a radius; or a frame of the file.
 ///
-/// A point of a triangle has three nodes, one of a quadrilateral four, one of an embedded surface up to
-/// twelve. Radius 0 is a point. A positive radius and frames are part of the interface and refused by this
-/// version. Whoever is given a place checks it: a place in hand may be wrong. Its layout is that of C, so
-/// that an interface of C can hand its own places over without a copy; every value of its numbers is allowed.
+/// A point of a triangle has three nodes, one of a quadrangle four, eight or nine. Radius 0 is a point. A
+/// positive radius and frames are part of the interface and refused by this version. Whoever is given a place
+/// checks it: a place in hand may be wrong. Its layout is that of C, so that an interface of C can hand its
+/// own places over without a copy; every value of its numbers is allowed.
 ///
 /// ```
 /// use vademecum_eval::{Place, PlaceError};

@@ -1,7 +1,7 @@
 //! Residual flexibility: the static answer `R F` that the modes leave out, where the file has it, for the
 //! forces on the nodes of contacts and for load patterns.
 //!
-//! A file holds `R` between a loadable node and itself, and between two that share a triangle; between others
+//! A file holds `R` between a loadable node and itself, and between two that share a facet; between others
 //! it is taken as zero. A state remembers the forces of its last step, so that outputs show the modes and the
 //! residual together. With stiffness-proportional damping these forces are filtered
 //! ([`crate::sections::filter`]).
@@ -37,8 +37,8 @@ pub(crate) fn room<T: Scalar>(file: &File<'_>, contacts: usize, residual: bool) 
     // The number of a node has to be a number of the precision.
     let countable = f64::from(metadata.n_load_nodes) * T::EPSILON < 0.5;
     let reactions = file.section(S::ReactionBasis).is_some_and(|s| s.f64s().is_ok());
-    let nodes =
-        if (there(S::ContactResidual) || reactions) && countable { contacts.saturating_mul(3) } else { 0 };
+    let remembered = (there(S::ContactResidual) || reactions) && countable;
+    let nodes = if remembered { contacts.saturating_mul(file.contact_nodes()) } else { 0 };
     let patterns = there(S::PatternResidual) || there(S::PatternProbeResidual) || reactions;
     [nodes, if patterns { metadata.n_patterns as usize } else { 0 }]
 }
@@ -226,8 +226,8 @@ impl<'m, T: Scalar> Statics<'m, T> {
         }
     }
 
-    /// Refuses a contact whose nodes there is no room for.
-    pub fn check(&self, contact: &Contact) -> Result<(), LoadError> {
+    /// Refuses a contact whose nodes there is no room for: so many for each contact.
+    pub fn check(&self, contact: &Contact, each: usize) -> Result<(), LoadError> {
         let capacity = self.forces.len();
         if capacity == 0 || self.used + contact.place.nodes().len() <= capacity {
             return Ok(());
@@ -241,7 +241,7 @@ impl<'m, T: Scalar> Statics<'m, T> {
         if self.used + new <= capacity {
             Ok(())
         } else {
-            Err(LoadError::TooManyContacts { contacts: capacity / 3 })
+            Err(LoadError::TooManyContacts { contacts: capacity / each.max(1) })
         }
     }
 

@@ -7,7 +7,8 @@
 use crate::base::error::OutputError;
 use crate::base::vec3::{dot, minus};
 use crate::sections::place::Place;
-use vademecum_format::{File, FormatError, Numbers, SectionKind};
+use crate::sections::quadrangle::place_in;
+use vademecum_format::{File, FormatError, Numbers, Quadrangles, SectionKind};
 
 /// The loadable surface of a file, at rest.
 #[derive(Clone, Copy, Debug)]
@@ -15,14 +16,17 @@ pub struct Surface<'m> {
     coordinates: Numbers<'m>,
     n_nodes: usize,
     triangles: &'m [[u8; 4]],
+    quadrangles: Quadrangles<'m>,
 }
 
 /// A point of the loadable surface.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SurfacePoint {
-    /// Nodes of its triangle and their barycentric weights.
+    /// Nodes of its facet and their shape functions there: of a triangle three, with the barycentric weights;
+    /// of a quadrangle all that it has.
     pub place: Place,
-    /// Its position \[m\].
+    /// Its position \[m\], on a triangle. In a quadrangle that is warped, or whose edges are bent, `Σ w x`
+    /// over the place lies beside it.
     pub position: [f64; 3],
     /// Distance \[m\] from the point that was asked for.
     pub distance: f64,
@@ -38,8 +42,9 @@ impl<'m> Surface<'m> {
     /// The loadable surface of `file`.
     ///
     /// # Errors
-    /// [`OutputError::Missing`] if coordinates or triangles are not in the file or are compressed;
-    /// [`OutputError::OutOfRange`] if a triangle names a node that there is not.
+    /// [`OutputError::Missing`] if coordinates or triangles are not in the file, or if these or the
+    /// quadrangles are compressed; [`OutputError::OutOfRange`] if a triangle names a node that there is not,
+    /// or a quadrangle one that is not loadable.
     pub fn new(file: &File<'m>) -> Result<Self, OutputError> {
         let metadata = file.metadata();
         Self::of(file, metadata.n_load_triangles, metadata.n_load_nodes)
@@ -61,15 +66,18 @@ impl<'m> Surface<'m> {
         let kind = SectionKind::NodeCoordinates;
         let coordinates = section(kind)?.numbers().map_err(missing(kind))?;
         let kind = SectionKind::Triangles;
-        let all = match file.indices(kind) {
-            Ok(Some(all)) => all,
-            Err(FormatError::Index { found, count, .. }) => {
-                return Err(OutputError::OutOfRange { index: found as usize, count: count as usize });
-            }
-            _ => return Err(OutputError::Missing { kind }),
-        };
+        let all = file.indices(kind).map_err(unusable(kind))?.ok_or(OutputError::Missing { kind })?;
         let triangles = all.get(..(n_triangles as usize).saturating_mul(3)).unwrap_or(all);
-        Ok(Self { coordinates, n_nodes: n_nodes as usize, triangles })
+        let quadrangles = file.quadrangles().map_err(unusable(SectionKind::Quadrangles))?;
+        Ok(Self { coordinates, n_nodes: n_nodes as usize, triangles, quadrangles })
+    }
+
+    /// The point of a triangle with these nodes and barycentric weights, shared over the nodes of the facet
+    /// that the triangle is part of.
+    pub(crate) fn place(&self, triangle: usize, nodes: [u32; 3], weights: [f64; 3]) -> Place {
+        let facet = u32::try_from(triangle).ok().and_then(|triangle| self.quadrangles.of_triangle(triangle));
+        let shared = facet.and_then(|facet| place_in(&facet, nodes, weights));
+        shared.unwrap_or(Place::triangle(nodes, weights))
     }
 
     /// Its triangles.
@@ -111,8 +119,9 @@ impl<'m> Surface<'m> {
     /// ```
     #[must_use]
     pub fn locate(&self, point: [f64; 3]) -> Option<SurfacePoint> {
-        let mut nearest: Option<SurfacePoint> = None;
-        for triangle in self.triangles.as_chunks::<3>().0 {
+        let mut nearest = None;
+        let mut reached = f64::INFINITY;
+        for (index, triangle) in self.triangles.as_chunks::<3>().0.iter().enumerate() {
             let nodes = triangle.map(u32::from_le_bytes);
             let [Some(a), Some(b), Some(c)] = nodes.map(|node| self.node(node)) else {
                 continue;
@@ -121,11 +130,14 @@ impl<'m> Surface<'m> {
             let position = [0, 1, 2].map(|i| weights[0] * a[i] + weights[1] * b[i] + weights[2] * c[i]);
             let away = minus(point, position);
             let distance = libm::sqrt(dot(away, away));
-            if distance.is_finite() && nearest.is_none_or(|known| distance < known.distance) {
-                nearest = Some(SurfacePoint { place: Place::triangle(nodes, weights), position, distance });
+            // Not a number is not below, and neither is infinity.
+            if distance < reached {
+                reached = distance;
+                nearest = Some((index, nodes, weights, position));
             }
         }
-        nearest
+        let (index, nodes, weights, position) = nearest?;
+        Some(SurfacePoint { place: self.place(index, nodes, weights), position, distance: reached })
     }
 
     /// Diagonal \[m\] of the box around all nodes of the file. A point that is further away from the surface
@@ -159,6 +171,16 @@ impl<'m> Surface<'m> {
             self.coordinates.get(at.checked_add(1)?)?,
             self.coordinates.get(at.checked_add(2)?)?,
         ])
+    }
+}
+
+/// Why indices of a file cannot be used.
+fn unusable(kind: SectionKind) -> impl Fn(FormatError) -> OutputError {
+    move |error| match error {
+        FormatError::Index { found, count, .. } => {
+            OutputError::OutOfRange { index: found as usize, count: count as usize }
+        }
+        _ => OutputError::Missing { kind },
     }
 }
 

@@ -11,6 +11,7 @@ mod geometry;
 mod matrices;
 mod names;
 mod ports;
+mod quadrangles;
 mod reactions;
 mod residual;
 mod rigid;
@@ -92,6 +93,7 @@ pub fn check_limited(bytes: &[u8], limit: u64) -> Result<CheckReport, RewriteErr
         check_meaning(&section, raw.metadata())?;
     }
     geometry::check(&raw)?;
+    quadrangles::check(&raw)?;
     embedded::check(&raw)?;
     matrices::check(&raw)?;
     basis::check(&raw)?;

@@ -1,4 +1,4 @@
-//! The residual flexibility and its bound: blocks that store energy, the pairs that the triangles ask for,
+//! The residual flexibility and its bound: blocks that store energy, the pairs that the facets ask for,
 //! numbers of the bound in order.
 
 use vademecum_format::{File, SectionKind};
@@ -57,7 +57,7 @@ fn blocks(kind: SectionKind, rows: &[f64], width: usize) -> Result<(), RewriteEr
     Ok(())
 }
 
-/// Ascending pairs of loadable nodes, exactly those of the loadable triangles, each with its block.
+/// Ascending pairs of loadable nodes, exactly those that share a loadable facet, each with its block.
 fn pairs(file: &File<'_>) -> Result<(), RewriteError> {
     let kind = SectionKind::ResidualPairs;
     let Some(section) = file.section(kind) else {
@@ -87,23 +87,42 @@ fn pairs(file: &File<'_>) -> Result<(), RewriteError> {
         }
         before = Some([first, second]);
     }
-    let Some(triangles) = file.section(SectionKind::Triangles) else { return Ok(()) };
-    let loadable = file.metadata().n_load_triangles as usize;
-    let triangles = triangles.u32s()?.as_chunks::<3>().0.iter().take(loadable);
-    let mut expected: Vec<[u32; 2]> = room(3 * triangles.len())?;
-    expected.extend(triangles.flat_map(|triangle| {
-        let [a, b, c] = triangle.map(u32::from_le_bytes);
-        [[a, b], [b, c], [a, c]].map(|[a, b]| [a.min(b), a.max(b)])
-    }));
-    expected.sort_unstable();
-    expected.dedup();
+    let Some(expected) = pairs_of_facets(file)? else { return Ok(()) };
     let found = pairs.iter().map(|pair| pair.map(u32::from_le_bytes));
     if expected.len() == pairs.len() && found.eq(expected.iter().copied()) {
         return Ok(());
     }
-    let reason =
-        format!("its {} pairs are not the {} edges of the loadable triangles", pairs.len(), expected.len());
+    let reason = format!(
+        "its {} pairs are not the {} of nodes that share a loadable facet",
+        pairs.len(),
+        expected.len()
+    );
     Err(unsound(kind, Fault::Disagrees, reason))
+}
+
+/// Pairs of nodes that share a loadable facet, ascending; `None` of a file without triangles.
+fn pairs_of_facets(file: &File<'_>) -> Result<Option<Vec<[u32; 2]>>, RewriteError> {
+    let Some(triangles) = file.section(SectionKind::Triangles) else { return Ok(None) };
+    let triangles = triangles.u32s()?.as_chunks::<3>().0;
+    let facets = file.quadrangles()?;
+    let in_quadrangles: usize = facets.iter().map(|facet| facet.nodes().len().pow(2) / 2).sum();
+    let mut pairs: Vec<[u32; 2]> = room(in_quadrangles + 3 * triangles.len())?;
+    let mut add = |nodes: &[u32]| {
+        for (place, &a) in nodes.iter().enumerate() {
+            pairs.extend(nodes.iter().take(place).map(|&b| [a.min(b), a.max(b)]));
+        }
+    };
+    let loadable = file.metadata().n_load_triangles;
+    for (triangle, nodes) in (0..loadable).zip(triangles) {
+        match facets.of_triangle(triangle) {
+            Some(facet) if facet.first == triangle => add(facet.nodes()),
+            Some(_) => {}
+            None => add(&nodes.map(u32::from_le_bytes)),
+        }
+    }
+    pairs.sort_unstable();
+    pairs.dedup();
+    Ok(Some(pairs))
 }
 
 /// The numbers of the bound in order, and the map's largest the worst.

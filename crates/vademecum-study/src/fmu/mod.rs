@@ -69,7 +69,7 @@ pub fn export(bytes: &[u8], request: &Request<'_>) -> Result<Fmu, FmuError> {
     let file = File::parse(bytes)?;
     let points = points::place(&file, request.points)?;
     // What the instance will do with it, so that a file that cannot be stepped is refused here.
-    let options = vademecum_fmu::options(file.metadata(), points.len());
+    let options = vademecum_fmu::options(&file, points.len());
     let of_body = BodyOptions { scene: options, places: 0, ..BodyOptions::default() };
     let mut memory = vec![0.0; Body::<f64>::len_for(&file, &of_body)?];
     let internal_step = Body::<f64>::bind(&file, &of_body, &mut memory)?.time_step();

@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 
 use vademecum_build::input::Problem;
-use vademecum_eval::Surface;
+use vademecum_eval::{Place, Surface};
 use vademecum_fmu::points::{LONGEST_NAME, MOST, Point, StressPlace};
 use vademecum_format::{File, SectionKind};
 
@@ -34,18 +34,15 @@ pub struct PlacedPoint {
     pub position: [f64; 3],
     /// Distance from the requested point.
     pub distance: f64,
-    /// Nodes of its triangle.
+    /// Nodes of its facet, and their shares.
     #[serde(skip)]
-    pub nodes: [u32; 3],
-    /// Their shares.
-    #[serde(skip)]
-    pub weights: [f64; 3],
+    pub place: Place,
 }
 
 impl PlacedPoint {
     /// As the instance reads it.
     pub(super) fn row(&self) -> Point<'_> {
-        Point { name: &self.name, nodes: self.nodes, weights: self.weights }
+        Point { name: &self.name, place: self.place }
     }
 }
 
@@ -136,10 +133,9 @@ pub(super) fn place(file: &File<'_>, asked: &[NamedPoint]) -> Result<Vec<PlacedP
     let surface = Surface::new(file).map_err(FileError::from)?;
     let locate = |NamedPoint { name, at }: &NamedPoint| {
         let found = surface.locate(*at).ok_or(FileError::NoSurface)?;
-        let (position, distance) = (found.position, found.distance);
-        let (nodes, weights) = found.place.corners().unwrap_or_default();
+        let (position, distance, place) = (found.position, found.distance, found.place);
         let name = name.clone();
-        Ok::<_, FmuError>(PlacedPoint { name, position, distance, nodes, weights })
+        Ok::<_, FmuError>(PlacedPoint { name, position, distance, place })
     };
     if asked.is_empty() {
         let all = of_probes(file).iter().map(locate).collect::<Result<Vec<_>, _>>()?;
