@@ -84,6 +84,9 @@ fn ports(bytes: &[u8]) -> Vec<u8> {
     let f64s = |count: usize| -> Vec<u8> {
         (0..count).flat_map(|k| (((7 * k) % 16) as f64 / 16.0).to_le_bytes()).collect()
     };
+    let f32s = |count: usize| -> Vec<u8> {
+        (0..count).flat_map(|k| (((7 * k) % 16) as f32 / 16.0).to_le_bytes()).collect()
+    };
     let symmetric = |scale: f64| -> Vec<u8> {
         let entry =
             |i: usize, j: usize| if i == j { 4.0 * scale } else { scale / (1 << i.abs_diff(j)) as f64 };
@@ -103,7 +106,7 @@ fn ports(bytes: &[u8]) -> Vec<u8> {
         (SectionKind::PortRows, Element::F64, [15, r.into(), 1], f64s(ROWS * r as usize)),
         (SectionKind::PortCompliance, Element::F64, [15, 15, 1], symmetric(1.0)),
         (SectionKind::PortInertia, Element::F64, [15, 15, 1], symmetric(0.25)),
-        (SectionKind::PortResidual, Element::F64, [15, n.into(), 3], f64s(3 * ROWS * n as usize)),
+        (SectionKind::PortResidual, Element::F32, [15, n.into(), 3], f32s(3 * ROWS * n as usize)),
         (SectionKind::PortProbes, Element::F64, [15, probes.into(), 1], f64s(ROWS * probes as usize)),
         (SectionKind::PortPatterns, Element::F64, [15, patterns.into(), 1], f64s(ROWS * patterns as usize)),
     ];

@@ -50,6 +50,9 @@ pub(crate) struct Synthesis {
     pub rubin: bool,
 }
 
+/// A matrix over the rows of the ports of a part.
+type OfPart<'f> = &'f dyn Fn(&Part<'_>) -> Option<Mat<f64>>;
+
 /// Damping of the joined modes.
 pub(crate) enum Damped {
     /// Rayleigh's, `α` and `β`, and a ratio of every mode, the same of all parts.
@@ -93,7 +96,7 @@ impl Synthesis {
 
         // Σ over parts of Lᵀ G R M R Gᵀ L, each weighted.
         let rubin = parts.iter().all(|part| part.inertia.is_some() || part.rows.nrows() == 0);
-        let of_parts = |of: &dyn Fn(&Part<'_>) -> Option<Mat<f64>>| {
+        let of_parts = |of: OfPart<'_>| {
             let mut sum = Mat::zeros(total, total);
             for (part, own) in parts.iter().zip(&weights) {
                 if let Some(matrix) = of(part) {
@@ -206,7 +209,7 @@ fn damped(
     parts: &[Part<'_>],
     rows: &[JointRow],
     (shapes, eigenvalues): (&Mat<f64>, &[f64]),
-    of_parts: &dyn Fn(&dyn Fn(&Part<'_>) -> Option<Mat<f64>>) -> Mat<f64>,
+    of_parts: &dyn Fn(OfPart<'_>) -> Mat<f64>,
 ) -> Result<Damped, AssemblyError> {
     let rayleigh = |part: &Part<'_>| {
         let metadata = part.file.metadata();

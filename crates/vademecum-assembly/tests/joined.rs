@@ -498,6 +498,9 @@ fn facets_of_bricks_stay_facets() {
     let surface = Surface::new(&file).expect("a surface");
     for x in [0.15, 0.65] {
         let place = surface.locate([x, 0.05, 0.1]).expect("a place").place;
-        assert_eq!(place.weights(), [0.25; 4], "{x}");
+        assert!(
+            place.weights().len() == 4 && place.weights().iter().all(|w| (w - 0.25).abs() < 1e-12),
+            "{x}"
+        );
     }
 }
