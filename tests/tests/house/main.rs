@@ -161,9 +161,9 @@ fn unsafe_is_where_contributing_says() {
 }
 
 const BROWSER_MODULE: &str = "crates/vademecum-cli/assets/evaluator.wasm";
-/// The size that the browser module may have, in bytes. It reads every quantity, filters residuals and moves
-/// coupled modes together, in both precisions, and names what it refuses.
-const BROWSER_MODULE_LIMIT: usize = 575_000;
+/// The size that the browser module may have, in bytes. It reads every quantity, filters residuals, moves
+/// coupled modes together and shares contacts over facets, in both precisions, and names what it refuses.
+const BROWSER_MODULE_LIMIT: usize = 580_000;
 
 #[test]
 fn the_browser_module_is_small() {
