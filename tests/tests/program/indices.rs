@@ -45,9 +45,12 @@ fn an_index_out_of_range_is_found_in_every_section_at_every_place() {
     assert!(seen.contains(&SectionKind::Triangles) && seen.contains(&SectionKind::StressPoints), "{seen:?}");
     for (name, bytes, kinds) in files {
         for kind in kinds {
-            let count = File::parse(&bytes).expect(&name).indices(kind).expect("sound").expect("there").len();
+            let known = File::parse(&bytes).expect(&name).indices(kind).expect("sound").expect("there");
+            let count = known.len();
             for place in [0, 1, count / 2, count - 1] {
-                for value in [u32::MAX, 1 << 30] {
+                // A facet of four nodes stands in a row of eleven numbers: there is no node in the last ones.
+                let other = |value: &u32| known[place] != value.to_le_bytes();
+                for value in [u32::MAX, 1 << 30].into_iter().filter(other) {
                     let bytes = changed(&bytes, kind, place, value);
                     let file = File::parse(&bytes).expect("only numbers have changed");
                     let refused = file.verify_all();
@@ -61,6 +64,8 @@ fn an_index_out_of_range_is_found_in_every_section_at_every_place() {
                     // Who reads the surface without asking first is refused too.
                     if kind == SectionKind::Triangles {
                         assert!(Geometry::of(&file).is_err(), "{name}");
+                    }
+                    if matches!(kind, SectionKind::Triangles | SectionKind::Quadrangles) {
                         assert!(vademecum_eval::Surface::whole(&file).is_err(), "{name}");
                     }
                 }
