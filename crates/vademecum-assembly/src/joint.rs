@@ -13,6 +13,9 @@ use crate::part::{Part, Port};
 /// Distance of ports that meet, as a share of the size of the larger one, or of that of the parts.
 const NEAR: f64 = 1e-3;
 
+/// Largest number of rows of all joints, whose matrix is dense.
+const MAX_ROWS: usize = 8192;
+
 /// A row of a joint: `Σ weight · row` of parts is zero, or the compliance times the force of the joint.
 pub(crate) struct JointRow {
     /// Its joint.
@@ -103,6 +106,10 @@ pub(crate) fn joint_rows(
             distance,
         });
         rows.extend(own);
+        if rows.len() > MAX_ROWS {
+            let expected = format!("at most {MAX_ROWS}: fewer nodes in the ports, or frames");
+            return Err(file.refuse("joint", format!("{} rows of joints", rows.len()), expected).into());
+        }
     }
     Ok((rows, reports))
 }

@@ -17,7 +17,10 @@ pub use file::{AssemblyFile, JointEntry, JointKind, PartEntry};
 pub use joint::JointReport;
 
 use vademecum_build::dynamics::{ModalRatios, Rayleigh, mode_table, table_matrix};
+use vademecum_build::export::Draft;
+use vademecum_build::mesh::{Mesh, hash};
 use vademecum_build::prepared::proposed_time_step;
+use vademecum_build::store::read_regular;
 use vademecum_format::scheme::SchemeTable;
 use vademecum_format::{
     Axis, Certificate, File, MAX_AXES, MAX_MODES, MAX_PARAMETERS, Metadata, Parameter, SectionInput,
@@ -36,7 +39,7 @@ use synthesis::{Damped, Synthesis};
 pub struct Assembled {
     /// The bytes of its file.
     pub bytes: Vec<u8>,
-    /// What was joined.
+    /// Its parts and joints.
     pub report: AssemblyReport,
 }
 
@@ -61,7 +64,7 @@ pub struct AssemblyReport {
     pub damping_coupled: bool,
     /// Step \[s\].
     pub time_step: f64,
-    /// What the joined file lacks of its parts.
+    /// Losses of the joined file against its parts.
     pub notes: Vec<String>,
 }
 
@@ -101,7 +104,7 @@ pub fn assemble(file: &AssemblyFile) -> Result<Assembled, AssemblyError> {
         let path = file.resolve(entry);
         let unreadable =
             |source| AssemblyError::Unreadable { part: entry.name.clone(), path: path.clone(), source };
-        let bytes = std::fs::read(&path).map_err(unreadable)?;
+        let bytes = read_regular(&path).map_err(unreadable)?;
         let limit = default_limit(bytes.len());
         let opened = check_limited(&bytes, limit).and_then(|_| unpack(&bytes, limit));
         raw.push(opened.map_err(|source| AssemblyError::Part {
@@ -113,31 +116,24 @@ pub fn assemble(file: &AssemblyFile) -> Result<Assembled, AssemblyError> {
     let mut parts = vec![];
     for (i, (entry, bytes)) in file.parts.iter().zip(&raw).enumerate() {
         let opened = File::parse(bytes)?;
-        let hash = hex(&opened.metadata().mesh_hash);
-        if let Some(expected) = entry.hash.as_ref().filter(|expected| **expected != hash) {
+        let found = hex(&opened.metadata().mesh_hash);
+        if let Some(expected) = entry.hash.as_ref().filter(|expected| **expected != found) {
             let words = format!(
-                "`{hash}`, the hash of the mesh of this file: the part was built anew on another mesh"
+                "`{found}`, the hash of the mesh of this file: the part was built anew on another mesh"
             );
             return Err(file.refuse(&format!("part[{i}].hash"), format!("`{expected}`"), words).into());
         }
         parts.push(Part::new(&entry.name, Pose::new(entry.position, entry.rotation), opened)?);
     }
     let (rows, joints) = joint_rows(file, &parts)?;
-    within(file, &parts, rows.len())?;
+    within(file, &parts)?;
     let synthesis = Synthesis::new(&parts, &rows, |joint| file.joints[joint].name(joint))?;
     write(file, &parts, joints, &synthesis)
 }
 
-/// Largest number of rows of all joints, whose matrix is dense.
-const MAX_ROWS: usize = 8192;
-
-/// Refuses what would be computed with for hours, or not be written.
-fn within(file: &AssemblyFile, parts: &[Part<'_>], rows: usize) -> Result<(), AssemblyError> {
+/// Refuses a joined body of more modes than a file has.
+fn within(file: &AssemblyFile, parts: &[Part<'_>]) -> Result<(), AssemblyError> {
     let modes: usize = parts.iter().map(Part::n_modes).sum();
-    if rows > MAX_ROWS {
-        let expected = format!("at most {MAX_ROWS}: fewer nodes in the ports, or frames");
-        return Err(file.refuse("joint", format!("{rows} rows of joints"), expected).into());
-    }
     if modes > MAX_MODES as usize {
         let expected = format!("at most {MAX_MODES}, the most a file has: parts of fewer modes");
         return Err(file.refuse("part", format!("{modes} modes of all parts"), expected).into());
@@ -174,26 +170,32 @@ fn write(
         time_step,
     );
     let mut own = joined.sections();
+    let of_stiffness = |part: &Part<'_>| part.file.metadata().beta > 0.0;
+    if rayleigh.1 == 0.0 && parts.iter().any(of_stiffness) {
+        joined.notes.push(
+            "parts with different damping: under contacts, what the modes leave out answers at once, without \
+             the damping by the stiffness of its part"
+                .into(),
+        );
+    }
     own.push(joined.mode_table(table_matrix(&table)));
     for (kind, lost) in LOST {
         for part in parts.iter().filter(|part| part.file.section(kind).is_some()) {
             joined.notes.push(format!("part `{}`: the joined file has no {lost}", part.name));
         }
     }
-    let mut inputs: Vec<SectionInput<'_>> = own.iter().map(sections::Section::input).collect();
+    let mut inputs: Vec<SectionInput<'_>> = own.iter().map(Draft::input).collect();
     inputs.sort_by_key(|input| input.kind.number());
-    let mut hash = [0; 16];
-    for part in parts {
-        let own = part.file.metadata().mesh_hash;
-        hash.iter_mut().zip(own).for_each(|(sum, byte): (&mut u8, u8)| *sum = sum.rotate_left(1) ^ byte);
-    }
     let (counts, first) = (joined.counts, parts[0].file.metadata());
     let program = concat!("vademecum ", env!("CARGO_PKG_VERSION"), ", assembled");
     let metadata = Metadata {
         program,
         problem: &file.text,
         units: first.units,
-        mesh_hash: hash,
+        // Of the nodes of all parts at their places: no mesh is that of the joined body.
+        mesh_hash: hash(&Mesh::of_points(
+            parts.iter().flat_map(|part| part.places.iter().copied()).collect(),
+        )),
         n_nodes: counts.nodes as u32,
         n_surface_nodes: counts.nodes as u32,
         n_load_nodes: counts.load_nodes as u32,

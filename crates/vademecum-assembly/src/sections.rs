@@ -1,49 +1,12 @@
 //! Sections of the joined file.
 
 use faer::Mat;
+use vademecum_build::export::Draft;
 use vademecum_build::linalg::sequential_product as product;
-use vademecum_format::{Codec, Element, SectionInput, SectionKind as S};
+use vademecum_format::{Element, SectionKind as S};
 
 use crate::part::{Inputs, Part};
 use crate::synthesis::{Damped, Synthesis};
-
-/// A section before it is laid out.
-pub(crate) struct Section {
-    kind: S,
-    element: Element,
-    shape: [u64; 3],
-    bytes: Vec<u8>,
-}
-
-impl Section {
-    fn f64s(kind: S, shape: [usize; 3], values: impl IntoIterator<Item = f64>) -> Self {
-        let bytes = values.into_iter().flat_map(f64::to_le_bytes).collect();
-        Self { kind, element: Element::F64, shape: shape.map(|n| n as u64), bytes }
-    }
-
-    fn u32s(kind: S, shape: [usize; 3], values: impl IntoIterator<Item = u32>) -> Self {
-        let bytes = values.into_iter().flat_map(u32::to_le_bytes).collect();
-        Self { kind, element: Element::U32, shape: shape.map(|n| n as u64), bytes }
-    }
-
-    fn lines(kind: S, lines: &[String]) -> Self {
-        let bytes = lines.join("\n").into_bytes();
-        Self { kind, element: Element::U8, shape: [bytes.len() as u64, 1, 1], bytes }
-    }
-
-    /// As the format takes it.
-    pub fn input(&self) -> SectionInput<'_> {
-        SectionInput {
-            kind: self.kind,
-            element: self.element,
-            codec: Codec::Raw,
-            required: matches!(self.kind, S::DampingRatios | S::DampingRows),
-            shape: self.shape,
-            decoded_length: self.bytes.len() as u64,
-            stored: &self.bytes,
-        }
-    }
-}
 
 /// Counts of the joined file.
 #[derive(Clone, Copy, Default)]
@@ -60,7 +23,7 @@ pub(crate) struct Counts {
 pub(crate) struct Joined<'j> {
     pub parts: &'j [Part<'j>],
     pub synthesis: &'j Synthesis,
-    /// What is left out of the joined file, for people.
+    /// Losses against the parts, for people.
     pub notes: Vec<String>,
     pub counts: Counts,
 }
@@ -109,22 +72,22 @@ impl<'j> Joined<'j> {
     }
 
     /// All sections.
-    pub fn sections(&mut self) -> Vec<Section> {
+    pub fn sections(&mut self) -> Vec<Draft> {
         let r = self.r();
         let mut sections = self.geometry();
         let values = self.synthesis.eigenvalues.iter().copied();
-        sections.push(Section::f64s(S::Eigenvalues, [r, 1, 1], values));
+        sections.push(Draft::f64s(S::Eigenvalues, [r, 1, 1], values));
         match &self.synthesis.damping {
             Damped::Alike { ratio: 0.0, .. } => {}
             Damped::Alike { ratio, .. } => {
-                sections.push(Section::f64s(S::DampingRatios, [r, 1, 1], std::iter::repeat_n(*ratio, r)));
+                sections.push(Draft::f64s(S::DampingRatios, [r, 1, 1], std::iter::repeat_n(*ratio, r)));
             }
             Damped::Ratios(ratios, _) => {
-                sections.push(Section::f64s(S::DampingRatios, [r, 1, 1], ratios.iter().copied()));
+                sections.push(Draft::f64s(S::DampingRatios, [r, 1, 1], ratios.iter().copied()));
             }
             Damped::Rows(rows, _) => {
                 let values = (0..rows.nrows()).flat_map(|i| (0..r).map(move |k| rows[(i, k)]));
-                sections.push(Section::f64s(S::DampingRows, [rows.nrows(), r, 1], values));
+                sections.push(Draft::f64s(S::DampingRows, [rows.nrows(), r, 1], values));
             }
         }
         let of_part = |(at, part): (usize, &Part<'_>)| self.synthesis.rows(at, &part.basis, &part.residual);
@@ -133,7 +96,7 @@ impl<'j> Joined<'j> {
             let basis = &bases[part];
             (0..3).flat_map(move |c| (0..r).map(move |k| basis[(3 * node + c, k)]))
         });
-        sections.push(Section::f64s(S::SurfaceBasis, [self.counts.nodes, 3, r], values));
+        sections.push(Draft::f64s(S::SurfaceBasis, [self.counts.nodes, 3, r], values));
         sections.extend(self.inputs([S::PatternNames, S::PatternBasis], |part| &part.patterns));
         sections.extend(self.inputs([S::ProbeNames, S::ProbeRows], |part| &part.probes));
         sections.extend(self.units());
@@ -141,7 +104,7 @@ impl<'j> Joined<'j> {
         sections
     }
 
-    fn geometry(&self) -> Vec<Section> {
+    fn geometry(&self) -> Vec<Draft> {
         let starts = self.node_starts();
         let n = self.counts.nodes;
         let places = self.nodes().into_iter().flat_map(|(part, node)| self.parts[part].places[node]);
@@ -164,6 +127,18 @@ impl<'j> Joined<'j> {
             })
         };
         let corners = triangles(true).chain(triangles(false)).map(|(part, corner)| node(part, corner) as u32);
+        let ids = (1..=n as u64).flat_map(u64::to_le_bytes).collect();
+        let mut sections = vec![
+            Draft { kind: S::NodeIds, element: Element::U64, shape: [n as u64, 1, 1], bytes: ids },
+            Draft::f64s(S::NodeCoordinates, [n, 3, 1], places),
+            Draft::u32s(S::Triangles, [self.counts.triangles, 3, 1], corners),
+        ];
+        sections.extend(self.quadrangles(&node));
+        sections
+    }
+
+    /// Quadrangular facets of the parts; `node` gives the place of a node in the joined file.
+    fn quadrangles(&self, node: &impl Fn(usize, u32) -> usize) -> Option<Draft> {
         let mut quadrangles = vec![];
         let width =
             |part: &Part<'_>| part.file.section(S::Quadrangles).map_or(0, |own| own.shape()[1] as usize);
@@ -182,21 +157,12 @@ impl<'j> Joined<'j> {
             }
             first += own.file.metadata().n_load_triangles;
         }
-        let ids = (1..=n as u64).flat_map(u64::to_le_bytes).collect();
-        let mut sections = vec![
-            Section { kind: S::NodeIds, element: Element::U64, shape: [n as u64, 1, 1], bytes: ids },
-            Section::f64s(S::NodeCoordinates, [n, 3, 1], places),
-            Section::u32s(S::Triangles, [self.counts.triangles, 3, 1], corners),
-        ];
-        if !quadrangles.is_empty() {
-            let count = quadrangles.len() / widest;
-            sections.push(Section::u32s(S::Quadrangles, [count, widest, 1], quadrangles));
-        }
-        sections
+        let count = quadrangles.len().checked_div(widest)?;
+        (count > 0).then(|| Draft::u32s(S::Quadrangles, [count, widest, 1], quadrangles))
     }
 
     /// Names and rows of load patterns or probes.
-    fn inputs(&self, [names, rows]: [S; 2], of: impl Fn(&'j Part<'j>) -> &'j Inputs) -> Vec<Section> {
+    fn inputs(&self, [names, rows]: [S; 2], of: impl Fn(&'j Part<'j>) -> &'j Inputs) -> Vec<Draft> {
         let named =
             |part: &'j Part<'j>| of(part).names.iter().map(move |name| format!("{}.{name}", part.name));
         let all: Vec<String> = self.parts.iter().flat_map(named).collect();
@@ -212,11 +178,14 @@ impl<'j> Joined<'j> {
                 .collect::<Vec<_>>()
         };
         let values: Vec<f64> = self.parts.iter().enumerate().flat_map(of_part).collect();
-        vec![Section::f64s(rows, [all.len(), r, 1], values), Section::lines(names, &all)]
+        vec![
+            Draft::f64s(rows, [all.len(), r, 1], values),
+            Draft::names(names, all.iter().map(String::as_str)),
+        ]
     }
 
     /// Units of the probes, where one is none of metres.
-    fn units(&self) -> Option<Section> {
+    fn units(&self) -> Option<Draft> {
         let has = |part: &&Part<'_>| part.file.section(S::ProbeUnits).is_some();
         self.parts.iter().find(has)?;
         let of = |part: &Part<'_>| -> Vec<String> {
@@ -224,11 +193,12 @@ impl<'j> Joined<'j> {
             let lines = text.map(|text| text.split('\n').map(str::to_string).collect());
             lines.unwrap_or_else(|| vec!["m".into(); part.probes.names.len()])
         };
-        Some(Section::lines(S::ProbeUnits, &self.parts.iter().flat_map(of).collect::<Vec<_>>()))
+        let all: Vec<String> = self.parts.iter().flat_map(of).collect();
+        Some(Draft::names(S::ProbeUnits, all.iter().map(String::as_str)))
     }
 
     /// Residual flexibility `H R Hᵀ − H R Gᵀ S⁻¹ G R Hᵀ` of contacts, probes and patterns.
-    fn residual(&mut self) -> Vec<Section> {
+    fn residual(&mut self) -> Vec<Draft> {
         let without = |part: &&Part<'_>| part.n_load() > 0 && part.file.section(S::ContactResidual).is_none();
         if let Some(part) = self.parts.iter().find(without) {
             self.notes.push(format!(
@@ -280,11 +250,11 @@ impl<'j> Joined<'j> {
             }
             first += part.n_load();
         }
-        let mut sections = vec![Section::f64s(S::ContactResidual, [self.counts.load_nodes, 6, 1], own)];
+        let mut sections = vec![Draft::f64s(S::ContactResidual, [self.counts.load_nodes, 6, 1], own)];
         if !pairs.is_empty() {
             let count = pairs.len() / 2;
-            sections.push(Section::u32s(S::ResidualPairs, [count, 2, 1], pairs));
-            sections.push(Section::f64s(S::PairResidual, [count, 9, 1], blocks));
+            sections.push(Draft::u32s(S::ResidualPairs, [count, 2, 1], pairs));
+            sections.push(Draft::f64s(S::PairResidual, [count, 9, 1], blocks));
         }
         // Answers of loadable nodes to unit forces along probes, and under patterns.
         for (kind, of_rows, columns) in [
@@ -318,7 +288,7 @@ impl<'j> Joined<'j> {
                     }
                 }
             }
-            sections.push(Section::f64s(kind, [count, self.counts.load_nodes, 3], values));
+            sections.push(Draft::f64s(kind, [count, self.counts.load_nodes, 3], values));
         }
         if self.counts.probes > 0 && self.counts.patterns > 0 {
             let answers: Vec<Mat<f64>> =
@@ -337,15 +307,15 @@ impl<'j> Joined<'j> {
                 }
             }
             let shape = [self.counts.patterns, self.counts.probes, 1];
-            sections.push(Section::f64s(S::PatternProbeResidual, shape, values));
+            sections.push(Draft::f64s(S::PatternProbeResidual, shape, values));
         }
         sections
     }
 
     /// Rows of the table of modes.
-    pub fn mode_table(&self, rows: Mat<f64>) -> Section {
+    pub fn mode_table(&self, rows: Mat<f64>) -> Draft {
         let values = (0..rows.nrows()).flat_map(|i| (0..6).map(move |k| (i, k))).map(|place| rows[place]);
-        Section::f64s(S::ModeTable, [rows.nrows(), 6, 1], values.collect::<Vec<_>>())
+        Draft::f64s(S::ModeTable, [rows.nrows(), 6, 1], values.collect::<Vec<_>>())
     }
 }
 

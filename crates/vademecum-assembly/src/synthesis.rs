@@ -14,7 +14,7 @@
 
 use faer::linalg::solvers::{Llt, Solve};
 use faer::{Mat, Side};
-use vademecum_build::dynamics::coupling_error;
+use vademecum_build::dynamics::{COUPLED, coupling_error, damping_rows};
 use vademecum_build::linalg::{sequential_product as product, symmetric_eigen};
 
 use crate::error::AssemblyError;
@@ -23,9 +23,6 @@ use crate::part::Part;
 
 /// An eigenvalue that is a smaller share of the largest one is that of a motion without stiffness.
 const RIGID: f64 = 1e-12;
-
-/// The change by the coupling of modes from which the joined file holds it.
-const COUPLED: f64 = 1e-3;
 
 /// A pivot of `S` that is a smaller share of its entry is that of a row that follows from others.
 const DEPENDENT: f64 = 1e-11;
@@ -247,9 +244,6 @@ fn damped(
         let ratio = |(k, value): (usize, &f64)| damping[(k, k)].max(0.0) / (2.0 * value.sqrt());
         return Ok(Damped::Ratios(eigenvalues.iter().enumerate().map(ratio).collect(), change));
     }
-    let (values, vectors) = symmetric_eigen(damping.as_ref()).map_err(|_| AssemblyError::NoConvergence)?;
-    let largest = values.last().copied().unwrap_or(0.0);
-    let kept: Vec<usize> = (0..values.len()).filter(|&k| values[k] > 1e-15 * largest).collect();
-    let entry = |i: usize, j: usize| values[kept[i]].sqrt() * vectors[(j, kept[i])];
-    Ok(Damped::Rows(Mat::from_fn(kept.len(), eigenvalues.len(), entry), change))
+    let rows = damping_rows(damping.as_ref()).map_err(|_| AssemblyError::NoConvergence)?;
+    Ok(Damped::Rows(rows, change))
 }

@@ -21,7 +21,7 @@ pub(crate) const CORNERS: usize = 4;
 pub struct Quadrangle {
     /// The first of its triangles, among the loadable ones.
     pub first: u32,
-    /// How many triangles it has, one after the other.
+    /// Number of its triangles, one after the other.
     pub count: u32,
     nodes: [u32; MAX_NODES],
     n_nodes: usize,

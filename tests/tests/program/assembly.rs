@@ -5,18 +5,12 @@ use std::path::Path;
 use serde_json::Value;
 use vademecum_tests::program::{repository, vademecum};
 
-const PLATE: &str = r#"
-[mesh]
-block = { lengths = [0.4, 0.4, 0.04], divisions = [8, 8, 1] }
+/// Tables of both parts.
+const BOTH: &str = r#"
 [[material]]
 young = 2e9
 poisson = 0.3
 density = 1000.0
-[[support]]
-on = { group = "x_min" }
-[[port]]
-name = "top"
-on = { box = { min = [0.149, 0.149, 0.039], max = [0.251, 0.251, 0.041] } }
 [[load.pattern]]
 name = "weight"
 acceleration = [0.0, 0.0, -9.81]
@@ -26,13 +20,19 @@ ratio = 0.02
 modes = 8
 "#;
 
+const PLATE: &str = r#"
+[mesh]
+block = { lengths = [0.4, 0.4, 0.04], divisions = [8, 8, 1] }
+[[support]]
+on = { group = "x_min" }
+[[port]]
+name = "top"
+on = { box = { min = [0.149, 0.149, 0.039], max = [0.251, 0.251, 0.041] } }
+"#;
+
 const POST: &str = r#"
 [mesh]
 block = { lengths = [0.1, 0.1, 0.3], divisions = [2, 2, 6] }
-[[material]]
-young = 2e9
-poisson = 0.3
-density = 1000.0
 [[port]]
 name = "foot"
 on = { group = "z_min" }
@@ -40,13 +40,6 @@ on = { group = "z_min" }
 name = "pin"
 kind = "frame"
 on = { group = "z_min" }
-[[load.pattern]]
-name = "weight"
-acceleration = [0.0, 0.0, -9.81]
-[damping]
-ratio = 0.02
-[basis]
-modes = 8
 [[output.probe]]
 name = "tip"
 point = [0.05, 0.05, 0.3]
@@ -65,7 +58,7 @@ fn folder() -> tempfile::TempDir {
     let folder = tempfile::tempdir().expect("a folder");
     for (name, text) in [("plate", PLATE), ("post", POST)] {
         let at = |end: &str| path(folder.path(), &format!("{name}.{end}"));
-        std::fs::write(at("toml"), text).expect("written");
+        std::fs::write(at("toml"), format!("{text}{BOTH}")).expect("written");
         let ran = vademecum(&["build", &at("toml"), "-o", &at("vdm"), "--keep-missed"]);
         assert_eq!(ran.code, Some(0), "{}", ran.stderr);
     }
@@ -100,7 +93,6 @@ fn the_example_of_the_page_goes_through_the_consumers_of_a_file() {
     // The page of the library's test has all ten; a body of the whole mesh has 44.2304 Hz.
     let first = report["frequencies_hz"][0].as_f64().expect("a number");
     assert!((first / 44.2304 - 1.0).abs() < 1e-4, "{first}");
-    assert!(!at.join("tower.vdm.part").exists());
 
     let done = |line: &str| {
         let (code, text, errors) = run(at, line);
@@ -170,6 +162,13 @@ fn what_the_page_refuses_is_refused_by_its_key() {
         assert!(found == Some(code) && errors.contains(words), "{words}: {found:?}: {errors}");
         assert!(!at.join("tower.vdm").exists(), "{words}");
     }
+    // A path that is no file is not waited for.
+    #[cfg(unix)]
+    {
+        let (found, _, errors) = assembled(at, &example.replace("\"post.vdm\"", "\"/dev/zero\""));
+        assert!(found == Some(1) && errors.contains("part `post`"), "{found:?}: {errors}");
+    }
+    assembled(at, &example);
     // No input is written over.
     let (code, _, errors) = run(at, "assemble tower.toml -o post.vdm --force");
     assert!(code != Some(0), "{errors}");

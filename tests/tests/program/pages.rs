@@ -364,7 +364,7 @@ fn bad_problems() -> Vec<(usize, String)> {
         (128, heated("representation = \"chapter\"", "")),
         (128, heated("model = \"large-displacement\"", "")),
         (129, heated("", "").replace("1e-5", "[1e-5, 1e-5, inf]")),
-        (130, port("name = \"a/b\"\non = { group = \"x_max\" }")),
+        (130, port("name = \"a,b\"\non = { group = \"x_max\" }")),
         (130, port("name = \"\"\non = { group = \"x_max\" }")),
         (131, port("name = \"a\"\nreference = \"hub\"")),
         (131, port("name = \"a\"\nkind = \"frame\"\nreference = \"hib\"")),

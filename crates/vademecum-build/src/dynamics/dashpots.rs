@@ -49,15 +49,22 @@ const ROUNDING: f64 = 1e-15;
 /// # Errors
 /// [`NoConvergence`]: numbers that double precision does not hold.
 pub(crate) fn fewest_rows(rows: Mat<f64>) -> Result<Mat<f64>, NoConvergence> {
-    let r = rows.ncols();
-    if rows.nrows() <= r {
-        return Ok(rows);
-    }
-    let (values, vectors) = symmetric_eigen((rows.transpose() * &rows).as_ref())?;
-    let largest = values.last().copied().unwrap_or(0.0);
-    let kept: Vec<usize> = (0..r).filter(|&k| values[k] > ROUNDING * largest).collect();
-    Ok(Mat::from_fn(kept.len(), r, |i, j| values[kept[i]].sqrt() * vectors[(j, kept[i])]))
+    if rows.nrows() <= rows.ncols() { Ok(rows) } else { damping_rows((rows.transpose() * &rows).as_ref()) }
 }
+
+/// Rows `D` of a damping matrix `DᵀD` along the modes, shape (r, r).
+///
+/// # Errors
+/// [`NoConvergence`]: numbers that double precision does not hold.
+pub fn damping_rows(damping: MatRef<'_, f64>) -> Result<Mat<f64>, NoConvergence> {
+    let (values, vectors) = symmetric_eigen(damping)?;
+    let largest = values.last().copied().unwrap_or(0.0);
+    let kept: Vec<usize> = (0..values.len()).filter(|&k| values[k] > ROUNDING * largest).collect();
+    Ok(Mat::from_fn(kept.len(), values.len(), |i, j| values[kept[i]].sqrt() * vectors[(j, kept[i])]))
+}
+
+/// The change by the coupling of modes ([`coupling_error`]) from which a file holds it.
+pub const COUPLED: f64 = 1e-3;
 
 /// Largest change of the answer to a force on one mode at its natural frequency if the coupling is left out,
 /// relative, in the norm of the energy. `damping` is the whole damping matrix along the modes, shape (r, r)

@@ -20,7 +20,7 @@ mod window;
 mod work;
 
 pub use damping::{Damping, DampingError, ModalRatios, NumericalDamping, Rayleigh, numerical_damping};
-pub use dashpots::coupling_error;
+pub use dashpots::{COUPLED, coupling_error, damping_rows};
 pub(crate) use dashpots::{fewest_rows, uncouple};
 pub use full_order::{FullOrder, FullOrderError, StageLoads, State, Workspace};
 pub use harmonic::{HarmonicError, harmonic};

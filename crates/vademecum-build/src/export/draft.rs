@@ -22,7 +22,7 @@ pub struct Draft {
 
 impl Draft {
     /// As the format takes it.
-    pub(super) fn input(&self) -> SectionInput<'_> {
+    pub fn input(&self) -> SectionInput<'_> {
         SectionInput {
             kind: self.kind,
             element: self.element,

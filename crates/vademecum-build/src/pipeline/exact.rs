@@ -10,7 +10,7 @@ use crate::basis::{Basis, BasisError};
 use crate::certificate::{
     Candidate, CertificateError, StructureMeasured, StructureReport, certify_exact, kept_certificate,
 };
-use crate::dynamics::{ModalRatios, coupling_error, fewest_rows};
+use crate::dynamics::{COUPLED, ModalRatios, coupling_error, fewest_rows};
 use crate::export::Draft;
 use crate::input::{BasisKind, Fields, Problem};
 use crate::prepared::Prepared;
@@ -65,9 +65,6 @@ pub(super) fn damping_section(ratios: &ModalRatios, r: usize) -> Option<Draft> {
     let values = (0..r).map(|k| ratios.of(k));
     (!ratios.is_empty()).then(|| Draft::f64s(SectionKind::DampingRatios, [r, 1, 1], values))
 }
-
-/// The change by the coupling of modes from which a file holds it.
-const COUPLED: f64 = 1e-3;
 
 /// Damping of the modes beside Rayleigh's: a ratio for each, or, where dashpots couple them by more than
 /// [`COUPLED`], the rows of the dashpots along them, and the ratios of what else damps them.

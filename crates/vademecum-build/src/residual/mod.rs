@@ -77,19 +77,23 @@ pub(crate) struct ResidualFlexibility {
     pub(crate) bound: StaticBound,
 }
 
-/// Bytes for the residual of `r` modes at the loadable nodes, in addition to one factor.
+/// Bytes for the residual of `r` modes at the loadable nodes and at the ports, in addition to one factor.
 pub fn memory(body: &Body, symbolic: &crate::fem::Symbolic, r: usize) -> f64 {
     let nodes = body.load_nodes.len();
     let column = size_of::<f64>() as f64 * symbolic.n() as f64;
     let solves = 4.0 * column * ResidualOperator::at_once(symbolic) as f64;
-    match BlockMethod::cheaper(body, symbolic, r, nodes) {
+    // Answers to a force along each row, where they are found, side by side, and weighed.
+    let rows: usize = body.ports.iter().map(|port| port.rows.len()).sum();
+    let ports = if rows > 0 { solves + 3.0 * column * rows as f64 } else { 0.0 };
+    let at_nodes = match BlockMethod::cheaper(body, symbolic, r, nodes) {
         BlockMethod::Solves => solves,
         // What is taken of the entries, and memory to find it.
         BlockMethod::Selection => {
             let selection = symbolic.select_bytes(free_rows(body, &body.load_nodes));
             8.0 * column * r as f64 + solves.max(selection as f64)
         }
-    }
+    };
+    at_nodes.max(ports)
 }
 
 /// The residual at the loadable nodes, given in the order in which they are counted, and between those of

@@ -11,6 +11,7 @@ use super::ResidualBasis;
 use super::complement::ResidualOperator;
 use super::error::ResidualError;
 use super::sweep::answers;
+use crate::linalg::symmetric_part;
 use crate::progress::Listener;
 
 /// `R Gᵀ`, where a file keeps it.
@@ -80,6 +81,6 @@ pub(crate) fn port_flexibility(
 
 /// The symmetric part of a matrix, row by row.
 fn symmetric(a: MatRef<'_, f64>) -> Vec<f64> {
-    let n = a.nrows();
-    (0..n * n).map(|k| 0.5 * (a[(k / n, k % n)] + a[(k % n, k / n)])).collect()
+    let (n, part) = (a.nrows(), symmetric_part(a));
+    (0..n * n).map(|k| part[(k / n, k % n)]).collect()
 }

@@ -196,17 +196,22 @@ impl Problem {
         let Some(key) = (!self.dashpots.is_empty()).then(|| "dashpot".into()).or(damped) else {
             return Ok(());
         };
-        let scaled = |kind| matches!(kind, ParameterKind::Stiffness | ParameterKind::Density);
-        let found = if !matches!(self.scheme(), SchemeKind::Exact {}) {
-            "beside a `time.scheme` that is not exact"
-        } else if self.basis_kind() != BasisKind::Modes {
-            "beside a basis that is not of natural modes"
-        } else if self.parameters.iter().any(|parameter| scaled(parameter.kind)) {
-            "beside a live stiffness or density"
-        } else {
-            return Ok(());
-        };
+        let Some(found) = self.without_exact_modes() else { return Ok(()) };
         self.require(false, &key, Words(found), "natural modes that are moved exactly")
+    }
+
+    /// The key, if any, by which the step is not that of natural modes that are moved exactly and stay modes.
+    pub(super) fn without_exact_modes(&self) -> Option<&'static str> {
+        let scaled = |kind| matches!(kind, ParameterKind::Stiffness | ParameterKind::Density);
+        if self.scheme() != (SchemeKind::Exact {}) {
+            Some("beside a `time.scheme` that is not exact")
+        } else if self.basis_kind() != BasisKind::Modes {
+            Some("beside a basis that is not of natural modes")
+        } else if self.parameters.iter().any(|parameter| scaled(parameter.kind)) {
+            Some("beside a live stiffness or density")
+        } else {
+            None
+        }
     }
 
     /// True if something beside dashpots has a part in the motion of a reference point.

@@ -1,8 +1,7 @@
 //! Checks of ports, and of the keys that they exclude.
 
 use super::check::{Words, perpendicular};
-use super::{BasisKind, ParameterKind, PortKind, Problem, ProblemError};
-use crate::dynamics::SchemeKind;
+use super::{PortKind, Problem, ProblemError};
 
 /// Largest number of ports of a body.
 const MAX_PORTS: usize = 1000;
@@ -17,9 +16,8 @@ impl Problem {
         for (i, port) in self.ports.iter().enumerate() {
             let key = |name: &str| format!("port[{i}].{name}");
             let twice = self.ports[..i].iter().any(|other| other.name == port.name);
-            let name = !port.name.is_empty() && !port.name.contains(['\n', ',', '"', '/']) && !twice;
-            let expected =
-                "a name of one line without comma, slash and quotation mark that no other port has";
+            let name = !port.name.is_empty() && !port.name.contains(['\n', ',', '"']) && !twice;
+            let expected = "a name of one line without comma and quotation mark that no other port has";
             self.require(name, &key("name"), &port.name, expected)?;
             let frame = port.kind == PortKind::Frame;
             if let Some(reference) = &port.reference {
@@ -48,20 +46,14 @@ impl Problem {
                 self.require(sound, &key("axes"), axes, "two perpendicular directions, of a frame")?;
             }
         }
-        let scaled = |kind| matches!(kind, ParameterKind::Stiffness | ParameterKind::Density);
         let found = if self.mesh.matrices.is_some() {
-            "beside `mesh.matrices`, which have no facets"
+            Some("beside `mesh.matrices`, which have no facets")
         } else if self.is_large() {
-            "beside `model = \"large-displacement\"`"
-        } else if self.scheme() != (SchemeKind::Exact {}) {
-            "beside a `time.scheme` that is not exact"
-        } else if self.basis_kind() != BasisKind::Modes {
-            "beside a basis that is not of natural modes"
-        } else if self.parameters.iter().any(|parameter| scaled(parameter.kind)) {
-            "beside a live stiffness or density"
+            Some("beside `model = \"large-displacement\"`")
         } else {
-            return Ok(());
+            self.without_exact_modes()
         };
-        self.require(false, "port", Words(found), "natural modes of a linear body that are moved exactly")
+        let expected = "natural modes of a linear body that are moved exactly";
+        self.require(found.is_none(), "port", Words(found.unwrap_or_default()), expected)
     }
 }
