@@ -97,6 +97,7 @@
 //! | `alloc` | [`Simulation`]: a body that owns its memory, in five lines | a heap |
 //! | `std` | `Simulation::open`: from a path; AVX2 for large displacements, found at run time | a system |
 //! | `full`, by default | all that a file may hold; without it exact steps only, for boards | nothing |
+//! | `world` | [`World`]: bodies that touch, with friction | `full` |
 //! | `mmap` | [`Mapped`]: a file mapped into memory | an operating system |
 //! | `unpack` | [`format::unpack_into`]: files that were packed to be shipped | `std` |
 //!
@@ -136,6 +137,9 @@ mod flight;
 
 mod body;
 
+#[cfg(feature = "world")]
+mod world;
+
 pub use base::error::{BindError, LoadError, LocateError, OutputError, ParameterError, StepError};
 pub use base::options::{
     MAX_CONTACTS, RegionScales, SceneOptions, Sizes, Status, Structure, StructureChoice,
@@ -169,3 +173,12 @@ pub use show::static_field::StaticField;
 pub use show::stress::Tensor;
 pub use vademecum_format as format;
 pub use vademecum_format::BaseMotion;
+#[cfg(feature = "world")]
+pub use world::{
+    frame::Pose,
+    joint::{Anchor, Joint, JointKind, JointState},
+    member::{Member, RigidShape},
+    patch::Near,
+    touch::Touch,
+    world::{Nodes, Slot, Touching, World, WorldError, WorldMemory, WorldOptions, WorldReport, WorldSizes},
+};

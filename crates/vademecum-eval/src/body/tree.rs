@@ -12,11 +12,11 @@ use crate::base::vec3::{cross, dot, minus};
 use crate::sections::surface::{Surface, SurfacePoint, nearest_in_triangle};
 
 /// Triangles of a leaf.
-const LEAF: usize = 4;
+pub(crate) const LEAF: usize = 4;
 /// Bits of a key and axis; three of them fit into 32.
 const BITS: u32 = 10;
 /// Nodes of the tree that wait at most: one for each level, and triangles are counted by 32 bits.
-const WAITING: usize = 40;
+pub(crate) const WAITING: usize = 40;
 /// So far outside of a triangle a ray still meets it, in weights: none passes between two of them.
 const EDGE: f64 = 1e-9;
 
@@ -75,7 +75,7 @@ impl<'m> Surface<'m> {
 }
 
 /// Boxes over `n` triangles.
-const fn n_boxes(n: usize) -> usize {
+pub(crate) const fn n_boxes(n: usize) -> usize {
     n.div_ceil(LEAF).saturating_mul(2).saturating_sub(1)
 }
 
@@ -100,7 +100,16 @@ impl<'m> SurfaceTree<'m> {
         let (boxes, _) = boxes.rest().as_chunks_mut();
         let mut keys = Lender::new(order);
         let (order, keys, mut spare) = (keys.take(n)?, keys.take(n)?, Lender::new(keys.rest()));
-        sort_along_curve(surface, order, keys, spare.take(n)?, spare.take(n)?);
+        let centre = |triangle: usize| -> Option<[f64; 3]> {
+            let mut sum = [0.0; 3];
+            for node in surface.triangle(triangle)? {
+                for (k, x) in sum.iter_mut().enumerate() {
+                    *x += surface.coordinate(3 * node as usize + k)? / 3.0;
+                }
+            }
+            Some(sum)
+        };
+        sort_along_curve(centre, order, keys, spare.take(n)?, spare.take(n)?);
         let mut tree = Self { surface: *surface, order, positions, boxes };
         tree.refit::<f32>(&[], 0.0)?;
         Ok(tree)
@@ -228,13 +237,13 @@ impl<'m> SurfaceTree<'m> {
 }
 
 /// Index of the box of a leaf: from left to right, the lowest level comes first.
-const fn place_of_leaf(leaf: usize, leaves: usize) -> usize {
+pub(crate) const fn place_of_leaf(leaf: usize, leaves: usize) -> usize {
     let turned = leaf + leaves.next_power_of_two() - leaves;
     leaves - 1 + if turned < leaves { turned } else { turned - leaves }
 }
 
 /// The leaf whose box is there.
-const fn leaf_at(place: usize, leaves: usize) -> usize {
+pub(crate) const fn leaf_at(place: usize, leaves: usize) -> usize {
     let turned = place + 1 + leaves - leaves.next_power_of_two();
     if turned < leaves { turned } else { turned - leaves }
 }
@@ -290,24 +299,15 @@ fn met(origin: [f64; 3], along: [f64; 3], a: [f64; 3], b: [f64; 3], c: [f64; 3])
 
 /// Sorts the triangles along the curve: their centres in a grid of `2^BITS` cells a side, the bits of the
 /// three cell numbers interlaced, sorted byte by byte.
-fn sort_along_curve(
-    surface: &Surface<'_>,
+pub(crate) fn sort_along_curve(
+    centre: impl Fn(usize) -> Option<[f64; 3]>,
     order: &mut [u32],
     keys: &mut [u32],
     other_order: &mut [u32],
     other_keys: &mut [u32],
 ) {
-    let centre = |triangle: usize| -> Option<[f64; 3]> {
-        let mut sum = [0.0; 3];
-        for node in surface.triangle(triangle)? {
-            for (k, x) in sum.iter_mut().enumerate() {
-                *x += surface.coordinate(3 * node as usize + k)? / 3.0;
-            }
-        }
-        Some(sum)
-    };
     let (mut lower, mut upper) = ([f64::INFINITY; 3], [f64::NEG_INFINITY; 3]);
-    for at in (0..order.len()).filter_map(centre) {
+    for at in (0..order.len()).filter_map(&centre) {
         for k in 0..3 {
             lower[k] = lower[k].min(at[k]);
             upper[k] = upper[k].max(at[k]);

@@ -157,6 +157,31 @@ impl FreeBody {
         loads.clear();
     }
 
+    /// Force at the centre and moment about it in the coming step, in space.
+    pub(crate) const fn pushes(&self) -> [[f64; 3]; 2] {
+        [self.force, self.moment]
+    }
+
+    /// Steps the elastic motion under all its loads, takes them away, and goes on from a rigid motion that
+    /// was found outside.
+    pub(crate) fn accept<T: Scalar>(
+        &mut self,
+        scene: &Scene<'_, T>,
+        state: &mut State<'_, T>,
+        loads: &mut Loads<'_, T>,
+        motion: RigidMotion,
+    ) -> Result<Status, StepError> {
+        (self.force, self.moment) = ([0.0; 3], [0.0; 3]);
+        let stepped = if motion.is_finite() { scene.step(state, loads) } else { Err(StepError::NotFinite) };
+        loads.clear();
+        let status = stepped?;
+        self.motion = motion;
+        let [x, y, z] = motion.momentum;
+        let [a, b, c] = motion.angular_momentum;
+        let still = [x, y, z, a, b, c] == [0.0; 6];
+        Ok(if still { status } else { Status::Moving })
+    }
+
     /// Takes over what pushes another one.
     pub(crate) const fn pushed_as(&mut self, other: &Self) {
         (self.force, self.moment) = (other.force, other.moment);
@@ -193,21 +218,16 @@ impl FreeBody {
     ) -> Result<Status, StepError> {
         self.follow(scene);
         let ahead = self.ahead(scene);
-        (self.force, self.moment) = ([0.0; 3], [0.0; 3]);
         let spun = loads.add_spin(scene, self.motion.spin(&self.body), ahead.spin(&self.body));
-        let stepped = match spun {
-            Ok(()) if ahead.is_finite() => scene.step(state, loads),
-            Err(LoadError::Stale) => Err(StepError::StaleLoads),
-            Err(LoadError::Mismatch) => Err(StepError::Mismatch),
-            _ => Err(StepError::NotFinite),
-        };
-        loads.clear();
-        let status = stepped?;
-        self.motion = ahead;
-        let [x, y, z] = self.motion.momentum;
-        let [a, b, c] = self.motion.angular_momentum;
-        let still = [x, y, z, a, b, c] == [0.0; 6];
-        Ok(if still { status } else { Status::Moving })
+        if let Err(refused) = spun {
+            self.clear(loads);
+            return Err(match refused {
+                LoadError::Stale => StepError::StaleLoads,
+                LoadError::Mismatch => StepError::Mismatch,
+                _ => StepError::NotFinite,
+            });
+        }
+        self.accept(scene, state, loads, ahead)
     }
 
     /// Takes a live density that has changed over, as a step does: mass and moments follow it, and the

@@ -152,20 +152,7 @@ impl<T: Scalar> Scene<'_, T> {
             return check_shown(out);
         }
         let moved = work.take(r)?;
-        for (k, moved) in moved.iter_mut().enumerate() {
-            let increment = |part: usize, mode: usize| {
-                let number = state.y.part(part).get(mode).copied().unwrap_or(T::ZERO);
-                Ok::<T, Short>(T::from_f64(self.increment(k, part * r + mode)?) * number)
-            };
-            let mut next = loads.increment.get(k).copied().unwrap_or(T::ZERO);
-            let modes = if self.shape.is_coupled() { 0..r } else { k..k + 1 };
-            for part in 0..self.shape.n_parts() {
-                for mode in modes.clone() {
-                    next += increment(part, mode)?;
-                }
-            }
-            *moved = state.y.part(0).get(k).copied().unwrap_or(T::ZERO) + next;
-        }
+        self.coordinates_ahead(state, loads, moved)?;
         show(rows, moved, out);
         let (filter, old, filters) = (&self.filter, &state.filtered.forces, self.shape.is_filtered());
         let acting = if filters { &loads.drive } else { &loads.statics };
@@ -185,6 +172,32 @@ impl<T: Scalar> Scene<'_, T> {
             }
         }
         check_shown(out)
+    }
+
+    /// Coordinates of the modes at the end of the coming step under `loads`, `out` of length `r`; not of the
+    /// strain structure.
+    pub(crate) fn coordinates_ahead(
+        &self,
+        state: &State<'_, T>,
+        loads: &Loads<'_, T>,
+        out: &mut [T],
+    ) -> Result<(), Short> {
+        let r = self.shape.r;
+        for (k, out) in out.iter_mut().enumerate() {
+            let increment = |part: usize, mode: usize| {
+                let number = state.y.part(part).get(mode).copied().unwrap_or(T::ZERO);
+                Ok::<T, Short>(T::from_f64(self.increment(k, part * r + mode)?) * number)
+            };
+            let mut next = loads.increment.get(k).copied().unwrap_or(T::ZERO);
+            let modes = if self.shape.is_coupled() { 0..r } else { k..k + 1 };
+            for part in 0..self.shape.n_parts() {
+                for mode in modes.clone() {
+                    next += increment(part, mode)?;
+                }
+            }
+            *out = state.y.part(0).get(k).copied().unwrap_or(T::ZERO) + next;
+        }
+        Ok(())
     }
 
     /// `H_c B` of each contact, `(n, 3, r)`.
@@ -208,7 +221,7 @@ impl<T: Scalar> Scene<'_, T> {
     }
 
     /// Answer of each mode's displacement to a unit load that is held over the step.
-    fn held_answers(&self, answers: &mut [T]) -> Result<(), Short> {
+    pub(crate) fn held_answers(&self, answers: &mut [T]) -> Result<(), Short> {
         answers.fill(T::ZERO);
         let mut maps = Lender::new(&*self.load_maps);
         for _ in 0..self.shape.n_stages {
@@ -235,14 +248,19 @@ impl<T: Scalar> Scene<'_, T> {
 
     /// `(1 − e) H_c R H_cᵀ` of one contact \[m/N\]; `e = 0` without stiffness-proportional damping.
     fn own_residual(&self, place: &Place) -> [[f64; 3]; 3] {
+        let share = if self.shape.is_filtered() { self.filter.held() } else { 1.0 };
+        self.residual_at(place).map(|row| row.map(|value| share * value))
+    }
+
+    /// `H_c R H_cᵀ` of one contact \[m/N\].
+    pub(crate) fn residual_at(&self, place: &Place) -> [[f64; 3]; 3] {
         let mut sum = [[0.0; 3]; 3];
         if self.shape.statics[0] == 0 {
             return sum;
         }
-        let share = if self.shape.is_filtered() { self.filter.held() } else { 1.0 };
         for (a, of_a) in place.entries() {
             for (b, of_b) in place.entries() {
-                let scale = share * of_a * of_b / self.parameters.stiffness;
+                let scale = of_a * of_b / self.parameters.stiffness;
                 let block = self.sections.residual.between(a as usize, b as usize);
                 for (sum, block) in sum.as_flattened_mut().iter_mut().zip(block.as_flattened()) {
                     *sum += scale * block;

@@ -310,6 +310,16 @@ impl<'m, T: Scalar> Loads<'m, T> {
         Ok(())
     }
 
+    /// Adds forces along the modes, held over the step.
+    #[cfg(feature = "world")]
+    pub(crate) fn add_coordinates(&mut self, scene: &Scene<'_, T>, forces: &[T]) -> Result<(), LoadError> {
+        let held = Amplitudes::held(1.0);
+        self.check(scene, held)?;
+        self.direct.iter_mut().zip(forces).for_each(|(to, &from)| *to = from);
+        self.start_stages();
+        self.apply(scene, held)
+    }
+
     fn check(&self, scene: &Scene<'_, T>, p: Amplitudes) -> Result<(), LoadError> {
         if self.shape != scene.shape {
             return Err(LoadError::Mismatch);

@@ -172,7 +172,7 @@ impl<T: Scalar> Scene<'_, T> {
         Ok(self.energy_of_modes(state)?.elastic + self.residual_energy(state))
     }
 
-    fn energy_of_modes(&self, state: &State<'_, T>) -> Result<Energy, OutputError> {
+    pub(crate) fn energy_of_modes(&self, state: &State<'_, T>) -> Result<Energy, OutputError> {
         self.check(state)?;
         if self.shape.is_strain() {
             // It goes with the fourth power of the motion, which is bounded for squares.

@@ -1,0 +1,15 @@
+//! Bodies that touch: contact with friction between deformable surfaces, found and solved in each step.
+
+pub(crate) mod bounds;
+pub(crate) mod close;
+pub(crate) mod find;
+pub(crate) mod frame;
+pub(crate) mod joint;
+pub(crate) mod member;
+pub(crate) mod patch;
+pub(crate) mod rows;
+pub(crate) mod solve;
+pub(crate) mod touch;
+// The type that the room is named after.
+#[allow(clippy::module_inception)]
+pub(crate) mod world;
