@@ -32,7 +32,7 @@ const PATCH: f64 = 0.03;
 fn problem(mesh: &str, rest: &str, modes: usize, patch: bool) -> String {
     let patch = if patch { format!("contact_patch = {PATCH}\n") } else { String::new() };
     format!(
-        "{mesh}{rest}[time]\nstep = 1e-3\n[basis]\nmodes = {modes}\n[tolerance]\nerror = 10.0\n[output]\n\
+        "{mesh}{rest}[basis]\nmodes = {modes}\n[tolerance]\nerror = 10.0\n[output]\n\
          precision = \"f64\"\n{patch}"
     )
 }

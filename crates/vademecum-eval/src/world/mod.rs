@@ -8,6 +8,7 @@ pub(crate) mod joint;
 pub(crate) mod member;
 pub(crate) mod patch;
 pub(crate) mod rows;
+pub(crate) mod saved;
 pub(crate) mod solve;
 pub(crate) mod touch;
 // The type that the room is named after.

@@ -99,7 +99,7 @@ pub struct WorldOptions {
     pub gravity: [f64; 3],
     /// Distance up to which nodes and triangles are paired \[m\]; a fiftieth of the smallest member if `None`.
     pub reach: Option<f64>,
-    /// Largest change of a displacement in the last sweep of the solution \[m\]; 1e-10 of the smallest member
+    /// Largest change of a displacement in the last sweep of the solution \[m\]; 1e-9 of the smallest member
     /// if `None`.
     pub tolerance: Option<f64>,
     /// Most sweeps of a step.
@@ -308,10 +308,10 @@ pub struct World<'m, T> {
     pub(crate) smallest: f64,
     near: &'m mut [Near],
     /// Amplitudes of the further modes of the members.
-    statics: &'m mut [f64],
+    pub(crate) statics: &'m mut [f64],
     further: &'m mut [f64],
     /// Energy of the contacts in the residual flexibility.
-    stored: f64,
+    pub(crate) stored: f64,
 }
 
 /// Lengths of all pieces.
@@ -421,7 +421,7 @@ impl<'m, T: Scalar> World<'m, T> {
     /// # Errors
     /// [`WorldError::Member`].
     pub fn sizes(
-        members: &[Member<'_, 'm, T>],
+        members: &[Member<'_, '_, T>],
         joints: &[Joint],
         options: &WorldOptions,
     ) -> Result<WorldSizes, WorldError> {
@@ -444,7 +444,7 @@ impl<'m, T: Scalar> World<'m, T> {
     /// # Errors
     /// [`WorldError`].
     pub fn new(
-        members: &[Member<'_, 'm, T>],
+        members: &[Member<'_, '_, T>],
         pairs: &'m [Touching],
         joints: &'m [Joint],
         options: &WorldOptions,
@@ -571,7 +571,7 @@ impl<'m, T: Scalar> World<'m, T> {
             visit: 0,
             time_step,
             reach: options.reach.unwrap_or(0.02 * smallest),
-            tolerance: options.tolerance.unwrap_or(1e-10 * smallest),
+            tolerance: options.tolerance.unwrap_or(1e-9 * smallest),
             smallest,
             near,
             statics,
@@ -612,7 +612,7 @@ impl<'m, T: Scalar> World<'m, T> {
     /// # Errors
     /// [`WorldError`]; the loads of the members are empty then, and what a member did before another one
     /// was refused is done.
-    pub fn step(&mut self, members: &mut [Member<'_, 'm, T>]) -> Result<WorldReport, WorldError> {
+    pub fn step(&mut self, members: &mut [Member<'_, '_, T>]) -> Result<WorldReport, WorldError> {
         let report = self.advance(members);
         if report.is_err() {
             for member in members {
@@ -625,7 +625,7 @@ impl<'m, T: Scalar> World<'m, T> {
         report
     }
 
-    fn advance(&mut self, members: &mut [Member<'_, 'm, T>]) -> Result<WorldReport, WorldError> {
+    fn advance(&mut self, members: &mut [Member<'_, '_, T>]) -> Result<WorldReport, WorldError> {
         if members.len() != self.slots.len() {
             return Err(WorldError::Mismatch);
         }
@@ -665,7 +665,7 @@ impl<'m, T: Scalar> World<'m, T> {
             while sweeps < if alone { most } else { 1 } && world.n_now > 0 {
                 sweeps += 1;
                 change = world.system(|system, touches, spans| sweep(system, touches, spans));
-                if change <= tolerance {
+                if change <= tolerance || !alone {
                     break;
                 }
             }
@@ -742,7 +742,7 @@ impl<'m, T: Scalar> World<'m, T> {
     }
 
     /// Motion of all members to the end of the step, without contacts.
-    fn predict(&mut self, members: &mut [Member<'_, 'm, T>]) -> Result<(), WorldError> {
+    fn predict(&mut self, members: &mut [Member<'_, '_, T>]) -> Result<(), WorldError> {
         let (time, gravity) = (self.time_step, self.options.gravity);
         self.x.fill(0.0);
         self.p.fill(0.0);
@@ -813,7 +813,7 @@ impl<'m, T: Scalar> World<'m, T> {
     }
 
     /// Gaps, slips and rows of the contacts.
-    fn set_up(&mut self, members: &[Member<'_, 'm, T>]) -> Result<(), WorldError> {
+    fn set_up(&mut self, members: &[Member<'_, '_, T>]) -> Result<(), WorldError> {
         let touches = self.now.get_mut(..self.n_now).unwrap_or_default();
         for (c, touch) in touches.iter_mut().enumerate() {
             let (mut at_start, mut at_end) = ([0.0; 3], [0.0; 3]);
@@ -948,7 +948,7 @@ impl<'m, T: Scalar> World<'m, T> {
     }
 
     /// Steps the members under the forces of the contacts.
-    fn commit(&mut self, members: &mut [Member<'_, 'm, T>]) -> Result<(), WorldError> {
+    fn commit(&mut self, members: &mut [Member<'_, '_, T>]) -> Result<(), WorldError> {
         let time = self.time_step;
         let touches = self.now.get_mut(..self.n_now).unwrap_or_default();
         for touch in &mut *touches {
@@ -1025,7 +1025,7 @@ impl<'m, T: Scalar> World<'m, T> {
     ///
     /// # Errors
     /// [`WorldError::Mismatch`].
-    pub fn energy(&self, members: &[Member<'_, 'm, T>]) -> Result<f64, WorldError> {
+    pub fn energy(&self, members: &[Member<'_, '_, T>]) -> Result<f64, WorldError> {
         let mut sum = 0.0;
         for member in members {
             if let Some(body) = member.elastic() {

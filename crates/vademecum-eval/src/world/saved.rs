@@ -1,0 +1,104 @@
+//! The state of a world beside that of its members: contacts and joints, as numbers.
+
+use crate::base::principal::UNITS;
+use crate::base::scalar::Scalar;
+use crate::world::joint::ROWS;
+use crate::world::touch::Touch;
+use crate::world::world::{World, WorldError};
+
+/// Numbers of a contact: members, node, force, filtered forces, residual displacement.
+const TOUCH: usize = 15;
+
+/// Numbers of a joint: forces, and 1 of a broken one.
+const JOINT: usize = ROWS + 1;
+
+impl<T: Scalar> World<'_, T> {
+    /// Numbers that [`World::save_into`] writes.
+    #[must_use]
+    pub fn saved_len(&self) -> usize {
+        2 + self.options.contacts * TOUCH + self.joints.all.len() * JOINT + self.statics.len()
+    }
+
+    /// Writes contacts and joints as they are after the last step. With the states of the members
+    /// ([`Body::save_into`](crate::Body::save_into), [`RigidShape::motion`](crate::RigidShape::motion)) a world
+    /// goes on from there bit by bit.
+    ///
+    /// # Errors
+    /// [`WorldError::LentMemory`] for memory of another length.
+    pub fn save_into(&self, out: &mut [f64]) -> Result<(), WorldError> {
+        let (found, needed) = (out.len(), self.saved_len());
+        if found != needed {
+            return Err(WorldError::LentMemory { found, needed });
+        }
+        out.fill(0.0);
+        let touches = self.touches();
+        let of_touch = |touch: &Touch| {
+            let [a, b] = touch.members.map(|member| member as f64);
+            let numbers = [touch.force(), touch.filtered[0], touch.filtered[1], touch.residual];
+            [a, b, f64::from(touch.node)].into_iter().chain(numbers.into_iter().flatten())
+        };
+        let (head, rest) = out.split_at_mut(2);
+        head.iter_mut().zip([touches.len() as f64, self.stored]).for_each(|(out, number)| *out = number);
+        let (of_touches, rest) = rest.split_at_mut(self.options.contacts * TOUCH);
+        let numbers = touches.iter().flat_map(of_touch);
+        of_touches.iter_mut().zip(numbers).for_each(|(out, number)| *out = number);
+        let (of_joints, rest) = rest.split_at_mut(self.joints.all.len() * JOINT);
+        let states = self.joints.states.iter();
+        let numbers =
+            states.flat_map(|state| state.force.into_iter().chain([f64::from(u8::from(state.broken))]));
+        of_joints.iter_mut().zip(numbers).for_each(|(out, number)| *out = number);
+        rest.iter_mut().zip(&*self.statics).for_each(|(out, number)| *out = *number);
+        Ok(())
+    }
+
+    /// Takes back what [`World::save_into`] of a world of the same members, joints and options wrote.
+    ///
+    /// # Errors
+    /// [`WorldError::LentMemory`] for numbers of another length, [`WorldError::Mismatch`] for numbers that are
+    /// none of this world; nothing changes then.
+    pub fn restore(&mut self, saved: &[f64]) -> Result<(), WorldError> {
+        let (found, needed) = (saved.len(), self.saved_len());
+        if found != needed {
+            return Err(WorldError::LentMemory { found, needed });
+        }
+        let (head, rest) = saved.split_at(2);
+        let (of_touches, rest) = rest.split_at(self.options.contacts * TOUCH);
+        let (of_joints, of_statics) = rest.split_at(self.joints.all.len() * JOINT);
+        let whole = |number: f64, below: usize| {
+            (number >= 0.0 && number < below as f64 && libm::floor(number) == number)
+                .then_some(number as usize)
+        };
+        let [count, stored] = *head else { return Err(WorldError::Mismatch) };
+        let count = whole(count, self.options.contacts + 1).ok_or(WorldError::Mismatch)?;
+        let used = of_touches.as_chunks::<TOUCH>().0.get(..count).unwrap_or_default();
+        let members = self.slots.len();
+        let sound = |touch: &[f64; TOUCH]| {
+            let [a, b, node, ..] = *touch;
+            let node = whole(node, u32::MAX as usize);
+            whole(a, members).is_some() && whole(b, members).is_some() && node.is_some()
+        };
+        if !saved.iter().all(|x| x.in_range()) || !used.iter().all(sound) {
+            return Err(WorldError::Mismatch);
+        }
+        for (touch, saved) in self.now.iter_mut().zip(used) {
+            let [a, b, node, rest @ ..] = *saved;
+            let [fx, fy, fz, ax, ay, az, bx, by, bz, rx, ry, rz] = rest;
+            *touch = Touch {
+                members: [a as usize, b as usize],
+                node: node as u32,
+                axes: UNITS,
+                force: [fx, fy, fz],
+                filtered: [[ax, ay, az], [bx, by, bz]],
+                residual: [rx, ry, rz],
+                ..Touch::NONE
+            };
+        }
+        (self.n_now, self.stored) = (count, stored);
+        for (state, saved) in self.joints.states.iter_mut().zip(of_joints.as_chunks::<JOINT>().0) {
+            let [force @ .., broken] = *saved;
+            (state.force, state.broken) = (force, broken != 0.0);
+        }
+        self.statics.iter_mut().zip(of_statics).for_each(|(number, saved)| *number = *saved);
+        Ok(())
+    }
+}
