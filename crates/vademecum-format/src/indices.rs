@@ -12,7 +12,7 @@ use crate::read::File;
 
 impl SectionKind {
     /// Kinds of sections whose numbers are indices, which [`File::verify_indices`] checks.
-    pub const INDICES: [Self; 9] = [
+    pub const INDICES: [Self; 10] = [
         Self::Triangles,
         Self::ResidualPairs,
         Self::FactorOrder,
@@ -22,6 +22,7 @@ impl SectionKind {
         Self::EmbeddedTriangles,
         Self::Quadrangles,
         Self::PortNodes,
+        Self::PatchPairs,
     ];
 }
 
@@ -65,7 +66,7 @@ impl<'a> File<'a> {
         // So many first numbers are loadable nodes; the others, in turn, count into these.
         let (head, even, odd) = match kind {
             S::Triangles => ((m.n_load_triangles as usize).saturating_mul(3), surface, surface),
-            S::ResidualPairs => (0, loadable, loadable),
+            S::ResidualPairs | S::PatchPairs => (0, loadable, loadable),
             S::FactorOrder => (0, 3 * nodes, 3 * nodes),
             S::FactorRows => (0, rows(S::FactorOrder), rows(S::FactorOrder)),
             S::EmbeddedNodes | S::PortNodes => (0, surface, surface),

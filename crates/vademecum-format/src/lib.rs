@@ -77,6 +77,7 @@ mod layout;
 mod metadata;
 mod names;
 mod parameter;
+mod patch;
 pub mod policy;
 mod ports;
 mod quadrangles;
@@ -103,6 +104,7 @@ pub use metadata::{
     MAX_REGIONS, MAX_TERMS, Metadata, StructureCertificate,
 };
 pub use parameter::{Parameter, ParameterRole};
+pub use patch::{ContactPatch, taper};
 pub use ports::{PORT_COLUMNS, PORT_FACET_NODES, PortKind, PortRange};
 pub use quadrangles::{Quadrangle, Quadrangles};
 pub use quantised::{BLOCK_NODES, Quantised};
