@@ -433,6 +433,10 @@ enums:
     104: port_probes
     105: port_patterns
     106: probe_motions
+    107: contact_modes
+    108: patch_pairs
+    109: patch_residual
+    110: contact_patch
     40: static_bound
     41: bound_map
   element:

@@ -11,6 +11,7 @@ mod file;
 mod large;
 mod options;
 mod outcome;
+mod patch;
 mod plan;
 #[cfg(test)]
 mod ranks_tests;

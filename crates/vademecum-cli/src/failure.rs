@@ -336,6 +336,7 @@ impl From<BuildError> for Failure {
             BuildError::Memory(_) | BuildError::Prepare(PrepareError::Memory(_)) => (Cause::Machine, ""),
             BuildError::Work(_)
             | BuildError::TimeStep(_)
+            | BuildError::PatchSize { .. }
             | BuildError::RatiosBeyond { .. }
             | BuildError::RatiosOfOneFrequency { .. } => (Cause::Input, ""),
             BuildError::Prepare(PrepareError::Body(BodyError::Mesh(error))) => {

@@ -83,6 +83,10 @@ impl Keep {
                 | S::PortProbes
                 | S::PortPatterns
                 | S::ProbeMotions
+                | S::ContactModes
+                | S::PatchPairs
+                | S::PatchResidual
+                | S::ContactPatch
         );
         match self {
             Self::Probes => !(inside || surface || for_people),

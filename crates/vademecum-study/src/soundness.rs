@@ -1,12 +1,16 @@
 //! Checks of a file without the problem it came from: its sections, and whether its
 //! step is as stable as its certificate claims.
 
+mod patch;
+
 use serde::Serialize;
 use vademecum_build::certificate::spectral_radius;
 use vademecum_eval::{SceneOptions, StructureChoice};
 use vademecum_format::policy::STABLE_RADIUS;
 use vademecum_format::{Codec, File, Parameter, SectionKind, StructureCertificate};
 use vademecum_rewrite::{CheckReport, check_limited, unpack_wanted};
+
+pub use patch::PatchSoundness;
 
 use crate::error::{FileError, StudyError};
 
@@ -21,6 +25,8 @@ pub struct Soundness {
     /// Corners of the parameters' box that were left out: the axes of the file end before them, or there are
     /// too many.
     pub corners_left_out: usize,
+    /// Contacts near each other; none of a file that answers each by itself.
+    pub patch: Option<PatchSoundness>,
     /// The largest radius; absent where none was looked for (the chapter's structure, too many modes).
     pub spectral_radius: Option<f64>,
 }
@@ -36,7 +42,8 @@ fn operations(n: f64) -> f64 {
 
 /// Checks the bytes of a file whose sections decode to `limit` bytes at most: first all that
 /// [`check_limited`] checks, then the spectral radius of every structure's step at the values of the problem,
-/// and of the block structure's at the corners of the parameters' box. Steps of more than about a thousand
+/// and of the block structure's at the corners of the parameters' box; and the matrix of contacts near each
+/// other. Steps of more than about a thousand
 /// modes are left out, as the eigenvalues cost `270 r³` operations.
 ///
 /// # Errors
@@ -48,10 +55,11 @@ pub fn check_file(bytes: &[u8], limit: u64) -> Result<Soundness, StudyError> {
     let file = if file.sections().all(|section| section.codec() == Codec::Raw) {
         file
     } else {
-        memory = unpack_wanted(&file, of_the_step, limit)?;
+        memory = unpack_wanted(&file, |kind| of_the_step(kind) || patch::is_needed(kind), limit)?;
         File::parse(&memory)?
     };
-    let mut found = Soundness { checked, settings: 0, corners_left_out: 0, spectral_radius: None };
+    let patch = patch::check(&file)?;
+    let mut found = Soundness { checked, settings: 0, corners_left_out: 0, patch, spectral_radius: None };
     let metadata = file.metadata();
     let cost = operations(3.0 * f64::from(metadata.n_modes));
     if cost > MAX_NUMBERS {

@@ -2,6 +2,7 @@
 //! last.
 
 use super::curve;
+use crate::linalg::vec3::{norm, sub};
 use crate::prepared::{Body, Quadrangle};
 
 /// Nodes and triangles in file order.
@@ -57,20 +58,38 @@ impl NodeOrder {
     /// needs the residual between them.
     pub(crate) fn load_pairs(&self) -> Vec<[u32; 2]> {
         let mut pairs = vec![];
-        let mut add = |nodes: &[u32]| {
+        self.for_each_load_facet(|nodes| {
             for (place, &a) in nodes.iter().enumerate() {
                 pairs.extend(nodes[..place].iter().map(|&b| [a.min(b), a.max(b)]));
             }
-        };
-        let mut next = 0;
-        for quadrangle in &self.quadrangles {
-            self.triangles[next..quadrangle.first].iter().for_each(|triangle| add(triangle));
-            add(&quadrangle.nodes);
-            next = quadrangle.triangles().end;
-        }
-        self.triangles[next..self.n_load_triangles].iter().for_each(|triangle| add(triangle));
+        });
         pairs.sort_unstable();
         pairs.dedup();
         pairs
+    }
+
+    /// Largest distance from each loadable node to a node of a loadable facet with it: a contact that the node
+    /// takes part in is no farther away. `places` are those of the mesh.
+    pub(crate) fn load_reach(&self, places: &[[f64; 3]]) -> Vec<f64> {
+        let mut reach = vec![0.0; self.n_load];
+        let place = |node: u32| places[self.nodes[node as usize] as usize];
+        self.for_each_load_facet(|nodes| {
+            for &a in nodes {
+                let own: &mut f64 = &mut reach[a as usize];
+                nodes.iter().for_each(|&b| *own = own.max(norm(sub(place(a), place(b)))));
+            }
+        });
+        reach
+    }
+
+    /// Calls `work` with the nodes of each loadable facet.
+    fn for_each_load_facet(&self, mut work: impl FnMut(&[u32])) {
+        let mut next = 0;
+        for quadrangle in &self.quadrangles {
+            self.triangles[next..quadrangle.first].iter().for_each(|triangle| work(triangle));
+            work(&quadrangle.nodes);
+            next = quadrangle.triangles().end;
+        }
+        self.triangles[next..self.n_load_triangles].iter().for_each(|triangle| work(triangle));
     }
 }

@@ -12,6 +12,7 @@ mod check;
 mod check_attachments;
 mod check_heat;
 mod check_large;
+mod check_patch;
 mod check_ports;
 mod check_prestress;
 mod large;

@@ -8,7 +8,7 @@ use crate::dynamics::large::LargeError;
 use crate::dynamics::{FullOrderError, ModesError, TooMuchWork};
 use crate::fem::{ElementError, FactorError, GreenError};
 use crate::large::LearnError;
-use crate::limits::TooMuchMemory;
+use crate::limits::{TooMuchMemory, memory_in_words};
 use crate::mesh_error::MeshErrorFailure;
 use crate::parametric::ParametricError;
 use crate::prepared::{PrepareError, TimeStepError};
@@ -97,6 +97,22 @@ pub enum BuildError {
         /// Ratio of the second.
         second: f64,
     },
+    /// More pairs of near loadable nodes than a file should hold.
+    #[error(
+        "{path}: `output.contact_patch` is {distance}: pairs of loadable nodes that are so near each other take more \
+         than {}; expected {}",
+        memory_in_words(*.limit), smaller_patch(*.largest)
+    )]
+    PatchSize {
+        /// The problem file and line.
+        path: String,
+        /// The distance asked for \[m\].
+        distance: f64,
+        /// Bytes that pairs may take.
+        limit: u64,
+        /// The largest distance whose pairs fit \[m\]; none if those of one facet do not.
+        largest: Option<f64>,
+    },
     /// The discretisation error could not be estimated.
     #[error("the estimate of the discretisation error")]
     MeshError(#[from] MeshErrorFailure),
@@ -112,4 +128,14 @@ pub enum BuildError {
     /// The file cannot hold what was built.
     #[error("the file cannot hold what was built")]
     Format(#[from] FormatError),
+}
+
+/// The way out of a patch that is too large; the distance is rounded down to three digits.
+fn smaller_patch(largest: Option<f64>) -> String {
+    let Some(largest) = largest.filter(|largest| *largest > 0.0) else {
+        return "no `contact_patch`, or fewer loadable nodes by `load.surface`".into();
+    };
+    let unit = 10.0_f64.powi(largest.log10().floor() as i32 - 2);
+    let rounded = (largest / unit).floor() * unit;
+    format!("at most {rounded:.2e} m, or fewer loadable nodes by `load.surface`")
 }

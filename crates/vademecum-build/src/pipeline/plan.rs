@@ -48,7 +48,7 @@ fn model_memory(problem: &Problem, prepared: &Prepared) -> f64 {
     let modes = problem.basis.modes.unwrap_or(8) as f64;
     let vectors = match problem.basis_kind() {
         // The Krylov space, and the block that joins it.
-        BasisKind::Modes => (search_vectors(modes as usize) as f64).min(n) + 128.0,
+        BasisKind::Modes => (search_vectors(modes as usize + problem.contact_modes()) as f64).min(n) + 128.0,
         // The snapshots' vectors, a batch of as many, and their orthonormal copies.
         _ => 4.0 * most_vectors(problem) as f64,
     };
@@ -88,7 +88,7 @@ fn residual_ahead(problem: &Problem, prepared: &Prepared, full: bool) -> f64 {
         return 0.0;
     }
     let Prepared { body, symbolic, scheme, .. } = prepared;
-    let modes = problem.basis.modes.unwrap_or(8);
+    let modes = problem.basis.modes.unwrap_or(8) + problem.contact_modes();
     let stages = if full { scheme.active().len() } else { 0 };
     let factors = symbolic.stiffness_bytes() as f64 + stages as f64 * symbolic.factor_bytes() as f64;
     let kept = body.model.pencil().bytes() as f64 + factors;

@@ -1,5 +1,6 @@
 //! The basis, and the sections of a file that depend on it and on no step.
 
+use super::patch::PatchPlan;
 use super::plan::{in_words, wants_residual};
 use super::{BuildContext, BuildError};
 use crate::basis::{Basis, BasisError, find_basis};
@@ -28,6 +29,8 @@ pub struct ReducedModel {
     pub snapshots: usize,
     /// Residual flexibility, stress, reactions, and the factor of the stiffness where it is asked for.
     pub sections: Vec<Draft>,
+    /// Residual flexibility between near contacts, where it is asked for.
+    patch: Option<PatchPlan>,
     /// True if the residual flexibility is among them.
     pub(crate) has_residual: bool,
     /// True if the factor is among them.
@@ -47,6 +50,7 @@ impl ReducedModel {
     ) -> Result<Self, BuildError> {
         let BuildContext { prepared, full, runs, kept, .. } = *context;
         kept.listener.note(&format!("estimate: {}", in_words(plan)));
+        let patch = PatchPlan::new(context, problem)?;
         let find = || find_basis(problem, prepared, full, runs, kept);
         let (mut basis, snapshots) = watch.stage("snapshots and basis", find)?;
         let dampers = prepared.body.model.pencil().dampers();
@@ -63,10 +67,10 @@ impl ReducedModel {
         let has_factor = problem.output.static_fields == Some(true) && has_residual;
         let factor = if has_factor { factor(context, problem, watch)? } else { vec![] };
         let sections = stress.into_iter().chain(reactions).chain(ports).chain(factor).collect();
-        Ok(Self { basis, snapshots, sections, has_residual, has_factor })
+        Ok(Self { basis, snapshots, sections, patch, has_residual, has_factor })
     }
 
-    /// Adds the residual flexibility, where the file has it. It may use up the factor of the stiffness, so
+    /// Adds the residual flexibility, and that between near contacts, where the file has it. It may use up the factor of the stiffness, so
     /// whatever solves with that comes before.
     ///
     /// # Errors
@@ -82,6 +86,10 @@ impl ReducedModel {
         };
         let residual = residual(context, problem, (&self.basis, eigenvalues), watch)?;
         self.sections.splice(..0, residual_sections(&residual, problem.output.precision));
+        if let Some(patch) = &self.patch {
+            let reduced = reduced(context, &self.basis, eigenvalues, problem);
+            self.sections.extend(patch.sections(context, problem, (&self.basis, &reduced), watch)?);
+        }
         Ok(())
     }
 }

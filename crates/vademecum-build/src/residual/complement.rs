@@ -123,6 +123,18 @@ impl<'a> ResidualOperator<'a> {
         self.body.model.dofs().value(3 * node as usize + component, free)
     }
 
+    /// Unit forces at these nodes, three columns each.
+    pub(crate) fn fill_units(&self, memory: &mut ResidualWorkspace, nodes: &[u32]) {
+        memory.columns.fill(0.0);
+        for (place, &node) in nodes.iter().enumerate() {
+            for c in 0..3 {
+                for (free, weight) in self.terms(node, c) {
+                    memory.columns[(free, 3 * place + c)] = weight;
+                }
+            }
+        }
+    }
+
     /// Overwrites the first `used` columns, forces `F`, by `R F`.
     pub(crate) fn apply(&self, memory: &mut ResidualWorkspace, used: usize) {
         let r = self.compliances.len();

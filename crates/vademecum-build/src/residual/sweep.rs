@@ -40,14 +40,7 @@ pub(super) fn sweep<T: Send>(
             note_long(seconds, nodes.len(), listener);
         }
         let used = 3 * some.len();
-        memory.columns.fill(0.0);
-        for (place, &node) in some.iter().enumerate() {
-            for c in 0..3 {
-                for (free, weight) in complement.terms(node, c) {
-                    memory.columns[(free, 3 * place + c)] = weight;
-                }
-            }
-        }
+        complement.fill_units(&mut memory, some);
         complement.apply(&mut memory, used);
         complement.weigh(&mut memory, used);
         let (columns, weighed) = (memory.columns.as_ref(), memory.images.as_ref());

@@ -111,6 +111,13 @@ impl Verify {
             }
             None => println!("the spectral radius of its step was not looked for"),
         }
+        if let Some(patch) = &sound.patch {
+            println!(
+                "the flexibility between contacts (h = {} m) is positive semidefinite: tried with {} of them, one at \
+                 each loadable node, in {} group(s)",
+                patch.distance, patch.contacts, patch.groups
+            );
+        }
         if sound.corners_left_out > 0 {
             println!("{} corner(s) of the parameters' box were left out", sound.corners_left_out);
         }

@@ -10,6 +10,7 @@ mod factor;
 mod geometry;
 mod matrices;
 mod names;
+mod patch;
 mod ports;
 mod quadrangles;
 mod reactions;
@@ -103,6 +104,7 @@ pub fn check_limited(bytes: &[u8], limit: u64) -> Result<CheckReport, RewriteErr
     rigid::check(&raw)?;
     dashpots::check(&raw)?;
     ports::check(&raw)?;
+    patch::check(&raw)?;
     strain::check(&raw)?;
     stress::check(&raw)?;
     reactions::check(&raw)?;

@@ -9,7 +9,7 @@ use super::super::numbers::{reals_of, unsound};
 use super::symmetric::negative_pivot;
 
 /// Four times the rounding of binary32.
-const ROUNDED: f64 = 1.0 / (1u64 << 22) as f64;
+pub(super) const ROUNDED: f64 = 1.0 / (1u64 << 22) as f64;
 
 /// Sections 34 to 41, as far as the file has them.
 pub(super) fn check(file: &File<'_>) -> Result<(), RewriteError> {

@@ -65,6 +65,7 @@ impl Problem {
         }
         self.check_attachments()?;
         self.check_ports()?;
+        self.check_patch()?;
         self.check_reactions()?;
         self.check_base()?;
         self.check_damping()?;

@@ -216,6 +216,10 @@ pub struct OutputEntry {
     pub(crate) precision: Precision,
     /// Compute and keep the residual flexibility and its bound; absent: with exact steps.
     pub residual: Option<bool>,
+    /// Distance below which the residual flexibility between contacts is kept \[m\].
+    pub contact_patch: Option<f64>,
+    /// Further natural modes by which contacts of a patch answer statically; absent: 64.
+    pub contact_modes: Option<usize>,
     /// Include the static correction in whole fields, by the factor of the stiffness in the file; absent:
     /// where the certificate would miss `tolerance.error` without it.
     pub(crate) static_fields: Option<bool>,

@@ -194,6 +194,14 @@ const ROWS: &[Row] = &[
         HELD,
     ),
     row(
+        "output.contact_patch",
+        |p| one(p.output.contact_patch),
+        POSITIVE,
+        "a positive length in metres",
+        CARRIED,
+    ),
+    row("output.contact_modes", |p| count(p.output.contact_modes), between(0.0, 512.0), "a count", ""),
+    row(
         "output.gauge[].length",
         |p| p.output.gauges.iter().map(|g| g.length).collect(),
         POSITIVE,
