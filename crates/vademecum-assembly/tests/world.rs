@@ -257,7 +257,7 @@ fn an_impact_shorter_than_a_step_has_its_restitution_and_rests() {
         motion.position = [0.08, 0.08, 0.12 + 0.5e-3 * (1.0 + f64::from(phase) / 12.0)];
         cube.set_motion(motion).expect("a motion");
         let pairs = [Touching { nodes: Nodes::First, ..Touching::new(0, 1).with_restitution(restitution) }];
-        let options = WorldOptions { sweeps: 2000, ..WorldOptions::default() };
+        let options = WorldOptions { sweeps: 400, ..WorldOptions::default() };
         let mut members = [Member::Free(&mut cube), Member::Held(&mut base, Pose::IDENTITY)];
         let mut memory = Memory::of(&members, &options);
         let mut world = World::new(&members, &pairs, &[], &options, memory.lend()).expect("a world");
@@ -269,12 +269,15 @@ fn an_impact_shorter_than_a_step_has_its_restitution_and_rests() {
         println!("phase {phase}: {rebound:.3}");
         assert!((0.0..=restitution + 0.01).contains(&rebound), "{rebound}");
 
+        if phase % 6 > 0 {
+            continue;
+        }
         // The same world with weight: it comes to rest, and its force is its weight.
         let options = WorldOptions { gravity: [0.0, 0.0, -9.81], ..options };
         let mut memory = Memory::of(&members, &options);
         let mut world = World::new(&members, &pairs, &[], &options, memory.lend()).expect("a world");
         let weight = 9.81 * body.mass;
-        let steps = 3000;
+        let steps = 1500;
         let mut worst = 0.0_f64;
         for step in 0..steps {
             world.step(&mut members).expect("a step");

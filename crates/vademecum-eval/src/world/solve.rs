@@ -154,3 +154,35 @@ fn in_cone([normal, first, second]: [f64; 3], friction: f64) -> [f64; 3] {
     let scale = if size <= most { 1.0 } else { most / size };
     [normal, scale * first, scale * second]
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// One mass flies onto another: by hand in `docs/explanation/contact.md`.
+    #[test]
+    fn two_masses() {
+        for (residual, force, velocities) in [(3.0, 0.25, [0.75, 0.25]), (0.0, 1.0, [0.0, 1.0])] {
+            let mut touch = Touch { members: [0, 1], free: [-1.0, 0.0, 0.0], ..Touch::NONE };
+            touch.own[0][0] = residual;
+            touch.all[0][0] = 1.0 + residual;
+            // One coordinate each, padded; the first is pushed back by the force, the second on.
+            let (mut x, p) = ([0.0; 8], [0.5, 0.0, 0.0, 0.0, 0.5, 0.0, 0.0, 0.0]);
+            let mut rows = [0.0; 24];
+            (rows[0], rows[12]) = (1.0, -1.0);
+            let mut system = System { x: &mut x, p: &p, rows: &rows, stride: 4, near: &[], most: 0 };
+            let spans = |_: &Touch| [[0, 4], [4, 4]];
+            let mut touches = [touch];
+            start(&mut system, &mut touches, &spans);
+            assert!(sweep(&mut system, &mut touches, &spans) > 0.0);
+            assert!(sweep(&mut system, &mut touches, &spans) < 1e-15);
+            show(&mut system, &mut touches, &spans);
+            assert!((touches[0].force[0] - force).abs() < 1e-15);
+            assert!(touches[0].end[0].abs() < 1e-15);
+            let found = [1.0 - touches[0].force[0], touches[0].force[0]];
+            assert_eq!(found, velocities);
+            let energy = found.iter().map(|v| 0.5 * v * v).sum::<f64>() + 0.5 * residual * force * force;
+            assert!((0.5 - energy - 0.5 * residual * force * force).abs() < 1e-15);
+        }
+    }
+}

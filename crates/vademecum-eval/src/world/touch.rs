@@ -45,8 +45,8 @@ pub struct Touch {
     /// Gap and slip by the residual flexibility at the start, and by the forces of the step.
     pub(crate) shown: [f64; 3],
     pub(crate) held: [f64; 3],
-    /// Energy of its forces in the residual flexibility after the step \[J\].
-    pub(crate) stored: f64,
+    /// Share of an old force that the residual flexibility keeps over a step, of both members in the mean.
+    pub(crate) keep: f64,
 }
 
 impl Touch {
@@ -75,7 +75,7 @@ impl Touch {
         n_near: 0,
         shown: [0.0; 3],
         held: [0.0; 3],
-        stored: 0.0,
+        keep: 0.0,
     };
 
     /// Numbers of the member of the node and of the member of the surface.
@@ -144,25 +144,19 @@ impl Touch {
         self.axes.map(|axis| 0.5 * (dot(axis, self.filtered[0]) + dot(axis, self.filtered[1])))
     }
 
-    /// Energy of the forces of the last step in the residual flexibility, as this step finds it \[J\].
-    pub(crate) fn found(&self) -> f64 {
-        0.5 * dot(self.remembered(), self.shown)
-    }
-
     /// Energy of its forces in the residual flexibility after the step \[J\].
     pub(crate) fn stored(&self) -> f64 {
-        self.stored
+        let along: [f64; 3] = core::array::from_fn(|k| self.keep * self.shown[k] + self.held[k]);
+        0.5 * dot(self.remembered(), along)
     }
 
-    /// Energy that its forces take in the step \[J\]: friction, overlaps that stay, and the change of the
-    /// forces.
+    /// Energy that its forces take from the modes and the rigid motions in the step \[J\].
     pub(crate) fn taken(&self) -> f64 {
-        let [normal, first, second] = self.force;
         let [gap, slip, across] = self.end;
-        let old = self.remembered();
-        let change: f64 =
-            (0..3).map(|k| 0.5 * (self.force[k] - old[k]) * (self.held[k] - self.shown[k])).sum();
-        change - (normal * (gap - self.start) + first * slip + second * across)
+        let moved = [gap - self.start, slip, across];
+        // Less what the residual flexibility moves.
+        let own: [f64; 3] = core::array::from_fn(|k| self.held[k] + (self.keep - 1.0) * self.shown[k]);
+        dot(self.force, own) - dot(self.force, moved)
     }
 
     /// `true` if node and point are the same as those of `other`.

@@ -680,8 +680,6 @@ impl<'m, T: Scalar> World<'m, T> {
             ..WorldReport::default()
         };
         self.show_residual();
-        // What contacts that are gone had in the residual flexibility.
-        report.energy_given_away += stored;
         for touch in self.now.get(..self.n_now).unwrap_or_default() {
             if !touch.force.iter().chain(&touch.end).all(|x| x.in_range()) {
                 self.n_now = 0;
@@ -689,7 +687,7 @@ impl<'m, T: Scalar> World<'m, T> {
             }
             report.pressed += usize::from(touch.force[0] > 0.0);
             report.worst_gap = report.worst_gap.max(-touch.end[0]);
-            report.energy_given_away += touch.taken() - touch.found();
+            report.energy_given_away += touch.taken();
         }
         gather(
             self.slots,
@@ -705,6 +703,7 @@ impl<'m, T: Scalar> World<'m, T> {
             report.energy_given_away += kick * slot.eta / (1.0 + slot.eta);
         }
         self.commit(members)?;
+        report.energy_given_away += stored - self.stored;
         Ok(report)
     }
 
@@ -911,6 +910,7 @@ impl<'m, T: Scalar> World<'m, T> {
             let slip = minus(at_end, at_start);
             touch.start = dot(normal, at_start);
             touch.free = [dot(normal, at_end), dot(first, slip), dot(second, slip)];
+            touch.keep = 0.5 * (keep[0] + keep[1]);
             for side in 0..2 {
                 touch.show(shown[side], keep[side]);
             }
@@ -958,15 +958,11 @@ impl<'m, T: Scalar> World<'m, T> {
                 let old = touch.filtered[side];
                 touch.filtered[side] = core::array::from_fn(|k| keep * old[k] + (1.0 - keep) * force[k]);
             }
-            // Displacement in space, of what is kept and of what the forces of this step added.
-            let mean = 0.5 * keeps.iter().sum::<f64>();
-            let along: [f64; 3] = core::array::from_fn(|k| mean * touch.shown[k] + touch.held[k]);
-            touch.stored = 0.5 * dot(touch.remembered(), along);
             touch.residual = core::array::from_fn(|k| {
                 (0..2).map(|side| dot(touch.blocks[side][k], touch.filtered[side])).sum()
             });
         }
-        self.stored = touches.iter().map(|touch| touch.stored()).sum();
+        self.stored = touches.iter().map(Touch::stored).sum();
         for slot in &*self.slots {
             let x = self.x.get(slot.first + slot.r..).unwrap_or_default();
             let z = self.statics.get_mut(slot.statics..slot.statics + slot.m).unwrap_or_default();
