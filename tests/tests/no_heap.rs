@@ -4,6 +4,10 @@
 
 use std::alloc::{GlobalAlloc, Layout as Memory, System};
 use std::cell::Cell;
+use vademecum_eval::{
+    Anchor, Body as Bound, BodyOptions, Joint, JointKind, JointState, Member, Near, Place, Pose, RigidMotion,
+    RigidShape, Slot, Touch, Touching, World, WorldMemory, WorldOptions,
+};
 use vademecum_eval::{Contact, Field, Loads, Scene, SceneOptions, State, StructureChoice, Surface};
 use vademecum_format::scheme::StepParameters;
 use vademecum_format::{Element, File};
@@ -38,6 +42,7 @@ static ALLOCATOR: Counting = Counting;
 fn nothing_is_allocated_from_opening_to_reading() {
     a_life_at_fixed_parameters();
     a_life_with_changing_parameters();
+    a_life_in_a_world();
 }
 
 fn a_life_with_changing_parameters() {
@@ -105,4 +110,46 @@ fn a_life_at_fixed_parameters() {
         assert_eq!(after - before, 0, "{structure:?}");
         assert!(energy > 0.0 && probe.is_finite() && at_point[2] != 0.0);
     }
+}
+
+/// A free body that hangs by a ball joint from a plate, and touches another one.
+fn a_life_in_a_world() {
+    let bytes = include_bytes!("../../fixtures/golden/free.vdm");
+    let file = File::parse(bytes).expect("file");
+    let options = BodyOptions::default();
+    let length = Bound::<f64>::len_for(&file, &options).expect("length");
+    let mut memory = vec![0.0; length];
+    let (nodes, triangles) = ([[-9.0, -9.0, 0.0], [9.0, -9.0, 0.0], [0.0, 9.0, 0.0]], [[0, 1, 2]]);
+    let pairs = [Touching::new(0, 1).with_friction(0.5)];
+    let world = WorldOptions { gravity: [0.1, 0.0, -9.81], contacts: 64, ..WorldOptions::default() };
+    let mut floor = RigidShape::led(&nodes, &triangles, Pose::at([0.0, 0.0, -1e-3])).expect("a floor");
+    let mut ceiling = RigidShape::led(&[], &[], Pose::IDENTITY).expect("a ceiling");
+    let joints =
+        [Joint::new(JointKind::Ball, [0, 2], [Anchor::Place(Place::node(0)), Anchor::point([0.0; 3])])];
+    let mut body = Bound::<f64>::bind(&file, &options, &mut memory).expect("bound");
+    let motion = RigidMotion::thrown(&body.rigid_body().expect("free"), [0.0; 3], [0.0, 1.0, 0.0]);
+    body.set_motion(motion).expect("a motion");
+    let mut members = [Member::Free(&mut body), Member::Rigid(&mut floor), Member::Rigid(&mut ceiling)];
+    let sizes = World::sizes(&members, &joints, &world).expect("sizes");
+    let mut slots = vec![Slot::default(); sizes.slots];
+    let mut touches = vec![Touch::NONE; sizes.touches];
+    let mut states = vec![JointState::default(); sizes.joints];
+    let mut near = vec![Near::default(); sizes.near];
+    let mut numbers = vec![f64::NAN; sizes.numbers];
+    let before = ALLOCATIONS.get();
+    let lent = WorldMemory {
+        slots: &mut slots,
+        touches: &mut touches,
+        joints: &mut states,
+        near: &mut near,
+        numbers: &mut numbers,
+    };
+    let mut world = World::new(&members, &pairs, &joints, &world, lent).expect("a world");
+    let mut pressed = 0;
+    for _ in 0..100 {
+        pressed += world.step(&mut members).expect("a step").pressed;
+    }
+    let allocated = ALLOCATIONS.get() - before;
+    assert!(pressed > 0);
+    assert_eq!(allocated, 0);
 }

@@ -35,3 +35,4 @@ mod stress;
 mod total_error;
 mod tree;
 mod uniform;
+mod world;

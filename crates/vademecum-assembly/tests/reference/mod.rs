@@ -67,6 +67,67 @@ impl FullBody {
         forces
     }
 
+    /// Rows of the first port over the nodes: node, component and weight.
+    fn port_rows(&self) -> Vec<Vec<(usize, f64)>> {
+        let dof_of_free = self.prepared.body.model.dofs().dof_of_free();
+        let row = |row: &Vec<(u32, f64)>| {
+            row.iter().map(|&(free, weight)| (dof_of_free[free as usize] as usize, weight)).collect()
+        };
+        self.prepared.body.ports.first().map_or(vec![], |port| port.rows.iter().map(row).collect())
+    }
+
+    /// Displacements of a node of a free body every `every` seconds, under gravity along z and `force` of the
+    /// time on nodes that have moved by `u`. `held` rows of its first port keep the value zero.
+    pub fn march(
+        &self,
+        (time, every): (f64, f64),
+        gravity: f64,
+        node: usize,
+        held: &[usize],
+        force: &dyn Fn(f64, &[[f64; 3]]) -> Vec<(usize, [f64; 3])>,
+    ) -> Vec<[f64; 3]> {
+        let (dt, n) = (2e-5, self.nodes.len());
+        let (mut u, mut v) = (vec![[0.0; 3]; n], vec![[0.0; 3]; n]);
+        let rows = self.port_rows();
+        let rows: Vec<&Vec<(usize, f64)>> = held.iter().map(|&row| &rows[row]).collect();
+        let weight = |a: &Vec<(usize, f64)>, b: &Vec<(usize, f64)>| -> f64 {
+            let of = |dof: usize| b.iter().filter(|entry| entry.0 == dof).map(|entry| entry.1).sum::<f64>();
+            a.iter().map(|&(dof, weight)| weight * of(dof) / self.mass[dof / 3]).sum()
+        };
+        let yields = Mat::from_fn(rows.len(), rows.len(), |i, j| weight(rows[i], rows[j]));
+        let factor = (!rows.is_empty()).then(|| yields.llt(faer::Side::Lower).expect("rows that hold"));
+        let (steps, each) = ((time / dt).round() as usize, (every / dt).round() as usize);
+        let mut found = vec![];
+        for step in 0..steps {
+            let own = self.forces(&u);
+            for node in 0..n {
+                (0..3).for_each(|c| v[node][c] += dt * own[node][c] / self.mass[node]);
+                v[node][2] += dt * gravity;
+            }
+            for (node, f) in force((step as f64 + 0.5) * dt, &u) {
+                (0..3).for_each(|c| v[node][c] += dt * f[c] / self.mass[node]);
+            }
+            if let Some(factor) = &factor {
+                // Displacements of the rows at the end of the step are zero.
+                let value = |row: &Vec<(usize, f64)>| -> f64 {
+                    row.iter().map(|&(dof, w)| w * (u[dof / 3][dof % 3] / dt + v[dof / 3][dof % 3])).sum()
+                };
+                let values = Mat::from_fn(rows.len(), 1, |i, _| value(rows[i]));
+                let impulses = factor.solve(&values);
+                for (i, row) in rows.iter().enumerate() {
+                    row.iter().for_each(|&(dof, w)| {
+                        v[dof / 3][dof % 3] -= w * impulses[(i, 0)] / self.mass[dof / 3]
+                    });
+                }
+            }
+            u.iter_mut().zip(&v).for_each(|(u, v)| (0..3).for_each(|c| u[c] += dt * v[c]));
+            if (step + 1) % each == 0 {
+                found.push(u[node]);
+            }
+        }
+        found
+    }
+
     fn is_held(&self, node: usize) -> bool {
         self.free[3 * node].is_none()
     }
@@ -183,6 +244,53 @@ impl<'b> Pair<'b> {
         let total: f64 = cube.mass.iter().sum();
         let momentum: f64 = v.iter().zip(&cube.mass).map(|(v, m)| v[2] * m).sum();
         Rebound { restitution: momentum / total / 0.5, peak }
+    }
+
+    /// Mean displacement along x of the lowest face of a cube that lies on the base, every `every` seconds: it
+    /// is pressed and pushed on its upper face by `force` of the time, damped by `beta` times the stiffness.
+    pub fn slide(
+        &self,
+        time: f64,
+        every: f64,
+        friction: f64,
+        beta: f64,
+        force: &dyn Fn(f64) -> [f64; 3],
+    ) -> Vec<f64> {
+        let cube = &self.bodies[0];
+        let start: Vec<[f64; 3]> =
+            cube.nodes.iter().map(|x| [x[0] + 0.04, x[1] + 0.04, x[2] + 0.08]).collect();
+        let top = cube.on(|x| (x[2] - 0.08).abs() < 1e-9);
+        let rest = &self.bodies[1].nodes;
+        let (mut u, mut w) = (vec![[0.0; 3]; start.len()], vec![[0.0; 3]; rest.len()]);
+        let (mut v, mut s) = (u.clone(), w.clone());
+        let damped = |u: &[[f64; 3]], v: &[[f64; 3]]| -> Vec<[f64; 3]> {
+            u.iter().zip(v).map(|(u, v)| std::array::from_fn(|c| u[c] + beta * v[c])).collect()
+        };
+        let dt = self.step;
+        let (steps, each) = ((time / dt).round() as usize, (every / dt).round() as usize);
+        let mut found = vec![];
+        for step in 0..steps {
+            let own = cube.forces(&damped(&u, &v));
+            let other = self.bodies[1].forces(&damped(&w, &s));
+            for (node, f) in own.iter().enumerate() {
+                (0..3).for_each(|c| v[node][c] += dt * f[c] / cube.mass[node]);
+            }
+            let pushed = force((step as f64 + 0.5) * dt).map(|f| f / top.len() as f64);
+            for &node in &top {
+                (0..3).for_each(|c| v[node][c] += dt * pushed[c] / cube.mass[node]);
+            }
+            for (node, f) in other.iter().enumerate().filter(|&(node, _)| !self.bodies[1].is_held(node)) {
+                (0..3).for_each(|c| s[node][c] += dt * f[c] / self.bodies[1].mass[node]);
+            }
+            let mut contacts = self.find(&start, &u, &v, &w, &s);
+            self.solve(&mut contacts, (&start, &u, &mut v), (rest, &w, &mut s), friction);
+            u.iter_mut().zip(&v).for_each(|(u, v)| (0..3).for_each(|c| u[c] += dt * v[c]));
+            w.iter_mut().zip(&s).for_each(|(w, s)| (0..3).for_each(|c| w[c] += dt * s[c]));
+            if (step + 1) % each == 0 {
+                found.push(self.nodes.iter().map(|&node| u[node][0]).sum::<f64>() / self.nodes.len() as f64);
+            }
+        }
+        found
     }
 
     /// Elastic forces of a cube that turns: of the displacements against the rigid motion nearest to it, which

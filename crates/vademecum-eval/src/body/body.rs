@@ -90,6 +90,9 @@ pub enum LoadsAfter {
 pub struct Body<'m, T> {
     pub(crate) file: File<'m>,
     pub(crate) surface: Option<Surface<'m>>,
+    /// Residual flexibility between contacts near each other.
+    #[cfg(feature = "world")]
+    pub(crate) patch: Option<vademecum_format::ContactPatch<'m>>,
     pub(crate) scene: Scene<'m, T>,
     pub(crate) state: State<'m, T>,
     pub(crate) loads: Loads<'m, T>,
@@ -203,8 +206,23 @@ impl<'m, T: Scalar> Body<'m, T> {
         let statics =
             if FULL && pieces.answer > 0 { Some(StaticField::new(&scene, answer, rest)?) } else { None };
         let surface = Surface::new(file).ok();
+        #[cfg(feature = "world")]
+        let patch = file.contact_patch().ok().flatten();
         let (file, identity) = (*file, identity(file));
-        Ok(Self { file, surface, scene, state, loads, flight, kept, statics, work, identity })
+        Ok(Self {
+            #[cfg(feature = "world")]
+            patch,
+            file,
+            surface,
+            scene,
+            state,
+            loads,
+            flight,
+            kept,
+            statics,
+            work,
+            identity,
+        })
     }
 
     /// The file.

@@ -4,6 +4,8 @@
 //! displacement of mode `k` at a node of the box: a bound of what the box may hold, for `O(r)` and without a
 //! look at its nodes.
 
+use core::cell::Cell;
+
 use crate::base::lend::Short;
 use crate::base::scalar::Scalar;
 use crate::body::tree::{LEAF, WAITING, leaf_at, n_boxes, place_of_leaf, sort_along_curve};
@@ -26,6 +28,10 @@ pub(crate) struct Bounds<'a> {
     /// Three numbers for each mode of each box.
     pub extents: &'a [f32],
     pub r: usize,
+    /// Boxes as the surface has moved, and the steps they are of.
+    pub moved: &'a [Cell<[f32; 6]>],
+    pub fresh: &'a [Cell<u32>],
+    pub step: u32,
 }
 
 /// Builds a tree over `outline`; `displacement` gives component `c` of mode `k` at a node.
@@ -94,19 +100,26 @@ pub(crate) fn build(
 }
 
 impl Bounds<'_> {
-    /// Box `i` of the surface as it has moved by `q`, with a margin.
+    /// Box `i` of the surface as it has moved by `q`, with a margin. Computed once a step.
     pub fn corners<T: Scalar>(&self, i: usize, q: &[T], margin: f64) -> Option<Corners> {
-        let around = self.boxes.get(i)?.map(f64::from);
-        let extents = self.extents.get(3 * self.r * i..)?;
-        let mut reach = [margin; 3];
-        for (extent, q) in extents.as_chunks::<3>().0.iter().zip(q).take(self.r) {
-            let size = q.magnitude().to_f64();
-            reach.iter_mut().zip(extent).for_each(|(reach, &extent)| *reach += size * f64::from(extent));
+        let (cell, fresh) = (self.moved.get(i)?, self.fresh.get(i)?);
+        if fresh.get() != self.step {
+            let around = *self.boxes.get(i)?;
+            let extents = self.extents.get(3 * self.r * i..)?;
+            let mut reach = [0.0_f32; 3];
+            for (extent, q) in extents.as_chunks::<3>().0.iter().zip(q).take(self.r) {
+                let size = q.magnitude().to_f64() as f32;
+                reach.iter_mut().zip(extent).for_each(|(reach, &extent)| *reach += size * extent);
+            }
+            // Rounding of the sum, outwards.
+            let reach = reach.map(|reach| 1.000_01 * reach);
+            let (low, high) = (|k: usize| around[k] - reach[k], |k: usize| around[3 + k] + reach[k]);
+            cell.set([low(0), low(1), low(2), high(0), high(1), high(2)]);
+            fresh.set(self.step);
         }
-        Some([
-            core::array::from_fn(|k| around[k] - reach[k]),
-            core::array::from_fn(|k| around[3 + k] + reach[k]),
-        ])
+        let [a, b, c, d, e, f] = cell.get().map(f64::from);
+        let margin = margin + 1e-6 * (a.abs() + b.abs() + c.abs() + d.abs() + e.abs() + f.abs());
+        Some([[a - margin, b - margin, c - margin], [d + margin, e + margin, f + margin]])
     }
 
     /// Hands out the triangles of the boxes that overlap `target`.

@@ -1,5 +1,7 @@
 //! Pairs of nodes and triangles that are near each other.
 
+use core::cell::Cell;
+
 use crate::base::scalar::Scalar;
 use crate::base::vec3::{add, cross, dot, minus};
 use crate::sections::surface::nearest_in_triangle;
@@ -18,6 +20,9 @@ pub(crate) struct Surfaces<'a, T> {
     pub slots: &'a [Slot],
     pub order: &'a [u32],
     pub boxes: &'a [[f32; 6]],
+    /// The same as the surface has moved, those whose stamp is that of the step.
+    pub moved: &'a [Cell<[f32; 6]>],
+    pub fresh: &'a [Cell<u32>],
     pub extents: &'a [f32],
     pub normals: &'a [[f32; 3]],
     /// Coordinates of the modes.
@@ -58,6 +63,9 @@ impl<'a, T: Scalar> Surfaces<'a, T> {
             boxes: self.boxes.get(slot.boxes..)?.get(..slot.n_boxes)?,
             extents: self.extents.get(slot.extents..)?.get(..3 * slot.r * slot.n_boxes)?,
             r: slot.r,
+            moved: self.moved.get(slot.boxes..)?.get(..slot.n_boxes)?,
+            fresh: self.fresh.get(slot.boxes..)?.get(..slot.n_boxes)?,
+            step: self.step,
         };
         let q = self.ahead.get(slot.ahead..)?.get(..slot.r)?;
         Some(Side { slot, outline, bounds, q })
@@ -73,8 +81,8 @@ impl<'a, T: Scalar> Surfaces<'a, T> {
                 let rows = &body.scene.sections.rows;
                 moved = add(moved, 1.0, rows.node(node as usize, (side.q, 1.0)).ok()?);
                 let amplitudes = self.statics.get(side.slot.statics..)?.get(..side.slot.m)?;
-                if let Some(patch) = patch::of(body).filter(|_| side.slot.m > 0) {
-                    moved = add(moved, 1.0, patch::node(&patch, node, amplitudes));
+                if let Some(patch) = body.patch.as_ref().filter(|_| side.slot.m > 0) {
+                    moved = add(moved, 1.0, patch::node(patch, node, amplitudes));
                 }
             }
             (*stamp, *position) = (self.step, moved);

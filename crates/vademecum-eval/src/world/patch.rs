@@ -24,9 +24,33 @@ pub struct Near {
     pub(crate) block: [[f64; 3]; 3],
 }
 
-/// The patch of a body, if its file has one that can be read.
-pub(crate) fn of<'m, T>(body: &Body<'m, T>) -> Option<ContactPatch<'m>> {
-    body.file.contact_patch().ok().flatten()
+/// First pair of each loadable node, and the number of all: one number more than nodes.
+pub(crate) fn index(patch: &ContactPatch<'_>, out: &mut [u32]) {
+    let mut pair = 0;
+    for (node, out) in out.iter_mut().enumerate() {
+        let before = |pair: &[[u8; 4]; 2]| (u32::from_le_bytes(pair[0]) as usize) < node;
+        while patch.pairs.get(pair).is_some_and(before) {
+            pair += 1;
+        }
+        *out = pair as u32;
+    }
+}
+
+/// The block of two loadable nodes, found by the index; zero of nodes that are no pair.
+fn block(patch: &ContactPatch<'_>, index: &[u32], a: u32, b: u32) -> [f64; 9] {
+    let (low, high) = (a.min(b), a.max(b));
+    let range = index.get(low as usize).zip(index.get(low as usize + 1));
+    let found = range.and_then(|(&first, &last)| {
+        let own = patch.pairs.get(first as usize..last as usize)?;
+        let place = own.binary_search_by_key(&high, |pair| u32::from_le_bytes(pair[1])).ok()?;
+        patch.blocks.row(9 * (first as usize + place), 9)
+    });
+    let mut block = [0.0; 9];
+    for (at, value) in block.iter_mut().enumerate() {
+        let at = if a <= b { at } else { 3 * (at % 3) + at / 3 };
+        *value = found.and_then(|row| row.get(at)).unwrap_or(0.0);
+    }
+    block
 }
 
 /// Displacements of a place by the further modes, three rows of as many numbers.
@@ -55,14 +79,14 @@ pub(crate) fn node(patch: &ContactPatch<'_>, node: u32, amplitudes: &[f64]) -> [
 /// What the further modes leave out between two places of a body, without `ψ`.
 pub(crate) fn between<T: Scalar>(
     body: &Body<'_, T>,
-    patch: &ContactPatch<'_>,
+    (patch, index): (&ContactPatch<'_>, &[u32]),
     [a, b]: [&Place; 2],
 ) -> [[f64; 3]; 3] {
     let mut sum = [[0.0; 3]; 3];
     for (of, of_a) in a.entries() {
         for (by, of_b) in b.entries() {
             let scale = of_a * of_b / body.scene.parameters.stiffness;
-            let block = patch.between(of, by).unwrap_or([0.0; 9]);
+            let block = block(patch, index, of, by);
             sum.as_flattened_mut().iter_mut().zip(block).for_each(|(sum, block)| *sum += scale * block);
         }
     }
@@ -75,8 +99,8 @@ pub(crate) fn blocks<T: Scalar>(
     members: &[Member<'_, '_, T>],
     slots: &[Slot],
     touches: &mut [Touch],
-    near: &mut [Near],
-    most: usize,
+    (near, most): (&mut [Near], usize),
+    indices: &[u32],
 ) {
     touches.iter_mut().for_each(|touch| touch.n_near = 0);
     for c in 0..touches.len() {
@@ -98,14 +122,16 @@ pub(crate) fn blocks<T: Scalar>(
                     else {
                         continue;
                     };
-                    let Some(patch) = of(body).filter(|_| slot.has_patch) else { continue };
+                    let Some(patch) = &body.patch else { continue };
+                    let index = indices.get(slot.index..).unwrap_or_default();
                     let away = minus(touch.rest[side], other.rest[with]);
                     let share = taper(libm::sqrt(dot(away, away)) / patch.distance);
                     if !(share > 0.0) {
                         continue;
                     }
                     any = true;
-                    let block = between(body, &patch, [&touch.places[side], &other.places[with]]);
+                    let places = [&touch.places[side], &other.places[with]];
+                    let block = between(body, (patch, index), places);
                     let sign = if side == with { share } else { -share };
                     let block = turned(slot.middle.turn, block).map(|row| row.map(|value| sign * value));
                     // From the axes of the other to those of this one.

@@ -19,6 +19,8 @@
 //! `(1 − η)/2` of the step, which takes `½ η Δt² fᵀ W f` more and makes an impact shorter than the step as
 //! inelastic as it is asked to be.
 
+use core::cell::Cell;
+
 use crate::base::error::{LoadError, StepError};
 use crate::base::lend::{Lender, Short};
 use crate::base::scalar::Scalar;
@@ -234,6 +236,7 @@ pub struct Slot {
     /// Further modes that answer at once.
     pub(crate) m: usize,
     pub(crate) has_patch: bool,
+    pub(crate) index: usize,
     pub(crate) n: usize,
     pub(crate) triangles: usize,
     pub(crate) n_boxes: usize,
@@ -310,6 +313,10 @@ pub struct World<'m, T> {
     /// Amplitudes of the further modes of the members.
     pub(crate) statics: &'m mut [f64],
     further: &'m mut [f64],
+    moved: &'m mut [[f32; 6]],
+    fresh: &'m mut [u32],
+    /// First pair of each node of the patches.
+    indices: &'m mut [u32],
     /// Energy of the contacts in the residual flexibility.
     pub(crate) stored: f64,
 }
@@ -326,6 +333,7 @@ struct Pieces {
     coordinates: usize,
     stride: usize,
     statics: usize,
+    indices: usize,
     has_patch: bool,
 }
 
@@ -334,7 +342,7 @@ impl Pieces {
         let outline = member.outline()?;
         let r = member.elastic().map_or(0, |body| body.scene.n_modes());
         let is_rigid = member.rigid().is_some();
-        let patch = member.elastic().and_then(patch::of);
+        let patch = member.elastic().and_then(|body| body.patch);
         let m = patch.map_or(0, |patch| patch.n_modes);
         let n = padded(r + m + if is_rigid { 6 } else { 0 });
         let triangles = outline.n_triangles();
@@ -343,6 +351,7 @@ impl Pieces {
             r,
             m,
             has_patch: patch.is_some(),
+            index: self.indices,
             statics: self.statics,
             n,
             triangles,
@@ -364,6 +373,9 @@ impl Pieces {
         self.modes = self.modes.saturating_add(r);
         self.statics = self.statics.saturating_add(m);
         self.has_patch |= slot.has_patch;
+        if slot.has_patch {
+            self.indices = self.indices.saturating_add(slot.n_nodes + 1);
+        }
         self.largest = self.largest.max(r);
         self.coordinates = self.coordinates.saturating_add(n);
         self.stride = self.stride.max(n);
@@ -376,8 +388,9 @@ impl Pieces {
 
     /// Numbers of `f64` of each piece: order, boxes, extents, normals, positions, stamps, visits, coordinates
     /// ahead, work, rows, coordinates and their answers; rows and basis of the joints, first columns and
-    /// offsets of their envelope, its numbers, and their gaps; amplitudes and rows of further modes.
-    fn words<T: Scalar>(&self, contacts: usize, joints: usize, [rows, numbers]: [usize; 2]) -> [usize; 20] {
+    /// offsets of their envelope, its numbers, and their gaps; amplitudes and rows of further
+    /// modes; moved boxes and their stamps; first pairs of nodes.
+    fn words<T: Scalar>(&self, contacts: usize, joints: usize, [rows, numbers]: [usize; 2]) -> [usize; 23] {
         let halves = |n: usize| n.div_ceil(2);
         let of_scalar = |n: usize| n.saturating_mul(size_of::<T>()).div_ceil(size_of::<f64>());
         [
@@ -401,6 +414,9 @@ impl Pieces {
             rows,
             self.statics,
             self.statics_work().saturating_mul(3),
+            self.boxes.saturating_mul(3),
+            halves(self.boxes),
+            halves(self.indices),
         ]
     }
 
@@ -486,6 +502,9 @@ impl<'m, T: Scalar> World<'m, T> {
             gaps,
             statics,
             further,
+            moved,
+            fresh,
+            indices,
         ] = pieces.words::<T>(options.contacts, joints.len(), envelope);
         numbers.fill(0.0);
         let mut numbers = Lender::new(numbers);
@@ -503,6 +522,9 @@ impl<'m, T: Scalar> World<'m, T> {
         let offsets: &mut [u32] = bytemuck::cast_slice_mut(numbers.take(offsets)?);
         let (matrix, gaps) = (numbers.take(matrix)?, numbers.take(gaps)?);
         let (statics, further) = (numbers.take(statics)?, numbers.take(further)?);
+        let (moved, _) = bytemuck::cast_slice_mut::<f64, f32>(numbers.take(moved)?).as_chunks_mut();
+        let fresh: &mut [u32] = bytemuck::cast_slice_mut(numbers.take(fresh)?);
+        let indices: &mut [u32] = bytemuck::cast_slice_mut(numbers.take(indices)?);
         let starts = starts.get_mut(..envelope[0]).unwrap_or_default();
         let offsets = offsets.get_mut(..envelope[0]).unwrap_or_default();
         lay_out(joints, states, moves(members), starts, offsets);
@@ -537,6 +559,10 @@ impl<'m, T: Scalar> World<'m, T> {
                 basis.and_then(|basis| basis.get(at)).unwrap_or(0.0)
             };
             bounds::build(&outline, slot.r, displacement, pieces)?;
+            if let Some(patch) = member.elastic().and_then(|body| body.patch.as_ref()) {
+                let own = indices.get_mut(slot.index..).and_then(|all| all.get_mut(..slot.n_nodes + 1));
+                patch::index(patch, own.unwrap_or_default());
+            }
             let own = normals.get_mut(slot.nodes..).and_then(|all| all.get_mut(..slot.n_nodes));
             set_normals(&outline, own.unwrap_or_default());
             if let Some(corners) = boxes.get(slot.boxes).filter(|_| slot.n_boxes > 0) {
@@ -576,6 +602,9 @@ impl<'m, T: Scalar> World<'m, T> {
             near,
             statics,
             further,
+            moved,
+            fresh,
+            indices,
             stored: 0.0,
         })
     }
@@ -637,6 +666,8 @@ impl<'m, T: Scalar> World<'m, T> {
             slots: self.slots,
             order: self.order,
             boxes: self.boxes,
+            moved: Cell::from_mut(&mut *self.moved).as_slice_of_cells(),
+            fresh: Cell::from_mut(&mut *self.fresh).as_slice_of_cells(),
             extents: self.extents,
             normals: self.normals,
             ahead: &*self.ahead,
@@ -714,7 +745,8 @@ impl<'m, T: Scalar> World<'m, T> {
             let some =
                 touch.members.map(|member| self.slots.get(member).map_or([0, 0], |slot| [slot.r, slot.m]));
             let held = self.system(|system, touches, spans| {
-                let further = system.by_some(c, &spans(&touch), some);
+                let own = touches.get(c).map_or([[0, 0]; 2], spans);
+                let further = system.by_some(c, &own, some);
                 let blocks = system.blocks(c, touches);
                 core::array::from_fn(|k| further[k] + blocks[k])
             });
@@ -847,10 +879,10 @@ impl<'m, T: Scalar> World<'m, T> {
                                 .for_each(|(row, basis)| *row += axis[k] * basis.to_f64());
                         }
                     }
-                    let own_block = match patch::of(body).filter(|_| slot.has_patch) {
+                    let own_block = match &body.patch {
                         Some(patch) => {
                             let further = self.further.get_mut(..3 * slot.m).ok_or(WorldError::Mismatch)?;
-                            patch::rows(&patch, &place, further);
+                            patch::rows(patch, &place, further);
                             let z = self.statics.get(slot.statics..).unwrap_or_default();
                             let along = rows.chunks_exact_mut(slot.n.max(1)).zip(touch.axes);
                             for (row, axis) in along {
@@ -866,7 +898,8 @@ impl<'m, T: Scalar> World<'m, T> {
                                     sign * further.iter().zip(z).map(|(further, z)| further * z).sum::<f64>();
                             }
                             shown[side] = slot.middle.to_space(by);
-                            patch::between(body, &patch, [&place, &place])
+                            let index = self.indices.get(slot.index..).unwrap_or_default();
+                            patch::between(body, (patch, index), [&place, &place])
                         }
                         None => body.scene.residual_at(&place),
                     };
@@ -919,7 +952,8 @@ impl<'m, T: Scalar> World<'m, T> {
             touch.force = touch.axes.map(|axis| dot(axis, force));
         }
         if !self.near.is_empty() {
-            patch::blocks(members, self.slots, touches, self.near, self.options.near);
+            let near = (&mut *self.near, self.options.near);
+            patch::blocks(members, self.slots, touches, near, self.indices);
         }
         for touch in &mut *touches {
             touch.target = ((1.0 - self.options.recover) * touch.start).min(0.0);
