@@ -286,7 +286,10 @@ impl<'a> FullOrder<'a> {
 
     /// True of a deck without a support or a spring to the ground.
     fn is_free(&self, supports: &[Support]) -> bool {
-        let to_ground = |one: &Attachment| matches!(one, Attachment::Spring(Spring::Components { ends, .. }) if ends.len() == 1);
+        let to_ground = |one: &Attachment| match one {
+            Attachment::Spring(Spring::Components { ends, .. }) => ends.len() == 1,
+            _ => false,
+        };
         let grounded = self.deck.attachments.iter().any(to_ground);
         !grounded && self.deck.supports.is_empty() && supports.is_empty()
     }
@@ -300,19 +303,18 @@ impl<'a> FullOrder<'a> {
         let (low, high) = self.deck.mesh.bounding_box();
         let size = (0..3).map(|c| high[c] - low[c]).fold(0.0, f64::max);
         let rows = self.dofs.rigid_rows(self.deck, std::array::from_fn(|c| 0.5 * (low[c] + high[c])));
-        let held: BTreeSet<u32> = elimination.held().iter().map(|held| held.0).collect();
         for motion in 0..6 {
             let unit = if motion < 3 { 1.0 } else { size };
             let of_free = |&dof: &u32| rows[dof as usize][motion];
             let found = elimination.expand(&elimination.free().iter().map(of_free).collect::<Vec<_>>());
-            // Held dofs are those that nothing moves.
-            let off = (0..).zip(&found).filter(|(dof, _)| !held.contains(dof));
-            let off = off.map(|(dof, u)| (u - rows[dof as usize][motion]).abs()).fold(0.0, f64::max);
+            // A reference node may follow a mean that is no rigid motion: it moves as its link has it.
+            let solid = rows[..3 * nodes.len()].iter().zip(&found);
+            let off = solid.map(|(row, u)| (u - row[motion]).abs()).fold(0.0, f64::max);
             let strains = self.blocks.iter().any(|Block { dofs, stiffness, .. }| {
                 let weight =
                     |i: usize| rows[dofs[i] as usize].iter().fold(0.0, |most: f64, x| most.max(x.abs()));
                 let parts = |i: usize| -> Vec<f64> {
-                    let part = |j: usize| weight(i) * stiffness[(i, j)] * rows[dofs[j] as usize][motion];
+                    let part = |j: usize| weight(i) * stiffness[(i, j)] * found[dofs[j] as usize];
                     (0..dofs.len()).map(part).collect()
                 };
                 let largest = |of: &dyn Fn(usize) -> f64| (0..dofs.len()).map(of).fold(0.0, f64::max);

@@ -1,8 +1,8 @@
 //! Motions of a body under which no element, spring or foundation is strained, and no constraint is violated.
 //!
-//! In such a motion every part of the mesh moves as a rigid body, and every motion of a reference point is one
-//! for itself. Constraints, held dofs and forces of springs are rows over these few unknowns: what no row sees
-//! costs no energy.
+//! In such a motion every part of the mesh moves as a rigid body, and every motion of a reference point is
+//! one for itself. Constraints, held dofs and forces of springs are rows over these few unknowns: what no row
+//! sees costs no energy.
 
 use std::collections::BTreeSet;
 
