@@ -20,6 +20,9 @@ use crate::links::{Dofs, link};
 /// rounding comes back anywhere.
 const UNSETTLED: f64 = 1e-2;
 
+/// Share by which links and springs may miss a rigid motion.
+const RIGID: f64 = 1e-9;
+
 /// Squares of displacements that differ by no more are those of symmetric nodes.
 const SAME: f64 = 1e-9;
 
@@ -256,14 +259,8 @@ impl<'a> FullOrder<'a> {
         let supports = step.map_or(&[][..], |step| &step.supports);
         let elimination = self.elimination(supports)?;
         let mut pencil = self.pencil(step, &elimination)?;
-        let nodes = &self.deck.mesh.nodes;
-        let grounded =
-            self.deck.attachments.iter().any(
-                |one| matches!(one, Attachment::Spring(Spring::Components { ends, .. }) if ends.len() == 1),
-            );
-        let held = grounded || !self.deck.supports.is_empty() || !supports.is_empty();
-        if !held && self.deck.links.is_empty() && elimination.n_free() == 3 * nodes.len() {
-            pencil = pencil.of_free_body(nodes);
+        if self.is_free(supports) {
+            pencil = self.with_rigid_motions(pencil, &elimination);
         }
         let symbolic = Symbolic::analyze(&pencil)?;
         let count = count.min(pencil.n_elastic());
@@ -287,10 +284,59 @@ impl<'a> FullOrder<'a> {
         })
     }
 
+    /// True of a deck without a support or a spring to the ground.
+    fn is_free(&self, supports: &[Support]) -> bool {
+        let to_ground = |one: &Attachment| match one {
+            Attachment::Spring(Spring::Components { ends, .. }) => ends.len() == 1,
+            _ => false,
+        };
+        let grounded = self.deck.attachments.iter().any(to_ground);
+        !grounded && self.deck.supports.is_empty() && supports.is_empty()
+    }
+
+    /// The pencil of a free body, if all links and attachments let it move as a whole.
+    fn with_rigid_motions(&self, pencil: Pencil, elimination: &Elimination) -> Pencil {
+        let nodes = &self.deck.mesh.nodes;
+        if self.deck.links.is_empty() && elimination.n_free() == 3 * nodes.len() {
+            return pencil.of_free_body(nodes);
+        }
+        let (low, high) = self.deck.mesh.bounding_box();
+        let size = (0..3).map(|c| high[c] - low[c]).fold(0.0, f64::max);
+        let rows = self.dofs.rigid_rows(self.deck, std::array::from_fn(|c| 0.5 * (low[c] + high[c])));
+        for motion in 0..6 {
+            let unit = if motion < 3 { 1.0 } else { size };
+            let of_free = |&dof: &u32| rows[dof as usize][motion];
+            let found = elimination.expand(&elimination.free().iter().map(of_free).collect::<Vec<_>>());
+            // A reference node may follow a mean that is no rigid motion: it moves as its link has it.
+            let solid = rows[..3 * nodes.len()].iter().zip(&found);
+            let off = solid.map(|(row, u)| (u - row[motion]).abs()).fold(0.0, f64::max);
+            let strains = self.blocks.iter().any(|Block { dofs, stiffness, .. }| {
+                let weight =
+                    |i: usize| rows[dofs[i] as usize].iter().fold(0.0, |most: f64, x| most.max(x.abs()));
+                let parts = |i: usize| -> Vec<f64> {
+                    let part = |j: usize| weight(i) * stiffness[(i, j)] * found[dofs[j] as usize];
+                    (0..dofs.len()).map(part).collect()
+                };
+                let largest = |of: &dyn Fn(usize) -> f64| (0..dofs.len()).map(of).fold(0.0, f64::max);
+                let force = largest(&|i| parts(i).iter().sum::<f64>().abs());
+                force > RIGID * largest(&|i| parts(i).iter().map(|x| x.abs()).sum())
+            });
+            if off > RIGID * unit || strains {
+                return pencil;
+            }
+        }
+        let free = elimination.free();
+        let of_free = |about: [f64; 3]| {
+            let rows = self.dofs.rigid_rows(self.deck, about);
+            free.iter().map(|&dof| rows[dof as usize]).collect()
+        };
+        pencil.of_free_rows(of_free, |place| (free[place] as usize) < 3 * nodes.len())
+    }
+
     /// Links, supports of the model and of a step; dofs that nothing moves are held.
     fn elimination(&self, supports: &[Support]) -> Result<Elimination, DeckError> {
         let mut constraints = Constraints::default();
-        link(self.deck, &self.dofs, &mut constraints)?;
+        link(self.deck, &self.dofs, self.is_free(supports), &mut constraints)?;
         let mut moved = vec![false; self.dofs.count()];
         moved[..3 * self.deck.mesh.nodes.len()].fill(true);
         moved[self.dofs.of_nodes()..].fill(true);

@@ -2,7 +2,7 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use vademecum_build::fem::{Constraints, LoadError, anchors, mean_rows, rigid_row, surface_facets};
+use vademecum_build::fem::{Constraints, LoadError, anchors, mean_rows, over_gap, rigid_row, surface_facets};
 use vademecum_build::linalg::vec3::{norm, sub};
 
 use crate::deck::{Attachment, Deck, Link, Load, NodeNumber, Spring};
@@ -111,6 +111,29 @@ impl Dofs {
     }
 }
 
+impl Dofs {
+    /// Every dof under three shifts along the axes of space and three turns about a point; zeros of dofs of
+    /// elements.
+    pub(crate) fn rigid_rows(&self, deck: &Deck, about: [f64; 3]) -> Vec<[f64; 6]> {
+        let mut rows = vec![[0.0; 6]; self.count()];
+        let of_node = |node: NodeNumber, c: usize| rigid_row(sub(deck.place(node), about), c);
+        for node in 0..deck.node_count() as u32 {
+            (0..3).for_each(|c| rows[3 * node as usize + c] = of_node(node, c));
+        }
+        let turns = self.turns.values().map(|node| 3 * node);
+        for first in turns.chain(self.rotations.values().copied()) {
+            (0..3).for_each(|c| rows[first as usize + usize::from(c)] = unit(3 + c));
+        }
+        for (&node, &first) in &self.own {
+            for (k, axis) in deck.axes[&node].iter().enumerate() {
+                let along = |motion: usize| (0..3).map(|c| axis[c] * of_node(node, c)[motion]).sum();
+                rows[first as usize + k] = std::array::from_fn(along);
+            }
+        }
+        rows
+    }
+}
+
 /// Nodes of which a support, a force, an equation or a spring names a component.
 fn named_components(deck: &Deck) -> BTreeSet<NodeNumber> {
     let steps = || deck.steps.iter();
@@ -133,8 +156,13 @@ fn named_components(deck: &Deck) -> BTreeSet<NodeNumber> {
     named
 }
 
-/// Adds all links of a deck, and the axes of its nodes.
-pub(crate) fn link(deck: &Deck, dofs: &Dofs, constraints: &mut Constraints) -> Result<(), LoadError> {
+/// Adds all links of a deck, and the axes of its nodes. On a free body ties over a gap turn with it.
+pub(crate) fn link(
+    deck: &Deck,
+    dofs: &Dofs,
+    free: bool,
+    constraints: &mut Constraints,
+) -> Result<(), LoadError> {
     for (&node, axes) in deck.axes.iter().filter(|(node, _)| dofs.has_axes(**node)) {
         for c in 0..3_u8 {
             let own = (0..3_u8).map(|k| (dofs.nodal(node, k), -axes[usize::from(k)][usize::from(c)]));
@@ -181,9 +209,12 @@ pub(crate) fn link(deck: &Deck, dofs: &Dofs, constraints: &mut Constraints) -> R
                     if own || anchor.distance > tolerance.unwrap_or_else(size) {
                         continue;
                     }
+                    let at = |node| deck.place(node);
+                    let gap = if free { over_gap(at, at(node), &anchor) } else { vec![] };
                     for c in 0..3 {
                         let master = anchor.weights.iter().map(|&(other, w)| (3 * other + c, -w));
-                        let terms = std::iter::once((3 * node + c, 1.0)).chain(master);
+                        let turned = gap.iter().map(|&(dof, weights)| (dof, -weights[c as usize]));
+                        let terms = std::iter::once((3 * node + c, 1.0)).chain(master).chain(turned);
                         constraints.equate(terms.filter(|term| term.1 != 0.0).collect(), origin.clone());
                     }
                 }

@@ -3,7 +3,7 @@
 use std::collections::{BTreeMap, BTreeSet};
 use std::fmt::Write;
 
-use vademecum_build::fem::surface_facets;
+use vademecum_build::fem::{rigid_row, surface_facets};
 use vademecum_build::linalg::vec3::{norm, sub};
 use vademecum_build::mesh::surface::Surface;
 
@@ -28,6 +28,8 @@ pub(crate) struct Tables<'a> {
     points: BTreeSet<NodeNumber>,
     /// Reference of each node whose displacement is a rotation.
     turns: BTreeMap<NodeNumber, NodeNumber>,
+    /// Nodes with the number of an earlier one, and how many such there are with them.
+    alike: BTreeMap<NodeNumber, usize>,
     left_out: BTreeMap<&'static str, usize>,
     patterns: String,
     /// Names of the patterns.
@@ -52,6 +54,7 @@ impl<'a> Tables<'a> {
             text: String::new(),
             points: BTreeSet::new(),
             turns: deck.links.iter().filter_map(turn).collect(),
+            alike: alike(deck),
             left_out: BTreeMap::new(),
             patterns: String::new(),
             names: vec![],
@@ -105,8 +108,12 @@ impl<'a> Tables<'a> {
         (node as usize) < self.deck.mesh.nodes.len()
     }
 
+    /// Name of the reference point of a node: masses off their node are at points of the same number.
     fn name(&self, node: NodeNumber) -> String {
-        format!("N{}", self.deck.id(node))
+        match self.alike.get(&node) {
+            None => format!("N{}", self.deck.id(node)),
+            Some(place) => format!("N{}.{place}", self.deck.id(node)),
+        }
     }
 
     /// A selection of nodes of the mesh: the group that has them, else their numbers.
@@ -143,10 +150,11 @@ impl<'a> Tables<'a> {
             Link::Rigid { reference, nodes, components, .. } => {
                 let followers: Vec<NodeNumber> =
                     nodes.iter().copied().filter(|node| node != reference).collect();
-                let turned = components[3..].iter().any(|follows| *follows);
-                let solid = followers.iter().all(|&node| self.is_solid(node));
-                if !solid && turned || followers.is_empty() {
-                    return self.leave_out("rigid links between reference points");
+                let (followers, points): (Vec<_>, Vec<_>) =
+                    followers.into_iter().partition(|&node| self.is_solid(node));
+                points.into_iter().for_each(|node| self.point_link(*reference, node, components));
+                if followers.is_empty() {
+                    return;
                 }
                 let name = self.point(*reference);
                 let on = self.selection(followers.into_iter());
@@ -188,6 +196,24 @@ impl<'a> Tables<'a> {
                 ];
                 let _ = write!(self.text, "[[tie]]\non = {on}\nto = {to}\ndistance = {distance:?} # m\n\n");
             }
+        }
+    }
+
+    /// A reference point that follows another one, as equations.
+    fn point_link(&mut self, reference: NodeNumber, node: NodeNumber, components: &[bool; 6]) {
+        if self.is_solid(reference) {
+            return self.leave_out("rigid links of a reference point to a node of the solid");
+        }
+        self.points.extend([reference, node]);
+        let d = sub(self.deck.place(node), self.deck.place(reference));
+        for c in (0..6_u8).filter(|c| components[usize::from(*c)]) {
+            let row = match usize::from(c) {
+                c @ 0..3 => rigid_row(d, c),
+                c => std::array::from_fn(|k| f64::from(u8::from(k == c))),
+            };
+            let of_reference = (0..6_u8).zip(row).map(|(k, a)| (reference, k, -a));
+            let terms = std::iter::once((node, c, 1.0)).chain(of_reference.filter(|term| term.2 != 0.0));
+            self.equation(&terms.collect::<Vec<_>>());
         }
     }
 
@@ -560,6 +586,20 @@ impl<'a> Tables<'a> {
         }
         self.text = text + &self.text;
     }
+}
+
+/// Nodes with the number of an earlier one, and how many such there are with them.
+fn alike(deck: &Deck) -> BTreeMap<NodeNumber, usize> {
+    let mut seen: BTreeMap<u64, usize> = BTreeMap::new();
+    let mut found = BTreeMap::new();
+    for node in 0..deck.node_count() as NodeNumber {
+        let count = seen.entry(deck.id(node)).or_default();
+        *count += 1;
+        if *count > 1 {
+            found.insert(node, *count);
+        }
+    }
+    found
 }
 
 /// The table of a course up to an instant; none of a constant load.

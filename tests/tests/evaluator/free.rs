@@ -51,7 +51,7 @@ kind = "stiffness"
 range = [0.5, 2.0]
 "#;
 
-fn problem(text: &str) -> Problem {
+pub(super) fn problem(text: &str) -> Problem {
     Problem::parse(text, "free.toml", PathBuf::new()).expect("a problem")
 }
 
@@ -60,24 +60,28 @@ fn aloud(arguments: &[&str]) -> Ran {
     Ran::new(&Command::new(executable()).args(arguments).output().expect("the program starts"))
 }
 
-fn built(text: &str) -> Vec<u8> {
+pub(super) fn built(text: &str) -> Vec<u8> {
     build(&problem(text), &BuildOptions::default(), &Silent).expect("built").either().bytes
 }
 
 /// A free body in memory of its own.
-struct Flight {
-    simulation: Simulation<f64>,
-    free: FreeBody,
+pub(super) struct Flight {
+    pub(super) simulation: Simulation<f64>,
+    pub(super) free: FreeBody,
 }
 
 impl Flight {
-    fn new(bytes: &[u8], options: &SceneOptions, motion: impl FnOnce(&RigidBody) -> RigidMotion) -> Self {
+    pub(super) fn new(
+        bytes: &[u8],
+        options: &SceneOptions,
+        motion: impl FnOnce(&RigidBody) -> RigidMotion,
+    ) -> Self {
         let simulation = Simulation::<f64>::new(bytes.to_vec(), options).expect("bound");
         let free = FreeBody::new(simulation.scene(), motion).expect("a free body");
         Self { simulation, free }
     }
 
-    fn step(&mut self, mut push: impl FnMut(&mut FreeBody, &Scene<'_, f64>, &mut Loads<'_, f64>)) {
+    pub(super) fn step(&mut self, mut push: impl FnMut(&mut FreeBody, &Scene<'_, f64>, &mut Loads<'_, f64>)) {
         let free = &mut self.free;
         self.simulation.with(|scene, state, loads| {
             push(free, scene, loads);
@@ -85,18 +89,18 @@ impl Flight {
         });
     }
 
-    fn point(&self, at: [f64; 3]) -> [f64; 3] {
+    pub(super) fn point(&self, at: [f64; 3]) -> [f64; 3] {
         let point = self.simulation.locate(at).expect("a surface");
         self.free.point(self.simulation.scene(), self.simulation.state(), &point).expect("a point")
     }
 
-    fn displacement(&self, at: [f64; 3]) -> [f64; 3] {
+    pub(super) fn displacement(&self, at: [f64; 3]) -> [f64; 3] {
         let point = self.simulation.locate(at).expect("a surface");
         self.simulation.point(&point, Field::Displacement).expect("a point")
     }
 }
 
-fn nothing(_: &mut FreeBody, _: &Scene<'_, f64>, _: &mut Loads<'_, f64>) {}
+pub(super) fn nothing(_: &mut FreeBody, _: &Scene<'_, f64>, _: &mut Loads<'_, f64>) {}
 
 #[test]
 fn a_spinning_rod_grows_as_the_closed_form_says_at_live_density_and_stiffness() {
@@ -147,7 +151,7 @@ fn the_stress_in_a_spinning_rod_is_that_of_the_closed_form() {
     assert!((largest / expected - 1.0).abs() < 7e-3, "{largest} {expected}");
 }
 
-fn dense(a: &SymmetricMatrix) -> Mat<f64> {
+pub(super) fn dense(a: &SymmetricMatrix) -> Mat<f64> {
     let mut image = Mat::zeros(a.n(), a.n());
     a.mul_into(Mat::<f64>::identity(a.n(), a.n()).as_ref(), image.as_mut());
     image

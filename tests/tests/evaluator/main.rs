@@ -9,6 +9,7 @@ mod damped_residual;
 mod exact;
 mod finite;
 mod free;
+mod free_attached;
 mod golden;
 mod histories;
 mod hostile;

@@ -260,6 +260,144 @@ fn steps_as_the_full_order(folder: &Path, problem: &str, text: &str) {
     assert!(rms < 1e-3, "{}", found["compared"]);
 }
 
+/// A free bar with a head, and a second bar that is tied to it.
+fn flying() -> String {
+    let Bar { text, ends, nodes } = bar(0.0, 1, "bar");
+    let second = bar(1.0, 1 + nodes, "second");
+    format!(
+        "{text}{}*NODE\n9000,-0.2,0.07,0.04\n{}{MATERIAL}*SOLID SECTION,ELSET=bar,MATERIAL=steel\n\
+         *SOLID SECTION,ELSET=second,MATERIAL=steel\n\
+         *SURFACE,NAME=end\nbar-last,S4\n*NSET,NSET=begin\n{}\n*SURFACE,NAME=begin,TYPE=NODE\nbegin\n\
+         *TIE,NAME=weld,POSITION TOLERANCE=1e-3\nbegin,end\n\
+         *RIGID BODY,NSET=left,REF NODE=9000\n*ELEMENT,TYPE=MASS,ELSET=head\n9900,9000\n*MASS,ELSET=head\n40\n\
+         *STEP\n*FREQUENCY\n6\n*END STEP\n",
+        second.text,
+        set("left", &ends[0]),
+        second.ends[0].iter().map(usize::to_string).collect::<Vec<_>>().join(",\n"),
+    )
+}
+
+#[test]
+fn a_free_deck_with_a_head_and_a_tie_flies_with_their_mass() {
+    let (folder, problem) = check("flying", &flying());
+    let text = std::fs::read_to_string(&problem).unwrap();
+    assert!(
+        !text.contains("[[support]]") && text.contains("mass = 40") && text.contains("[[tie]]"),
+        "{text}"
+    );
+    let modes = json(&["modes", &problem, "--count", "6"]);
+    assert_eq!(modes["rigid_motions"], 6);
+    let file = folder.path().join("flying.vdm").display().to_string();
+    let ratio = text.lines().find(|line| line.starts_with("ratio = ")).expect("a damping ratio");
+    std::fs::write(&problem, text.replace(ratio, "beta = 1e-6")).unwrap();
+    let built = vademecum(&["build", &problem, "-o", &file, "--force"]);
+    assert_eq!(built.code, Some(0), "{}", built.stderr);
+    let info = json(&["info", &file]);
+    let mass = info["free_body"]["mass"].as_f64().expect("a mass");
+    let expected = 40.0 + 2.0 * 7850.0 * SIZE.iter().product::<f64>();
+    assert!((mass / expected - 1.0).abs() < 1e-12, "{mass} for {expected}");
+    let bytes = std::fs::read(&file).unwrap();
+    let values = File::parse(&bytes).unwrap().section(SectionKind::Eigenvalues).unwrap().numbers().unwrap();
+    let found: Vec<f64> = values.iter().map(|value: f64| value.sqrt() / std::f64::consts::TAU).collect();
+    for (found, expected) in found.iter().zip(frequencies(&problem)) {
+        assert!((found / expected - 1.0).abs() < 1e-9, "{found} {expected}");
+    }
+    // The elastic motion under a push, and the flight: thrown up, it comes back.
+    let scenario =
+        "duration = 0.02\n[[contact]]\npoint = [2.0, 0.05, 0.1]\nforce = [0.0, 0.0, -500.0]\nend = 0.005\n";
+    let push = write(folder.path(), "push.toml", scenario);
+    let verified = json(&["verify", &file, "--problem", &problem, "--scenario", &push]);
+    let error = verified["total_error"].as_f64().expect("an error");
+    assert!(error < 1e-3, "{verified}");
+    let thrown = write(
+        folder.path(),
+        "throw.toml",
+        &format!("{scenario}[free]\nvelocity = [0.0, 0.0, 2.0]\nspin = [1.0, 0.0, 0.0]\n"),
+    );
+    let csv = folder.path().join("out.csv").display().to_string();
+    let ran = vademecum(&["run", &file, "--scenario", &thrown, "-o", &csv]);
+    assert_eq!(ran.code, Some(0), "{}", ran.stderr);
+    let csv = folder.path().join("frf.csv").display().to_string();
+    let response = ["frf", &file, "--in", "2.0,0.05,0.1,z", "--out", "2.0,0.05,0.1,z", "--range", "20,200"];
+    let compared = ["--problem", &problem, "--compare", "20", "-o", &csv];
+    let found = json(&[&response[..], &compared[..]].concat());
+    let rms = found["compared"]["rms"].as_f64().expect("an error");
+    assert!(rms < 1e-3, "{}", found["compared"]);
+}
+
+#[test]
+fn a_free_plate_of_nastran_has_a_motor_off_its_rigid_point() {
+    let (cells, size): ([usize; 3], [f64; 3]) = ([6, 2, 1], [1.0, 0.2, 0.05]);
+    let [nx, ny, nz] = cells;
+    let id = |i: usize, j: usize, k: usize| 1 + i + (nx + 1) * (j + (ny + 1) * k);
+    let mut text = "SOL 103\nCEND\nMETHOD=1\nBEGIN BULK\nEIGRL,1,,,6\nMAT1,1,2.1+11,,0.3,7850.\nPSOLID,1,1\n"
+        .to_string();
+    for k in 0..=nz {
+        for j in 0..=ny {
+            for i in 0..=nx {
+                let x: [f64; 3] = std::array::from_fn(|c| [i, j, k][c] as f64 * size[c] / cells[c] as f64);
+                writeln!(text, "GRID,{},,{:.6},{:.6},{:.6}", id(i, j, k), x[0], x[1], x[2]).unwrap();
+            }
+        }
+    }
+    for j in 0..ny {
+        for i in 0..nx {
+            let square = |k: usize| [id(i, j, k), id(i + 1, j, k), id(i + 1, j + 1, k), id(i, j + 1, k)];
+            let n = [square(0), square(1)].concat();
+            let first: Vec<String> = n[..6].iter().map(usize::to_string).collect();
+            writeln!(text, "CHEXA,{},1,{}\n,{},{}", 1 + i + nx * j, first.join(","), n[6], n[7]).unwrap();
+        }
+    }
+    let list = |nodes: &[usize]| nodes.iter().map(usize::to_string).collect::<Vec<_>>().join(",");
+    let top: Vec<usize> = (2..=3).flat_map(|i| (0..=ny).map(move |j| id(i, j, nz))).collect();
+    let end: Vec<usize> = (0..=ny).flat_map(|j| (0..=nz).map(move |k| id(nx, j, k))).collect();
+    let deck = format!(
+        "{text}GRID,900,,0.45,0.1,0.2\nGRID,901,,1.2,0.1,0.0\n\
+         RBE2,500,900,123456,{}\n,{}\nRBE3,501,,901,123456,1.0,123,{}\n,{}\n\
+         CONM2,600,900,,12.0,0.05,0.0,0.1\n,0.1,0.,0.2,0.,0.,0.3\nCONM2,601,901,,3.0\nENDDATA\n",
+        list(&top[..5]),
+        list(&top[5..]),
+        list(&end[..2]),
+        list(&end[2..])
+    );
+    let folder = tempfile::tempdir().unwrap();
+    let deck = write(folder.path(), "plate.bdf", &deck);
+    let problem = problem(folder.path(), &deck);
+    let found = json(&["modes", &problem, "--count", "6"]);
+    assert_eq!(found["rigid_motions"], 6);
+    for (found, expected) in frequencies(&problem).iter().zip(frequencies(&deck)) {
+        assert!((found / expected - 1.0).abs() < 1e-9, "{found}, in the deck {expected} Hz");
+    }
+    let file = folder.path().join("plate.vdm").display().to_string();
+    let built = vademecum(&["build", &problem, "-o", &file, "--force"]);
+    assert_eq!(built.code, Some(0), "{}", built.stderr);
+    let body = &json(&["info", &file])["free_body"];
+    let plate = 7850.0 * size.iter().product::<f64>();
+    let mass = plate + 15.0;
+    assert!((body["mass"].as_f64().unwrap() / mass - 1.0).abs() < 1e-12, "{body}");
+    // The motor is off its point.
+    let moments = |c: usize| plate * 0.5 * size[c] + 12.0 * [0.5, 0.1, 0.3][c] + 3.0 * [1.2, 0.1, 0.0][c];
+    for c in 0..3 {
+        let expected = moments(c) / mass;
+        assert!((body["centre"][c].as_f64().unwrap() - expected).abs() < 1e-9, "{body} {expected}");
+    }
+}
+
+#[test]
+fn a_spring_to_the_ground_that_holds_a_free_body_in_part_is_refused_with_what_is_left() {
+    let deck = flying() + "*ELEMENT,TYPE=SPRING1,ELSET=mount\n9901,9000\n*SPRING,ELSET=mount\n3\n2e6\n";
+    let (before, step) = deck.split_once("*STEP").unwrap();
+    let (step, mount) = step.split_once("*ELEMENT").unwrap();
+    let folder = tempfile::tempdir().unwrap();
+    let deck = write(folder.path(), "body.inp", &format!("{before}*ELEMENT{mount}*STEP{step}"));
+    let problem = folder.path().join("body.toml").display().to_string();
+    let words = [
+        "a spring or a foundation resists",
+        "nothing resists 5 of the 6 (shift along x, shift along y, turn",
+    ];
+    vademecum(&["init", &deck, "-o", &problem]).fails(5, &words);
+}
+
 /// A square beam of bricks with a rigid end, and what is attached to that.
 fn square(folder: &Path, name: &str, attached: &str) -> String {
     let Bar { text, ends, .. } = bar(0.0, 1, "bar");

@@ -209,6 +209,42 @@ fn attachments_are_those_of_calculix() {
     }
 }
 
+#[test]
+fn free_bodies_with_attachments_are_those_of_calculix() {
+    if !is_there() {
+        return;
+    }
+    let folder = tempfile::tempdir().unwrap();
+    let bar = Bar::new([4, 2, 1], 0.0, 1, "BAR");
+    let free = |case: &Case| {
+        let deck = case.deck(&bar).replace("*BOUNDARY\nLEFT,1,3\n", "");
+        let (deck, _) = deck.split_once("*STEP\n*STATIC").expect("a static step");
+        deck.replace("*FREQUENCY\n6\n", "*FREQUENCY\n12\n")
+    };
+    let held = ["*SPRING, SPRING1", "*SPRING, SPRING2", "*EQUATION", "*TRANSFORM, *BOUNDARY"];
+    let cases = cases(&bar).into_iter().filter(|case| !held.contains(&case.name));
+    let mut compared = 0;
+    for case in cases {
+        let (job, name) = ("free", case.name);
+        let path = folder.path().join("free.inp");
+        std::fs::write(&path, free(&case)).unwrap();
+        let Tables { frequencies, said, .. } = calculix::answer(folder.path(), job);
+        assert!(frequencies.len() >= 12, "{name}: {said}");
+        let path = path.to_str().unwrap();
+        let ran = vademecum(&["modes", path, "--count", "6", "--dialect", "calculix", "--json"]);
+        assert_eq!(ran.code, Some(0), "{name}: {}", ran.stderr);
+        let modes = ran.json();
+        assert_eq!(modes["rigid_motions"], 6, "{name}");
+        let found = modes["frequencies_hz"].as_array().unwrap().iter().map(|hz| hz.as_f64().unwrap());
+        let off = found.zip(&frequencies[6..]).map(|(found, hz)| (found / hz - 1.0).abs());
+        let off = off.fold(0.0, f64::max);
+        println!("| {name}, free | {off:.0e} | |");
+        assert!(off < 1e-6, "{name}: {off:e}, {frequencies:?}");
+        compared += 1;
+    }
+    assert_eq!(compared, 7);
+}
+
 /// A quarter of a ring of `kind`, its wood turning about the axis, as a deck with one static step.
 fn ring(kind: &str) -> String {
     let cells = [2, 6, 2];

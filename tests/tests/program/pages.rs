@@ -333,7 +333,6 @@ fn bad_problems() -> Vec<(usize, String)> {
         (108, format!("[[material]]\nstiffness = {UNIT}\naxes = [[1, 0, 0], [1, 1, 0]]\ndensity = 1.0")),
         (80, format!("model = \"large-displacement\"\n{HELD}[[material]]\nstiffness = {UNIT}\ndensity = 1.0")),
         (103, coupled("kind = \"rigid\"\n[base]\nmoves = true")),
-        (103, coupled("kind = \"rigid\"").replace(HELD, "")),
         (54, canonical("load = [0.0, 1e40]")),
         (122, prestressed("")),
         (122, prestressed("loads = { a = 1.0 }").replace(HELD, "")),

@@ -4,9 +4,7 @@ use faer::MatRef;
 use vademecum_format::{PORT_FACET_NODES, PortKind, SectionKind as S};
 
 use super::{Draft, NodeOrder};
-use crate::fem::rigid_row;
 use crate::input::Precision;
-use crate::linalg::vec3::sub;
 use crate::prepared::{Body, Port};
 use crate::residual::PortFlexibility;
 
@@ -66,8 +64,7 @@ pub(crate) fn port_sections(
             let motions = body.probes.iter().flat_map(|probe| {
                 (0..6).map(|motion| {
                     let of_node = |&(node, weights): &(u32, [f64; 3])| -> f64 {
-                        let d = sub(places[node as usize], rigid.centre);
-                        (0..3).map(|c| weights[c] * rigid_row(d, c)[motion]).sum()
+                        (0..3).map(|c| weights[c] * rigid.row(places, node as usize, c)[motion]).sum()
                     };
                     probe.nodes.iter().map(of_node).sum()
                 })

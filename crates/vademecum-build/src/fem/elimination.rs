@@ -69,6 +69,16 @@ impl Constraints {
         self.equations.iter().flat_map(|equation| equation.terms.iter().map(|term| term.0))
     }
 
+    /// Terms of each equation, and its origin.
+    pub(super) fn equations(&self) -> impl Iterator<Item = (&[(u32, f64)], &str)> {
+        self.equations.iter().map(|equation| (equation.terms.as_slice(), equation.origin.as_str()))
+    }
+
+    /// True of a dof with a given value.
+    pub(super) fn holds(&self, dof: u32) -> bool {
+        self.held.contains_key(&dof)
+    }
+
     /// Solves for the dependent ones of `n` dofs.
     ///
     /// # Errors

@@ -15,6 +15,7 @@ mod elimination;
 mod engine;
 mod factor;
 mod factor_error;
+mod freedom;
 mod green;
 mod heat;
 mod hexahedron;
@@ -79,7 +80,7 @@ pub use spread::{EngineError, Resource, SpreadMatrix};
 pub use stress::{COMPONENTS, StressPoint, StressRows, stress_points};
 pub(crate) use thermal::element_stress;
 pub use thermal::thermal_forces;
-pub use tie::{Anchor, anchors};
+pub use tie::{Anchor, anchors, over_gap};
 pub use whole::{AssemblyPart, AssemblyPlan};
 
 #[cfg(test)]
@@ -96,6 +97,8 @@ mod green_tests;
 mod oracle_tests;
 #[cfg(test)]
 mod prestress_tests;
+#[cfg(test)]
+mod rigid_attached_tests;
 #[cfg(test)]
 mod rigid_tests;
 #[cfg(test)]

@@ -3,6 +3,7 @@
 use std::sync::Arc;
 
 use faer::{Mat, MatRef};
+use vademecum_format::base_field;
 
 use super::assembly::{NodeGraph, assemble, couple};
 use super::blocks::{Block, ElementMatrices, assemble_blocks, held_columns};
@@ -10,12 +11,14 @@ use super::dampers::{Dampers, DampingBlock};
 use super::dofs::DofMap;
 use super::elimination::{Constraints, Elimination};
 use super::engine::Engine;
+use super::freedom::{Freedom, MOTIONS, Places, meets_rigid_motion};
 use super::material::Material;
 use super::model_error::ModelError;
 use super::pencil::Pencil;
 use super::prestress::Prestress;
 use super::rigid::RigidBody;
 use super::whole::AssemblyPlan;
+use crate::linalg::vec3::sub;
 use crate::mesh::Mesh;
 use crate::store::{Inputs, StageInput};
 
@@ -46,8 +49,8 @@ pub struct Attachments {
     pub blocks: Vec<Block>,
     /// Dashpots.
     pub dashpots: Vec<DampingBlock>,
-    /// Number of dofs of reference points.
-    pub reference_dofs: usize,
+    /// Places of the reference points, six dofs each.
+    pub points: Vec<[f64; 3]>,
 }
 
 impl Attached {
@@ -67,7 +70,7 @@ impl Attachments {
     /// True if nothing is attached.
     pub fn is_empty(&self) -> bool {
         let blocks = self.blocks.is_empty() && self.dashpots.is_empty();
-        blocks && self.reference_dofs == 0 && self.constraints.dofs().next().is_none()
+        blocks && self.points.is_empty() && self.constraints.dofs().next().is_none()
     }
 }
 
@@ -124,11 +127,13 @@ impl Model {
     }
 
     /// The same with attachments, by elimination of the dependent dofs: `TᵀMT` and `TᵀKT`. All regions
-    /// together: the pencil has one. Parts of the mesh that attachments alone hold are seen when the
-    /// stiffness is factorised.
+    /// together: the pencil has one. Where neither supports nor attachments hold the body as a whole, it is
+    /// free, and its pencil has the rigid motions. Parts of a held body that attachments alone hold are seen
+    /// when the stiffness is factorised.
     ///
     /// # Errors
-    /// As [`Model::assemble`]; [`ModelError::Contradiction`], [`ModelError::Coupled`].
+    /// As [`Model::assemble`]; [`ModelError::Contradiction`], [`ModelError::Coupled`],
+    /// [`ModelError::PartlyHeld`], [`ModelError::Mechanism`], [`ModelError::DampedFlight`].
     pub fn assemble_attached(
         mesh: Mesh,
         materials: &[Material],
@@ -136,15 +141,26 @@ impl Model {
         attachments: Attachments,
     ) -> Result<Model, ModelError> {
         check_counts(&mesh, materials, constrained)?;
-        let Attachments { mut constraints, blocks, dashpots, reference_dofs } = attachments;
+        let Attachments { mut constraints, blocks, dashpots, points } = attachments;
         let held = (0..).zip(constrained).filter(|(_, held)| **held);
         held.for_each(|(dof, _)| constraints.hold(dof, 0.0));
-        let elimination = constraints.eliminate(constrained.len() + reference_dofs)?;
+        let places = Places { nodes: &mesh.nodes, points: &points };
+        let free = is_free(&mesh, places, &constraints, &blocks)?;
+        let elimination = constraints.eliminate(constrained.len() + MOTIONS * points.len())?;
         let lumped = vec![false; mesh.regions.len()];
         let elements = ElementMatrices::new(&mesh, materials, &lumped);
         let pencil = assemble_blocks(&elements, &blocks, &elimination)?;
         let dofs = Arc::new(DofMap::of_elimination(mesh.nodes.len(), &elimination));
-        let pencil = pencil.with_dampers(Dampers::of(&dashpots, &dofs)?);
+        let mut pencil = pencil.with_dampers(Dampers::of(&dashpots, &dofs)?);
+        if free {
+            if dashpots.iter().any(|one| meets_rigid_motion(places, &one.dofs, &one.damping)) {
+                return Err(ModelError::DampedFlight);
+            }
+            let rows = |about| elimination.free().iter().map(|&dof| places.row(dof, about)).collect();
+            let solid = |free: usize| (elimination.free()[free] as usize) < places.of_mesh();
+            let rigid = RigidBody::of_rows(pencil.mass(), rows, solid, points.clone());
+            pencil = pencil.with_rigid(rigid);
+        }
         let attached = Some(Arc::new(Attached { blocks, elimination, prestress: None }));
         Ok(Model { mesh: Arc::new(mesh), materials: materials.to_vec(), dofs, pencil, attached })
     }
@@ -194,6 +210,46 @@ impl Model {
                 let columns = block.dofs.iter().enumerate();
                 let force = columns.map(|(column, &other)| block.mass[(row, column)] * of_dof(other)).sum();
                 self.add_force(dof as usize, force, load);
+            }
+        }
+    }
+
+    /// Adds the centrifugal forces on attached masses to a load over the free dofs, `−M(ω × (ω × x))` and, of
+    /// their moments of inertia `J`, `−ω × Jω`: the part of the product of two components of `ω`, with `x`
+    /// from `origin`.
+    pub(crate) fn add_attached_spin(
+        &self,
+        points: &[[f64; 3]],
+        origin: [f64; 3],
+        (motion, [i, j]): (usize, [usize; 2]),
+        load: &mut [f64],
+    ) {
+        self.add_attached_weight(points, |x| base_field(motion, sub(x, origin)).map(|a| -a), load);
+        for block in self.attached.iter().flat_map(|attached| &attached.blocks) {
+            let turn = |dof: u32| {
+                let place = (dof as usize).checked_sub(self.dofs.n_dof())?;
+                (place % MOTIONS >= 3).then_some((place / MOTIONS, place % MOTIONS - 3))
+            };
+            let turns: Vec<(usize, usize, usize)> = (0..)
+                .zip(&block.dofs)
+                .filter_map(|(row, &dof)| turn(dof).map(|(p, c)| (row, p, c)))
+                .collect();
+            for &(row, point, a) in &turns {
+                let about: Vec<_> = turns.iter().filter(|other| other.1 == point).collect();
+                // Component a of J e_k.
+                let of = |c: usize, k: usize| -> f64 {
+                    let first = about.iter().find(|other| other.2 == c);
+                    let second = about.iter().find(|other| other.2 == k);
+                    first.zip(second).map_or(0.0, |(first, second)| block.mass[(first.0, second.0)])
+                };
+                // −(e_i × J e_k)_a
+                let moment = |i: usize, k: usize| match (a + 3 - i) % 3 {
+                    1 => of((i + 2) % 3, k),
+                    2 => -of((i + 1) % 3, k),
+                    _ => 0.0,
+                };
+                let sum = if i == j { moment(i, i) } else { moment(i, j) + moment(j, i) };
+                self.add_force(block.dofs[row] as usize, sum, load);
             }
         }
     }
@@ -301,6 +357,34 @@ fn check_counts(mesh: &Mesh, materials: &[Material], constrained: &[bool]) -> Re
 fn check_support_count(mesh: &Mesh, constrained: &[bool]) -> Result<(), ModelError> {
     let (found, expected) = (constrained.len(), 3 * mesh.nodes.len());
     if found == expected { Ok(()) } else { Err(ModelError::SupportCount { found, expected }) }
+}
+
+/// True of a body that neither supports nor attachments hold.
+///
+/// # Errors
+/// [`ModelError::PartlyHeld`], [`ModelError::Mechanism`].
+fn is_free(
+    mesh: &Mesh,
+    places: Places<'_>,
+    constraints: &Constraints,
+    blocks: &[Block],
+) -> Result<bool, ModelError> {
+    let parts = connected_parts(mesh);
+    let mut part = vec![0; mesh.nodes.len()];
+    for (number, nodes) in (0..).zip(&parts) {
+        nodes.iter().for_each(|&node| part[node as usize] = number);
+    }
+    let found = Freedom::new(places, (part, parts.len()), constraints, blocks)?;
+    match (found.rigid, found.all) {
+        (0, _) => Ok(false),
+        (MOTIONS, Some(all)) if all > MOTIONS => Err(ModelError::Mechanism { more: all - MOTIONS }),
+        (MOTIONS, _) => Ok(true),
+        (n_modes, _) => Err(ModelError::PartlyHeld {
+            holder: found.holder.unwrap_or_default(),
+            n_modes,
+            named: found.named.join(", "),
+        }),
+    }
 }
 
 /// A body without supports is one part.

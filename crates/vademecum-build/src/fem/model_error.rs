@@ -28,9 +28,9 @@ pub enum ModelError {
         /// The material found.
         material: Box<Material>,
     },
-    /// A dashpot with numbers that are not finite.
-    #[error("a dashpot")]
-    Dashpot(#[from] NoConvergence),
+    /// A dashpot, a spring or an equation with numbers that are not finite.
+    #[error("a dashpot, a spring or an equation")]
+    Attachment(#[from] NoConvergence),
     /// Not one support flag per dof.
     #[error("{found} support flags for {expected} dofs (3 per node)")]
     SupportCount {
@@ -63,6 +63,34 @@ pub enum ModelError {
         /// Rigid-body modes left to it.
         n_modes: usize,
     },
+    /// Supports and attachments resist some rigid motions of the body, not all.
+    #[error(
+        "{holder} resists rigid motions of the body, and nothing resists {n_modes} of the 6{}: hold it in all of them, by \
+         supports, springs or a foundation, or in none: a body that flies has couplings and equations that its rigid \
+         motions fulfil",
+        among(named)
+    )]
+    PartlyHeld {
+        /// The first one that does.
+        holder: String,
+        /// Rigid motions left to it.
+        n_modes: usize,
+        /// Those of them that are along or about an axis of space.
+        named: String,
+    },
+    /// A free body with parts or reference points that can move by themselves.
+    #[error(
+        "the body has no support, and it can move without any strain in {more} ways more than the 6 rigid ones: a part of          its mesh or a reference point is not joined to the rest, or joined by a hinge; join it by couplings, ties or          springs"
+    )]
+    Mechanism {
+        /// Motions beside the six.
+        more: usize,
+    },
+    /// A dashpot to the ground on a body that flies freely.
+    #[error(
+        "a dashpot or a foundation damps rigid motions of a body that nothing holds: expected dashpots between two points          of the body, or a body that is held"
+    )]
+    DampedFlight,
     /// A body without supports that hangs together in several parts.
     #[error(
         "the body has no support, and {parts} parts that no element connects; the part with node {node} has {n_nodes} \
@@ -122,4 +150,9 @@ pub enum ModelError {
     /// Ranks that assemble together had to stop.
     #[error(transparent)]
     Engine(#[from] EngineError),
+}
+
+/// Rigid motions in a message.
+fn among(named: &str) -> String {
+    if named.is_empty() { String::new() } else { format!(" ({named})") }
 }

@@ -233,6 +233,18 @@ impl Pencil {
         self.with_rigid(rigid)
     }
 
+    /// The same pencil as that of a body without supports, over free dofs from which all others follow:
+    /// `rows` gives the free dofs under three shifts along the axes of space and three turns about a point,
+    /// `solid` is true of dofs of the mesh.
+    pub fn of_free_rows(
+        self,
+        rows: impl Fn([f64; 3]) -> Vec<[f64; 6]>,
+        solid: impl Fn(usize) -> bool,
+    ) -> Pencil {
+        let rigid = RigidBody::of_rows(&self.mass, rows, solid, vec![]);
+        self.with_rigid(rigid)
+    }
+
     /// The rigid motions of a body without supports; `None` of a body that is held.
     pub fn rigid(&self) -> Option<&Arc<RigidBody>> {
         self.rigid.as_ref()

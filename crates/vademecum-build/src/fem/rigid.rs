@@ -11,11 +11,15 @@
 //! `Kₛ` holds the body by springs at six dofs that fix it and nothing more. No force of `P F` goes into them
 //! (six forces that are in equilibrium at such dofs are zero), so the answer depends neither on their place
 //! nor on their stiffness, and the pattern of `K` stays what it is.
+//!
+//! With attachments the same holds of the eliminated `TᵀMT` and `TᵀKT`: constraints that a rigid motion
+//! fulfils leave it a motion of the free dofs, among them displacements and rotations of reference points.
 
 use faer::{Mat, MatMut, MatRef, Side};
 
+use super::coupling::rigid_row;
 use super::sparse::SymmetricMatrix;
-use crate::linalg::vec3::cross;
+use crate::linalg::vec3::{cross, sub};
 use crate::linalg::{subtract_product, transposed_product};
 
 /// Mass, place and moments of inertia of a body without supports, and its rigid motions.
@@ -34,6 +38,11 @@ pub struct RigidBody {
     momenta: Mat<f64>,
     /// Dofs of the six springs.
     pins: [usize; 6],
+    /// Shifts along the axes of space and turns about the centre, shape (n, 6), where dofs depend on others
+    /// or belong to reference points.
+    turns: Option<Mat<f64>>,
+    /// Places of the reference points.
+    points: Vec<[f64; 3]>,
 }
 
 impl RigidBody {
@@ -67,8 +76,53 @@ impl RigidBody {
             orthonormalise(mass, &mut motions);
         }
         let momenta = times(mass, motions.as_ref());
-        let pins = pins(motions.as_ref());
-        RigidBody { mass: total, centre, inertia, motions, momenta, pins }
+        let pins = pins(motions.as_ref(), |_| 1.0);
+        let (turns, points) = (None, vec![]);
+        RigidBody { mass: total, centre, inertia, motions, momenta, pins, turns, points }
+    }
+
+    /// The rigid motions of a body with attachments, over free dofs from which all others follow: `rows`
+    /// gives them under three shifts along the axes of space and three turns about a point. Springs are at
+    /// `solid` dofs if these fix the body.
+    pub(crate) fn of_rows(
+        mass: &SymmetricMatrix,
+        rows: impl Fn([f64; 3]) -> Vec<[f64; 6]>,
+        solid: impl Fn(usize) -> bool,
+        points: Vec<[f64; 3]>,
+    ) -> RigidBody {
+        let n = mass.n();
+        let about = |point: [f64; 3]| {
+            let rows = rows(point);
+            Mat::from_fn(n, 6, |i, k| rows[i][k])
+        };
+        let gram = |columns: &Mat<f64>| columns.transpose() * times(mass, columns.as_ref());
+        // A shift along e_i and a turn about e_j share m e_i · (e_j × (c − o)). From the second point on, the
+        // arms are those of the body.
+        let (mut total, mut centre) = (0.0, [0.0; 3]);
+        for _ in 0..2 {
+            let shares = gram(&about(centre));
+            total = (0..3).map(|c| shares[(c, c)]).sum::<f64>() / 3.0;
+            let arm = |c: usize| {
+                let (next, last) = ((c + 1) % 3, (c + 2) % 3);
+                0.5 * (shares[(next, 3 + last)] - shares[(last, 3 + next)]) / total
+            };
+            centre = std::array::from_fn(|c| centre[c] + arm(c));
+        }
+        let turns = about(centre);
+        let shares = gram(&turns);
+        let inner = |i: usize, j: usize| shares[(3 + i, 3 + j)];
+        let inertia = [inner(0, 0), inner(0, 1), inner(0, 2), inner(1, 1), inner(1, 2), inner(2, 2)];
+        let axes = principal_axes(&inertia);
+        let along = |i: usize, axis: [f64; 3]| (0..3).map(|c| axis[c] * turns[(i, 3 + c)]).sum::<f64>();
+        let mut motions =
+            Mat::from_fn(n, 6, |i, k| if k < 3 { turns[(i, k)] } else { along(i, axes[k - 3]) });
+        for _ in 0..2 {
+            orthonormalise(mass, &mut motions);
+        }
+        let momenta = times(mass, motions.as_ref());
+        // Rotations have another unit, and reference points may be on a soft spring.
+        let pins = pins(motions.as_ref(), |i| if solid(i) { 1.0 } else { LAST });
+        RigidBody { mass: total, centre, inertia, motions, momenta, pins, turns: Some(turns), points }
     }
 
     /// The same with springs at other dofs.
@@ -109,8 +163,20 @@ impl RigidBody {
         subtract_product(displacements, self.motions(), shares.as_ref());
     }
 
+    /// A component of a node, or of a reference point, which has two places behind those of the nodes, under
+    /// three shifts and three turns about the centre.
+    pub(crate) fn row(&self, nodes: &[[f64; 3]], place: usize, component: usize) -> [f64; 6] {
+        let at = nodes.get(place).copied().unwrap_or_else(|| self.points[(place - nodes.len()) / 2]);
+        rigid_row(sub(at, self.centre), component)
+    }
+
     /// Force \[N\] and moment about the centre \[N m\] of forces over the dofs.
     pub(crate) fn resultant(&self, nodes: &[[f64; 3]], force: &[f64]) -> [f64; 6] {
+        if let Some(turns) = &self.turns {
+            return std::array::from_fn(|k| {
+                turns.col_as_slice(k).iter().zip(force).map(|(a, f)| a * f).sum()
+            });
+        }
         let mut sum = [0.0; 6];
         for (x, f) in nodes.iter().zip(force.as_chunks::<3>().0) {
             let moment = cross(std::array::from_fn(|c| x[c] - self.centre[c]), *f);
@@ -122,6 +188,9 @@ impl RigidBody {
         sum
     }
 }
+
+/// Weight of a dof that is a place for a spring only where no others fix the body.
+const LAST: f64 = 1e-6;
 
 const UNITS: [[f64; 3]; 3] = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
 
@@ -161,10 +230,11 @@ fn orthonormalise(mass: &SymmetricMatrix, columns: &mut Mat<f64>) {
     }
 }
 
-/// Six dofs that fix a body: each is the one that moves most in what the ones before it leave free.
-fn pins(motions: MatRef<'_, f64>) -> [usize; 6] {
-    let mut rows: Vec<[f64; 6]> =
-        (0..motions.nrows()).map(|i| std::array::from_fn(|k| motions[(i, k)])).collect();
+/// Six dofs that fix a body: each is the one that moves most, times its weight, in what the ones before it
+/// leave free.
+fn pins(motions: MatRef<'_, f64>, weight: impl Fn(usize) -> f64) -> [usize; 6] {
+    let row = |i: usize| -> [f64; 6] { std::array::from_fn(|k| weight(i) * motions[(i, k)]) };
+    let mut rows: Vec<[f64; 6]> = (0..motions.nrows()).map(row).collect();
     let square = |row: &[f64; 6]| row.iter().map(|x| x * x).sum::<f64>();
     [(); 6].map(|()| {
         let largest = rows.iter().map(square).enumerate().max_by(|a, b| a.1.total_cmp(&b.1));

@@ -1,7 +1,8 @@
 //! Points on facets: the place on a surface that is nearest to a point, as shape functions of its nodes.
 
+use super::coupling::mean_rows;
 use super::loads::{Facet, facet_shapes};
-use crate::linalg::vec3::{dot, norm, sub};
+use crate::linalg::vec3::{cross, dot, norm, sub};
 use crate::mesh::shapes::quadrangle_shapes;
 use crate::mesh::{FacetKind, Mesh, Order};
 use crate::parallel;
@@ -40,6 +41,31 @@ pub fn anchors(mesh: &Mesh, facets: &[Facet], points: &[[f64; 3]]) -> Vec<Option
         best
     };
     parallel::map(points.len(), &nearest)
+}
+
+/// A gap below this share of the size of the facet is rounding.
+const CLOSED: f64 = 1e-13;
+
+/// Motion of a point against its anchor by the rotation of the facet, `θ × g` over the gap `g`: dofs
+/// `3 · node + component` of the facet, and their weights in the three components. With it a tie over a gap
+/// leaves a body that turns as a whole unstrained. `at` gives the places of nodes.
+pub fn over_gap(at: impl Fn(u32) -> [f64; 3], point: [f64; 3], anchor: &Anchor) -> Vec<(u32, [f64; 3])> {
+    let cloud: Vec<([f64; 3], f64)> = anchor.weights.iter().map(|term| (at(term.0), 1.0)).collect();
+    let place: [f64; 3] =
+        std::array::from_fn(|c| cloud.iter().zip(&anchor.weights).map(|(x, term)| term.1 * x.0[c]).sum());
+    let (gap, size) = (sub(point, place), norm(sub(cloud[0].0, cloud[1].0)));
+    if norm(gap) <= CLOSED * size {
+        return vec![];
+    }
+    let rows = mean_rows(place, &cloud);
+    let of_node = |(term, row): (&(u32, f64), &[[f64; 3]; 6])| {
+        let (node, row) = (term.0, *row);
+        (0..3).map(move |k| {
+            let turn: [f64; 3] = std::array::from_fn(|a| row[3 + a][k as usize]);
+            (3 * node + k, cross(turn, gap))
+        })
+    };
+    anchor.weights.iter().zip(&rows).flat_map(of_node).collect()
 }
 
 /// Middle of the nodes of a facet, and a radius that holds all of it: a curved facet leaves the hull of its

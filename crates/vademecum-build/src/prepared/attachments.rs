@@ -4,7 +4,9 @@ use faer::Mat;
 
 use super::body_error::BodyError;
 use super::places::{facets, located, select};
-use crate::fem::{Attachments, Block, DampingBlock, Material, anchors, facet_matrix, mean_rows, rigid_row};
+use crate::fem::{
+    Attachments, Block, DampingBlock, Material, anchors, facet_matrix, mean_rows, over_gap, rigid_row,
+};
 use crate::input::{CouplingEntry, CouplingKind, EquationNode, EquationTerm, Problem};
 use crate::linalg::vec3::{cross, norm, sub};
 use crate::linalg::{from_upper, unit};
@@ -38,8 +40,7 @@ pub(super) fn attachments(
     materials: &[Material],
 ) -> Result<Attachments, BodyError> {
     let check = Stiffest::of(problem, mesh, materials);
-    let mut found =
-        Attachments { reference_dofs: MOTIONS * problem.reference_points.len(), ..Attachments::default() };
+    let mut found = Attachments { points: problem.reference_places(), ..Attachments::default() };
     let point = |name: &str| problem.reference_point(name).expect("a checked name of a reference point");
     for (i, coupling) in problem.couplings.iter().enumerate() {
         let (nodes, weights) = if let Some(own) = &coupling.weights {
@@ -236,9 +237,12 @@ fn tie(
             continue;
         }
         tied += 1;
+        let at = |node: u32| mesh.nodes[node as usize];
+        let gap = if problem.is_free() { over_gap(at, at(node), &anchor) } else { vec![] };
         for c in 0..3 {
             let facet = anchor.weights.iter().map(|&(other, w)| (3 * other + c, -w));
-            let terms = std::iter::once((3 * node + c, 1.0)).chain(facet);
+            let turned = gap.iter().map(|&(dof, weights)| (dof, -weights[c as usize]));
+            let terms = std::iter::once((3 * node + c, 1.0)).chain(facet).chain(turned);
             let origin = format!("the tie {} of the problem", index + 1);
             found.constraints.equate(terms.filter(|term| term.1 != 0.0).collect(), origin);
         }

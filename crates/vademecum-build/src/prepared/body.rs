@@ -51,6 +51,9 @@ pub struct Support {
     pub(crate) between_nodes: bool,
 }
 
+/// Components of the angular velocity whose product each centrifugal pattern is of.
+const SPIN_PRODUCTS: [[usize; 2]; CENTRIFUGAL.len()] = [[0, 0], [1, 1], [2, 2], [0, 1], [1, 2], [2, 0]];
+
 /// A model with everything that can be done to it and read from it.
 #[derive(Clone, Debug)]
 pub struct Body {
@@ -212,7 +215,12 @@ impl Body {
         for (origin, (motion, name)) in own.chain(of_base) {
             let from = |x: [f64; 3]| std::array::from_fn(|c| x[c] - origin[c]);
             let force = model.inertia_load(|x| base_field(motion, from(x)).map(|a| -a));
-            patterns.push((name.into(), model.free_part(&force)));
+            let mut free = model.free_part(&force);
+            if let Some(place) = motion.checked_sub(spin) {
+                let product = SPIN_PRODUCTS[place];
+                model.add_attached_spin(&problem.reference_places(), origin, (motion, product), &mut free);
+            }
+            patterns.push((name.into(), free));
             held_loads.push(held_part(&model, &force));
         }
         let ports = ports(problem, model.mesh(), &surface, model.dofs())?;

@@ -3,7 +3,7 @@
 use super::check::{Words, perpendicular};
 use super::{
     BasisKind, CouplingKind, EquationEntry, EquationNode, EquationTerm, FoundationEntry, ParameterKind,
-    Problem, ProblemError, Representation,
+    Problem, ProblemError, ReferencePointEntry, Representation,
 };
 use crate::dynamics::SchemeKind;
 use crate::limits::MAGNITUDE;
@@ -39,7 +39,8 @@ impl Problem {
 
     /// True if a reference point, a spring, a foundation, or an equation of one node holds the body.
     pub(super) fn is_held_by_attachments(&self) -> bool {
-        let point = self.reference_points.iter().any(|point| !point.held.is_empty());
+        let point = |point: &ReferencePointEntry| !point.held.is_empty() && self.is_joined(&point.name);
+        let point = self.reference_points.iter().any(point);
         let of_one = |entry: &EquationEntry| {
             let node = |term: &EquationTerm| match term.0 {
                 EquationNode::Node(id) => Some(id),
@@ -217,11 +218,15 @@ impl Problem {
     /// True if something beside dashpots has a part in the motion of a reference point.
     pub(super) fn moves(&self, name: &str) -> bool {
         let point = self.reference_point(name).map(|place| &self.reference_points[place]);
+        point.is_some_and(|point| !point.held.is_empty()) || self.is_joined(name)
+    }
+
+    /// True if a coupling, a mass, a spring or an equation names a reference point.
+    fn is_joined(&self, name: &str) -> bool {
         let in_equation = |entry: &EquationEntry| {
             entry.terms.iter().any(|term| matches!(&term.0, EquationNode::Point(point) if point == name))
         };
-        point.is_some_and(|point| !point.held.is_empty())
-            || self.couplings.iter().any(|coupling| coupling.reference == name)
+        self.couplings.iter().any(|coupling| coupling.reference == name)
             || self.point_masses.iter().any(|mass| mass.reference == name)
             || self.springs.iter().any(|spring| spring.from == name || spring.to.as_deref() == Some(name))
             || self.equations.iter().any(in_equation)
@@ -237,8 +242,6 @@ impl Problem {
             "beside `representation = \"chapter\"`"
         } else if self.is_large() {
             "beside `model = \"large-displacement\"`"
-        } else if self.is_free() {
-            "without any `[[support]]`, held reference point, foundation or spring to the ground"
         } else if self.base.moves {
             "beside `base.moves`"
         } else if self.snapshots.npy.is_some() || self.snapshots.vtu.is_some() {
@@ -252,7 +255,7 @@ impl Problem {
         };
         let tables = self.attachment_tables();
         let key = tables.iter().find(|(_, count)| *count > 0).map_or("coupling", |table| table.0);
-        self.require(false, key, Words(found), "linear motion of a supported body of elements")
+        self.require(false, key, Words(found), "linear motion of a body of elements")
     }
 
     pub(super) fn named_point(&self, key: &str, name: &str) -> Result<(), ProblemError> {
