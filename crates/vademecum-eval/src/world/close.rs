@@ -2,6 +2,7 @@
 
 use crate::base::scalar::Scalar;
 use crate::base::vec3::{add, cross, dot};
+use crate::body::body::Body;
 use crate::world::frame::Frame;
 use crate::world::joint::{self, Joint, JointKind, JointState, Moved, ROWS, residual};
 use crate::world::member::{Member, kicked};
@@ -99,9 +100,19 @@ impl<T: Scalar> World<'_, T> {
             let [Some(a), Some(b)] = joint.members.map(|member| self.slots.get(member)) else {
                 return Err(WorldError::Mismatch);
             };
+            for (side, slot) in [a, b].into_iter().enumerate() {
+                if let Some(body) = members.get(joint.members[side]).and_then(Member::elastic) {
+                    let more = self.by_residual(body, slot, joint, side);
+                    moved[side].by = add(moved[side].by, 1.0, more.by);
+                    moved[side].turned = add(moved[side].turned, 1.0, more.turned);
+                }
+            }
+            let [Some(a), Some(b)] = joint.members.map(|member| self.slots.get(member)) else {
+                return Err(WorldError::Mismatch);
+            };
             let Some(state) = self.joints.states.get_mut(j) else { return Err(WorldError::Mismatch) };
+            state.start = state.gaps(joint.kind, [&a.start, &b.start], moved);
             state.direct(joint.kind, [&a.middle, &b.middle], moved);
-            state.old = state.force;
             if state.broken {
                 state.force = [0.0; ROWS];
             }
@@ -132,6 +143,20 @@ impl<T: Scalar> World<'_, T> {
         Ok(())
     }
 
+    /// Motion of an anchor of a member by what its modes leave out, under all joints of the member.
+    fn by_residual(&self, body: &Body<'_, T>, slot: &Slot, joint: &Joint, side: usize) -> Moved {
+        let mut sum = Moved::default();
+        for (other, state) in self.joints.all.iter().zip(&*self.joints.states) {
+            for t in (0..2).filter(|&t| other.members[t] == joint.members[side]) {
+                let [force, moment] = state.wrench(t).map(|x| slot.middle.to_body(x));
+                let more = residual(body, [&joint.anchors[side], &other.anchors[t]], force, moment);
+                sum.by = add(sum.by, 1.0, more.by);
+                sum.turned = add(sum.turned, 1.0, more.turned);
+            }
+        }
+        sum
+    }
+
     /// Matrix of all rows, factorised. Cables that are slack, and joints that broke, have rows of a unit
     /// matrix.
     fn factorise(&mut self, members: &[Member<'_, '_, T>]) -> Result<(), WorldError> {
@@ -148,7 +173,7 @@ impl<T: Scalar> World<'_, T> {
                     let columns = if k == i { a + 1 } else { with.rows };
                     for b in 0..columns {
                         let diagonal = k == i && a == b;
-                        let mut sum = if diagonal { own.compliance } else { 0.0 };
+                        let mut sum = if diagonal { 2.0 * own.compliance } else { 0.0 };
                         if !state.holds() || !with.holds() {
                             sum = if diagonal { 1.0 } else { 0.0 };
                         } else {
@@ -306,20 +331,17 @@ impl<T: Scalar> World<'_, T> {
                 let q =
                     |k: usize| ahead.get(k).map_or(0.0, |q| q.to_f64()) + x.get(k).copied().unwrap_or(0.0);
                 moved[side] = by_modes(self.joints.basis(j, side), slot.r, q);
-                // What the modes leave out, by all joints of the member.
-                for (other, state) in self.joints.all.iter().zip(&*self.joints.states) {
-                    for t in (0..2).filter(|&t| other.members[t] == joint.members[side]) {
-                        let [force, moment] = state.wrench(t).map(|x| slot.middle.to_body(x));
-                        let more = residual(body, [&joint.anchors[side], &other.anchors[t]], force, moment);
-                        moved[side].by = add(moved[side].by, 1.0, more.by);
-                        moved[side].turned = add(moved[side].turned, 1.0, more.turned);
-                    }
-                }
+                let more = self.by_residual(body, slot, joint, side);
+                moved[side].by = add(moved[side].by, 1.0, more.by);
+                moved[side].turned = add(moved[side].turned, 1.0, more.turned);
             }
-            let Some(state) = self.joints.states.get(j) else { return Err(WorldError::Mismatch) };
+            let Some(state) = self.joints.states.get_mut(j) else { return Err(WorldError::Mismatch) };
             let gaps = state.gaps(joint.kind, [&frames[0], &frames[1]], moved);
+            state.end = gaps;
             for row in 0..state.rows {
-                let mut gap = gaps[row] + joint.compliance * state.force[row];
+                // A spring has its force in the mean over the step, which keeps its energy.
+                let spring = if joint.compliance > 0.0 { state.start[row] } else { 0.0 };
+                let mut gap = gaps[row] + spring + 2.0 * joint.compliance * state.force[row];
                 let cable = matches!(joint.kind, JointKind::Cable { .. });
                 let open = cable && gap > 0.0 && state.force[0] <= 0.0;
                 if state.broken || open && state.slack {
@@ -343,7 +365,12 @@ impl<T: Scalar> World<'_, T> {
     pub(crate) fn stored_in_joints(&self, members: &[Member<'_, '_, T>]) -> f64 {
         let mut sum = 0.0;
         for (joint, state) in self.joints.all.iter().zip(&*self.joints.states) {
-            sum += joint.compliance * state.force.iter().map(|force| force * force).sum::<f64>();
+            if joint.compliance > 0.0 && !state.broken {
+                let cable = matches!(joint.kind, JointKind::Cable { .. });
+                let stretched = |gap: &f64| if cable { gap.min(0.0) } else { *gap };
+                let square = |x: f64| x * x;
+                sum += state.end.iter().map(|gap| square(stretched(gap))).sum::<f64>() / joint.compliance;
+            }
             for (side, &member) in joint.members.iter().enumerate() {
                 let (Some(slot), Some(body)) =
                     (self.slots.get(member), members.get(member).and_then(Member::elastic))

@@ -84,8 +84,9 @@ impl Joint {
 pub struct JointState {
     /// Forces of the rows.
     pub(crate) force: [f64; ROWS],
-    /// Those that the step started from.
-    pub(crate) old: [f64; ROWS],
+    /// Gaps at the start and at the end of the step.
+    pub(crate) start: [f64; ROWS],
+    pub(crate) end: [f64; ROWS],
     /// Rows that hold.
     pub(crate) rows: usize,
     /// Directions of force and of moment on each member, in space.
