@@ -12,8 +12,8 @@
 //! - make such a file: that is the program `vademecum build`, or the crate `vademecum-build`;
 //! - read a file without stepping it, or write one of your own: [`vademecum_format`], which this crate
 //!   re-exports as [`mod@format`];
-//! - find out where bodies collide, or follow large deformation or plasticity: a file holds one linear
-//!   elastic body, with supports or free ([`FreeBody`]), whose displacements in its own frame are small.
+//! - follow plasticity or fracture: a file holds one elastic body, with supports or free ([`FreeBody`]).
+//!   Bodies that touch each other are a `World` (feature `world`).
 //!
 //! # The flow
 //!
