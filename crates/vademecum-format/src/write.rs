@@ -90,6 +90,29 @@ pub fn encode_into(
     write_planned(metadata, sections, length, copy, out)
 }
 
+/// Bytes [`encode_filled`] will write.
+///
+/// # Errors
+/// As [`encoded_len`].
+pub fn filled_len(metadata: &Metadata<'_>, sections: &[SectionInput<'_>]) -> Result<usize, FormatError> {
+    planned_len(metadata, sections, |section| section.decoded_length)
+}
+
+/// [`encode_into`] without a copy: `fill` writes the bytes of each section where they belong, zeros before.
+/// Sections are raw and have `decoded_length` bytes; `stored` is not looked at.
+///
+/// # Errors
+/// As [`encode_into`], and the errors of `fill`.
+pub fn encode_filled(
+    metadata: &Metadata<'_>,
+    sections: &[SectionInput<'_>],
+    mut fill: impl FnMut(SectionKind, &mut [u8]) -> Result<(), FormatError>,
+    out: &mut [u8],
+) -> Result<usize, FormatError> {
+    let length = |section: &SectionInput<'_>| section.decoded_length;
+    write_planned(metadata, sections, length, |section, place| fill(section.kind, place), out)
+}
+
 /// [`encoded_len`] for sections whose stored bytes are not there yet but have known lengths.
 pub(crate) fn planned_len(
     metadata: &Metadata<'_>,
