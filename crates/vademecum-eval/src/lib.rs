@@ -88,6 +88,9 @@
 //!   without flight and uses [`Body::push_spin`].
 //! - **Many bodies of one file.** [`Batch::len_for`] and [`Batch::new`]; [`Batch::load`] for each instance
 //!   that is pushed, [`Batch::step`] for all of them, [`Batch::get`] for each that is read.
+//! - **Bodies are joined.** [`Assembly`] (feature `assembly`) joins files at their ports while a program
+//!   runs, to the bytes of one file: welds, bushings, springs, hinges, ball joints, sliders; glued while they
+//!   move, and broken.
 //! - **A state is kept.** [`Body::save_into`] and [`Body::restore`]: tagged bytes, every bit.
 //!
 //! # Features
@@ -96,6 +99,7 @@
 //! |---|---|---|
 //! | `alloc` | [`Simulation`]: a body that owns its memory, in five lines | a heap |
 //! | `std` | `Simulation::open`: from a path; AVX2 for large displacements, found at run time | a system |
+//! | `assembly` | [`Assembly`]: bodies joined at bind to one file | `full` |
 //! | `full`, by default | all that a file may hold; without it exact steps only, for boards | nothing |
 //! | `mmap` | [`Mapped`]: a file mapped into memory | an operating system |
 //! | `unpack` | [`format::unpack_into`]: files that were packed to be shipped | `std` |
@@ -108,7 +112,7 @@
 #![no_std]
 // The pages link to what the features add; without them those links lead nowhere.
 #![cfg_attr(
-    not(all(feature = "alloc", feature = "mmap", feature = "unpack")),
+    not(all(feature = "alloc", feature = "assembly", feature = "mmap", feature = "unpack")),
     allow(rustdoc::broken_intra_doc_links)
 )]
 
@@ -134,8 +138,25 @@ mod show;
 
 mod flight;
 
+#[cfg(feature = "assembly")]
+mod assembly;
+
 mod body;
 
+#[cfg(feature = "assembly")]
+pub use assembly::assembly::{Assembly, AssemblyNumbers, AssemblyOptions, AssemblySizes};
+#[cfg(feature = "assembly")]
+pub use assembly::carry::{JointEnergy, JointForce};
+#[cfg(feature = "assembly")]
+pub use assembly::error::{AssemblyError, JointFault, PartFault};
+#[cfg(feature = "assembly")]
+pub use assembly::joint::{End, Joint};
+#[cfg(feature = "assembly")]
+pub use assembly::part::Part;
+#[cfg(feature = "assembly")]
+pub use assembly::pose::Pose;
+#[cfg(feature = "assembly")]
+pub use assembly::states::PartState;
 pub use base::error::{BindError, LoadError, LocateError, OutputError, ParameterError, StepError};
 pub use base::options::{
     MAX_CONTACTS, RegionScales, SceneOptions, Sizes, Status, Structure, StructureChoice,

@@ -143,11 +143,11 @@ pub(crate) fn write_planned(
     let n_sections = count(sections)?;
     let directory_end = BLOCK * (1 + sections.len());
     let metadata_length = metadata_len(metadata)?;
-    let (front, body) = out.split_at_mut(directory_end);
+    let (front, body) = out.split_at_mut_checked(directory_end).ok_or(short)?;
     let encoded = body.get_mut(..metadata_length).ok_or(short)?;
     encode_metadata(metadata, encoded)?;
     let metadata_crc32 = checksum(encoded);
-    let (header, directory) = front.split_at_mut(BLOCK);
+    let (header, directory) = front.split_first_chunk_mut::<BLOCK>().ok_or(short)?;
     write_sections(sections, length, fill, directory, body, [directory_end, metadata_length])?;
     let block = Header {
         minor: minor(metadata, sections),
@@ -158,7 +158,7 @@ pub(crate) fn write_planned(
         metadata_crc32,
         directory_crc32: checksum(directory),
     };
-    header.copy_from_slice(&block.encode());
+    *header = block.encode();
     File::parse(out)?;
     Ok(needed)
 }

@@ -132,7 +132,7 @@ pub(crate) fn factor(a: &mut [f64], n: usize, least: f64) -> Result<(), usize> {
         let (entry, taken) = (at(own, i), dot(before, before));
         let pivot = entry - taken;
         // Not a number is above nothing.
-        if !(pivot > 0.0 && pivot > least * entry) || !pivot.is_finite() {
+        if !(pivot > 0.0 && pivot > least * entry && pivot.is_finite()) {
             return Err(i);
         }
         set(own, i, libm::sqrt(pivot));
@@ -205,7 +205,9 @@ pub(crate) fn eliminate(a: &mut [f64], n: usize, b: &mut [f64]) -> Result<(), us
         if best != k {
             let other = row_mut(lower, best - k - 1, n);
             own.swap_with_slice(other.get_mut(..own.len()).ok_or(k)?);
-            b.swap(k.min(b.len().saturating_sub(1)), best.min(b.len().saturating_sub(1)));
+            let (one, other) = (at(b, k), at(b, best));
+            set(b, k, other);
+            set(b, best, one);
         }
         let pivot = at(own, k);
         if pivot == 0.0 || !pivot.is_finite() {

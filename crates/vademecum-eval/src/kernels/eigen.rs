@@ -1,8 +1,8 @@
 //! Eigenvalues and eigenvectors of a symmetric matrix in lent memory.
 //!
-//! Householder's reflections make the matrix tridiagonal, and implicit steps of QL with Wilkinson's shift make
-//! it diagonal (Golub and Van Loan 2013, §8.3). Eigenvectors are products of reflections and rotations, so
-//! they are orthonormal to rounding, those of equal eigenvalues too.
+//! Householder's reflections make the matrix tridiagonal, and implicit steps of QL with Wilkinson's shift
+//! make it diagonal (Golub and Van Loan 2013, §8.3). Eigenvectors are products of reflections and rotations,
+//! so they are orthonormal to rounding, those of equal eigenvalues too.
 
 use super::dense::{add_scaled, apply, at, dot, row, row_mut, set};
 
