@@ -58,7 +58,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     let poses = |gap: f64, height: f64| {
         let reach = side / 2.0 + gap + 0.02;
         let left = Pose::at([-reach, -0.015, height]);
-        let right = Pose { position: [reach, 0.015, height], attitude: [0.0, 0.0, 0.0, 1.0] };
+        let right = Pose::new([reach, 0.015, height], [0.0, 0.0, 0.0, 1.0]);
         (left, right)
     };
     let (at_left, at_right) = poses(1e-3, 5e-3);

@@ -5,14 +5,17 @@
 use std::alloc::{GlobalAlloc, Layout as Memory, System};
 use std::cell::Cell;
 use vademecum_eval::{
-    Anchor, Body as Bound, BodyOptions, Joint, JointKind, JointState, Member, Near, Place, Pose, RigidMotion,
-    RigidShape, Slot, Touch, Touching, World, WorldMemory, WorldOptions,
+    Anchor, Assembly, AssemblyOptions, Body as Bound, BodyOptions, Contact, End, Field, Joint, JointKind,
+    JointState, Loads, Member, Near, Part, PartState, Place, Pose, RigidMotion, RigidShape, Scene,
+    SceneOptions, Slot, State, StructureChoice, Surface, Touch, Touching, World, WorldJoint, WorldMemory,
+    WorldOptions,
 };
-use vademecum_eval::{Contact, Field, Loads, Scene, SceneOptions, State, StructureChoice, Surface};
+use vademecum_format::File;
 use vademecum_format::scheme::StepParameters;
-use vademecum_format::{Element, File};
 use vademecum_tests::regions::{R, TwoRegions, chebyshev};
 use vademecum_tests::synthetic::{Body, Layout, bathe};
+
+include!("../../crates/vademecum-eval/doc/masses.rs");
 
 struct Counting;
 
@@ -43,6 +46,41 @@ fn nothing_is_allocated_from_opening_to_reading() {
     a_life_at_fixed_parameters();
     a_life_with_changing_parameters();
     a_life_in_a_world();
+    bodies_joined_and_taken_apart();
+}
+
+fn bodies_joined_and_taken_apart() {
+    let (first, second) = (mass_on_spring(1.0), mass_on_spring(3.0));
+    let [first, second] = [&first, &second].map(|bytes| File::parse(bytes).expect("a file"));
+    let parts = [("a", first), ("b", second)];
+    let parts = parts.map(|(name, file)| Part::new(name, file, Pose::IDENTITY).expect("a part"));
+    let [a, b] = ["a.end", "b.end"].map(|name| End::find(&parts, name).expect("a port"));
+    let stiffness = [2.0, 0.0, 0.0, 0.0, 0.0, 0.0];
+    let joints = [Joint::bushing(a, b, &stiffness).as_it_stands()];
+    let moved = PartState { displacement: &[1.0], velocity: &[0.5], port_motion: &[] };
+    let states = [moved, PartState { displacement: &[-1.0], ..moved }];
+    let options = AssemblyOptions::default().as_it_stands(&states);
+    let sizes = Assembly::sizes(&parts, &joints, &options).expect("sizes");
+    let (mut memory, mut work, mut bytes) =
+        (vec![0.0; sizes.memory], vec![0.0; sizes.work], vec![0; sizes.bytes]);
+    let before = ALLOCATIONS.get();
+    let part = Part::new("a", first, Pose::IDENTITY).expect("a part");
+    assert_eq!(Assembly::sizes(&parts, &joints, &options), Ok(sizes));
+    let assembly =
+        Assembly::bind(&parts, &joints, &options, &mut bytes, &mut memory, &mut work).expect("joined");
+    let (mut eta, mut rates, mut q, mut speeds) = ([0.0; 2], [0.0; 2], [0.0; 2], [0.0; 2]);
+    assembly.join(&states, &mut eta, &mut rates, &mut work).expect("joined");
+    assembly.part_states(&eta, &rates, &mut q, &mut speeds, &mut work).expect("apart");
+    let mut forces = [0.0];
+    assembly.forces_into(&[2.0, -1.0], &[], &mut forces).expect("forces");
+    let reaction = assembly.reaction(0, &forces).expect("a reaction");
+    let after = ALLOCATIONS.get();
+    assert_eq!(after - before, 0);
+    // The first mass 1 m from where the spring was put.
+    assert!(part.n_coordinates() == 1 && (reaction.force[0] + 2.0).abs() < 1e-14);
+    assert!(
+        q.iter().zip([1.0, -1.0]).chain(speeds.iter().zip([0.5, 0.5])).all(|(a, b)| (a - b).abs() < 1e-14)
+    );
 }
 
 fn a_life_with_changing_parameters() {

@@ -3,6 +3,7 @@
 use std::path::PathBuf;
 
 use vademecum_build::input::toml_file::TomlError;
+use vademecum_eval::PartFault;
 use vademecum_format::{FormatError, SectionKind};
 use vademecum_rewrite::RewriteError;
 
@@ -49,6 +50,14 @@ pub enum AssemblyError {
         part: String,
         /// The section.
         kind: SectionKind,
+    },
+    /// Sections of a part that do not fit one another.
+    #[error("part `{part}`: {fault}")]
+    Fault {
+        /// The part.
+        part: String,
+        /// Its fault.
+        fault: PartFault,
     },
     /// Rows of joints that follow from others.
     #[error(

@@ -1,38 +1,24 @@
 //! Bodies joined from vademecum files that were built apart.
 //!
-//! An [`AssemblyFile`] names parts and the joints between their ports; [`assemble`] reads the parts, joins
-//! them by component mode synthesis with residual flexibility (`synthesis`), and gives the bytes of one
-//! ordinary vademecum file. Ports are patches and frames that `[[port]]` of a problem file names.
+//! An [`AssemblyFile`] names parts and the joints between their ports; [`assemble`] reads the parts and joins
+//! them by the evaluator's own synthesis (`vademecum_eval::Assembly`), which gives the bytes of one ordinary
+//! vademecum file. Ports are patches and frames that `[[port]]` of a problem file names.
 
 mod error;
 mod file;
-mod joint;
-mod part;
-mod pose;
-mod sections;
-mod synthesis;
+mod refusal;
 
 pub use error::AssemblyError;
 pub use file::{AssemblyFile, JointEntry, JointKind, PartEntry};
-pub use joint::JointReport;
 
-use vademecum_build::dynamics::{ModalRatios, Rayleigh, mode_table, table_matrix};
-use vademecum_build::export::Draft;
 use vademecum_build::mesh::{Mesh, hash};
-use vademecum_build::prepared::proposed_time_step;
 use vademecum_build::store::read_regular;
-use vademecum_format::scheme::SchemeTable;
-use vademecum_format::{
-    Axis, Certificate, File, MAX_AXES, MAX_MODES, MAX_PARAMETERS, Metadata, Parameter, SectionInput,
-    SectionKind, encode_into, encoded_len,
-};
+use vademecum_eval::{Assembly, AssemblyOptions, End, Joint, Part, Pose};
+use vademecum_format::{File, SectionKind};
 use vademecum_rewrite::{check_limited, default_limit, unpack};
 
-use joint::joint_rows;
-use part::Part;
-use pose::Pose;
-use sections::Joined;
-use synthesis::{Damped, Synthesis};
+use file::GROUND;
+use refusal::{of_assembly, of_part};
 
 /// A joined body.
 #[derive(Debug)]
@@ -66,6 +52,21 @@ pub struct AssemblyReport {
     pub time_step: f64,
     /// Losses of the joined file against its parts.
     pub notes: Vec<String>,
+}
+
+/// A joint as a report names it.
+#[derive(Clone, Debug, serde::Serialize)]
+pub struct JointReport {
+    /// Its name.
+    pub name: String,
+    /// Its kind.
+    pub kind: JointKind,
+    /// The ports it joins.
+    pub between: [String; 2],
+    /// Number of its rows.
+    pub rows: usize,
+    /// Largest distance between the ports \[m\].
+    pub distance: f64,
 }
 
 /// A part as a report names it.
@@ -124,125 +125,143 @@ pub fn assemble(file: &AssemblyFile) -> Result<Assembled, AssemblyError> {
             );
             return Err(file.refuse(&format!("part[{i}].hash"), format!("`{expected}`"), words).into());
         }
-        parts.push(Part::new(&entry.name, Pose::new(entry.position, entry.rotation), opened)?);
+        let pose = Pose::new(entry.position, entry.rotation);
+        parts.push(Part::new(&entry.name, opened, pose).map_err(|fault| of_part(&entry.name, fault))?);
     }
-    let (rows, joints) = joint_rows(file, &parts)?;
-    within(file, &parts)?;
-    let synthesis = Synthesis::new(&parts, &rows, |joint| file.joints[joint].name(joint))?;
-    write(file, &parts, joints, &synthesis)
+    let joints = joints(file, &parts)?;
+    join(file, &parts, &joints)
 }
 
-/// Refuses a joined body of more modes than a file has.
-fn within(file: &AssemblyFile, parts: &[Part<'_>]) -> Result<(), AssemblyError> {
-    let modes: usize = parts.iter().map(Part::n_modes).sum();
-    if modes > MAX_MODES as usize {
-        let expected = format!("at most {MAX_MODES}, the most a file has: parts of fewer modes");
-        return Err(file.refuse("part", format!("{modes} modes of all parts"), expected).into());
+/// The joints of the file, between the ports that they name.
+fn joints<'f>(file: &'f AssemblyFile, parts: &[Part<'_>]) -> Result<Vec<Joint<'f>>, AssemblyError> {
+    let end = |index: usize, name: &str| {
+        End::find(parts, name).ok_or_else(|| {
+            let of_part = |part: &Part<'_>| -> Vec<String> {
+                part.port_names().map(|port| format!("{}.{port}", part.name())).collect()
+            };
+            let known: Vec<String> = parts.iter().flat_map(of_part).collect();
+            let expected = match known.is_empty() {
+                true => "a port, `part.port`; no part has one: build it with `[[port]]`".to_string(),
+                false => format!("a port, `part.port`, one of {}", known.join(", ")),
+            };
+            AssemblyError::from(file.refuse(
+                &format!("joint[{index}].between"),
+                format!("`{name}`"),
+                expected,
+            ))
+        })
+    };
+    let mut joints = vec![];
+    for (index, entry) in file.joints.iter().enumerate() {
+        let [first, second] = &entry.between;
+        let first = end(index, first)?;
+        let second = if second == GROUND { None } else { Some(end(index, second)?) };
+        let stiffness = entry.stiffness.as_deref().unwrap_or_default();
+        let joint = match entry.kind {
+            JointKind::Weld => Joint::weld(first, second),
+            JointKind::Bushing => Joint::bushing(first, second, stiffness),
+            JointKind::Spring => Joint::spring(first, second, stiffness),
+            JointKind::Hinge => Joint::hinge(first, second),
+            JointKind::Ball => Joint::ball(first, second),
+            JointKind::Slider => Joint::slider(first, second),
+        };
+        joints.push(match entry.distance {
+            Some(distance) => joint.within(distance),
+            None => joint,
+        });
     }
-    Ok(())
+    Ok(joints)
 }
 
-fn write(
+/// Joins parts and writes what is said of them.
+fn join(file: &AssemblyFile, parts: &[Part<'_>], joints: &[Joint<'_>]) -> Result<Assembled, AssemblyError> {
+    let nodes = |part: &Part<'_>| part.file().metadata().n_surface_nodes as usize;
+    let places = parts.iter().flat_map(|part| (0..nodes(part)).map(|node| part.place(node)));
+    let options = AssemblyOptions {
+        time_step: file.step,
+        program: concat!("vademecum ", env!("CARGO_PKG_VERSION"), ", assembled"),
+        problem: &file.text,
+        // Of the nodes of all parts at their places: no mesh is that of the joined body.
+        mesh_hash: Some(hash(&Mesh::of_points(places.collect()))),
+        ..AssemblyOptions::default()
+    };
+    let refused = |error| of_assembly(file, error);
+    let sizes = Assembly::sizes(parts, joints, &options).map_err(refused)?;
+    let (mut memory, mut work) = (vec![0.0; sizes.memory], vec![0.0; sizes.work]);
+    let mut bytes = vec![0; sizes.bytes];
+    let assembly =
+        Assembly::bind(parts, joints, &options, &mut bytes, &mut memory, &mut work).map_err(refused)?;
+    let report = report(file, parts, joints, &assembly)?;
+    let length = assembly.bytes().len();
+    bytes.truncate(length);
+    Ok(Assembled { bytes, report })
+}
+
+fn report(
     file: &AssemblyFile,
     parts: &[Part<'_>],
-    joints: Vec<JointReport>,
-    synthesis: &Synthesis,
-) -> Result<Assembled, AssemblyError> {
-    let first_period =
-        synthesis.eigenvalues.first().map_or(1.0, |value| std::f64::consts::TAU / value.sqrt());
-    let time_step = file.step.unwrap_or_else(|| proposed_time_step(first_period));
-    let mut joined = Joined::new(parts, synthesis);
-    let (rayleigh, ratios, coupling, coupled) = match &synthesis.damping {
-        Damped::Alike { alpha, beta, ratio } => ((*alpha, *beta), vec![*ratio], 0.0, false),
-        Damped::Ratios(ratios, change) => ((0.0, 0.0), ratios.clone(), *change, false),
-        Damped::Rows(damping, change) => {
-            let own = |(k, value): (usize, &f64)| {
-                let sum: f64 = (0..damping.nrows()).map(|i| damping[(i, k)].powi(2)).sum();
-                sum / (2.0 * value.sqrt())
-            };
-            ((0.0, 0.0), synthesis.eigenvalues.iter().enumerate().map(own).collect(), *change, true)
-        }
+    joints: &[Joint<'_>],
+    assembly: &Assembly<'_>,
+) -> Result<AssemblyReport, AssemblyError> {
+    let numbers = assembly.report();
+    let of_part = |(part, entry): (&Part<'_>, &PartEntry)| PartReport {
+        name: entry.name.clone(),
+        file: entry.file.display().to_string(),
+        hash: hex(&part.file().metadata().mesh_hash),
+        modes: part.n_coordinates(),
+        free: part.rigid().is_some(),
     };
-    let table = mode_table(
-        &synthesis.eigenvalues,
-        &[],
-        &SchemeTable::EXACT,
-        (&Rayleigh { alpha: rayleigh.0, beta: rayleigh.1 }, &ModalRatios(ratios)),
-        time_step,
-    );
-    let mut own = joined.sections();
-    let of_stiffness = |part: &Part<'_>| part.file.metadata().beta > 0.0;
-    if rayleigh.1 == 0.0 && parts.iter().any(of_stiffness) {
-        joined.notes.push(
+    let of_joint = |index: usize| -> Result<JointReport, AssemblyError> {
+        let (entry, joint) = (&file.joints[index], &joints[index]);
+        Ok(JointReport {
+            name: entry.name(index),
+            kind: entry.kind,
+            between: entry.between.clone(),
+            rows: joint.n_rows(parts).map_err(|fault| refusal::of_joint(file, index, fault))?,
+            distance: numbers.distances[index],
+        })
+    };
+    let frequency = |value: &f64| value.sqrt() / std::f64::consts::TAU;
+    Ok(AssemblyReport {
+        title: file.title.clone(),
+        parts: parts.iter().zip(&file.parts).map(of_part).collect(),
+        joints: (0..joints.len()).map(of_joint).collect::<Result<_, _>>()?,
+        modes: numbers.eigenvalues.len(),
+        frequencies_hz: numbers.eigenvalues.iter().take(10).map(frequency).collect(),
+        synthesis: if numbers.rubin { "Rubin" } else { "MacNeal" },
+        damping_coupling: numbers.damping_coupling,
+        damping_coupled: numbers.damping_coupled,
+        time_step: numbers.time_step,
+        notes: notes(parts, assembly),
+    })
+}
+
+/// Losses of the joined body against its parts.
+fn notes(parts: &[Part<'_>], assembly: &Assembly<'_>) -> Vec<String> {
+    let mut notes = vec![];
+    let has = |part: &Part<'_>, kind| part.file().section(kind).is_some();
+    let loadable = |part: &&Part<'_>| part.file().metadata().n_load_nodes > 0;
+    let without = |part: &&Part<'_>| !has(part, SectionKind::ContactResidual);
+    if let Some(part) = parts.iter().filter(loadable).find(without) {
+        notes.push(format!(
+            "part `{}` has no residual flexibility, so the joined body has none under contacts",
+            part.name()
+        ));
+    }
+    let of_stiffness = |part: &Part<'_>| part.file().metadata().beta > 0.0;
+    if assembly.file().metadata().beta == 0.0 && parts.iter().any(of_stiffness) {
+        notes.push(
             "parts with different damping: under contacts, what the modes leave out answers at once, without \
              the damping by the stiffness of its part"
                 .into(),
         );
     }
-    own.push(joined.mode_table(table_matrix(&table)));
     for (kind, lost) in LOST {
-        for part in parts.iter().filter(|part| part.file.section(kind).is_some()) {
-            joined.notes.push(format!("part `{}`: the joined file has no {lost}", part.name));
+        for part in parts.iter().filter(|part| has(part, kind)) {
+            notes.push(format!("part `{}`: the joined file has no {lost}", part.name()));
         }
     }
-    let mut inputs: Vec<SectionInput<'_>> = own.iter().map(Draft::input).collect();
-    inputs.sort_by_key(|input| input.kind.number());
-    let (counts, first) = (joined.counts, parts[0].file.metadata());
-    let program = concat!("vademecum ", env!("CARGO_PKG_VERSION"), ", assembled");
-    let metadata = Metadata {
-        program,
-        problem: &file.text,
-        units: first.units,
-        // Of the nodes of all parts at their places: no mesh is that of the joined body.
-        mesh_hash: hash(&Mesh::of_points(
-            parts.iter().flat_map(|part| part.places.iter().copied()).collect(),
-        )),
-        n_nodes: counts.nodes as u32,
-        n_surface_nodes: counts.nodes as u32,
-        n_load_nodes: counts.load_nodes as u32,
-        n_triangles: counts.triangles as u32,
-        n_load_triangles: counts.load_triangles as u32,
-        n_modes: synthesis.eigenvalues.len() as u32,
-        n_patterns: counts.patterns as u32,
-        n_probes: counts.probes as u32,
-        scheme_name: first.scheme_name,
-        scheme: SchemeTable::EXACT,
-        time_step,
-        alpha: rayleigh.0,
-        beta: rayleigh.1,
-        n_regions: 1,
-        n_parameters: 0,
-        parameters: [Parameter::UNUSED; MAX_PARAMETERS],
-        axes: [Axis::UNUSED; MAX_AXES],
-        n_axes: 0,
-        n_terms: 0,
-        diagonal: true,
-        block: false,
-        certificate: Certificate::default(),
-    };
-    let mut bytes = vec![0; encoded_len(&metadata, &inputs)?];
-    encode_into(&metadata, &inputs, &mut bytes)?;
-    let frequencies = synthesis.eigenvalues.iter().take(10).map(|value| value.sqrt() / std::f64::consts::TAU);
-    let of_part = |(part, entry): (&Part<'_>, &PartEntry)| PartReport {
-        name: part.name.clone(),
-        file: entry.file.display().to_string(),
-        hash: hex(&part.file.metadata().mesh_hash),
-        modes: part.n_modes(),
-        free: part.is_free(),
-    };
-    let report = AssemblyReport {
-        title: file.title.clone(),
-        parts: parts.iter().zip(&file.parts).map(of_part).collect(),
-        joints,
-        modes: synthesis.eigenvalues.len(),
-        frequencies_hz: frequencies.collect(),
-        synthesis: if synthesis.rubin { "Rubin" } else { "MacNeal" },
-        damping_coupling: coupling,
-        damping_coupled: coupled,
-        time_step,
-        notes: joined.notes,
-    };
-    Ok(Assembled { bytes, report })
+    notes
 }
 
 /// Bytes in hexadecimal.

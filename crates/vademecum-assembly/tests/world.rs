@@ -12,8 +12,8 @@ use vademecum_build::input::Problem;
 use vademecum_build::pipeline::{BuildOptions, build};
 use vademecum_build::progress::Silent;
 use vademecum_eval::{
-    Anchor, Body, BodyOptions, Field, Joint, JointKind, JointState, Member, Near, Nodes, Place, Pose,
-    RigidMotion, RigidShape, Slot, SurfacePoint, Touch, Touching, World, WorldMemory, WorldOptions,
+    Anchor, Body, BodyOptions, Field, JointKind, JointState, Member, Near, Nodes, Place, Pose, RigidMotion,
+    RigidShape, Slot, SurfacePoint, Touch, Touching, World, WorldJoint, WorldMemory, WorldOptions,
     WorldReport,
 };
 use vademecum_format::{File, SectionKind};
@@ -65,7 +65,7 @@ impl Memory {
         Self::with(members, &[], options)
     }
 
-    fn with(members: &[Member<'_, '_, f64>], joints: &[Joint], options: &WorldOptions) -> Self {
+    fn with(members: &[Member<'_, '_, f64>], joints: &[WorldJoint], options: &WorldOptions) -> Self {
         let sizes = World::sizes(members, joints, options).expect("sizes");
         Self {
             slots: vec![Slot::default(); sizes.slots],
@@ -440,7 +440,7 @@ fn chain(file: &[u8], links: usize, time_step: f64, time: f64, every: f64) -> (V
                 0 => (links, Anchor::point([0.0, y, h / 2.0])),
                 _ => (i - 1, anchor(0.2, y)),
             };
-            joints.push(Joint::new(JointKind::Ball, [i, before.0], [anchor(0.0, y), before.1]));
+            joints.push(WorldJoint::new(JointKind::Ball, [i, before.0], [anchor(0.0, y), before.1]));
         }
     }
     let options =
@@ -583,7 +583,7 @@ fn held_by(
     time_step: f64,
     (time, every): (f64, f64),
     gravity: f64,
-    (joint, point): (&dyn Fn(&File<'_>) -> Joint, [f64; 3]),
+    (joint, point): (&dyn Fn(&File<'_>) -> WorldJoint, [f64; 3]),
     force: &dyn Fn(f64) -> Vec<([f64; 3], [f64; 3])>,
 ) -> Vec<[f64; 3]> {
     let file = File::parse(file).expect("a file");
@@ -641,9 +641,9 @@ fn a_cable_catches_as_at_full_order() {
     let expected = whole.march(times, -9.81, node, &[], &|_, u| {
         vec![(node, [0.0, 0.0, stiffness * (-u[node][2] - slack).max(0.0)])]
     });
-    let joint = |file: &File<'_>| Joint {
+    let joint = |file: &File<'_>| WorldJoint {
         compliance: 1.0 / stiffness,
-        ..Joint::new(
+        ..WorldJoint::new(
             JointKind::Cable { length: 0.1 + slack },
             [0, 1],
             [Anchor::Place(Place::node(node_at(file, top))), Anchor::point([0.04, 0.04, 0.18])],
@@ -672,7 +672,7 @@ fn a_slider_slides_as_at_full_order() {
     let node = whole.on(|x| (0..3).all(|c| (x[c] - corner[c]).abs() < 1e-9))[0];
     let expected = whole.march(times, 0.0, node, &[0, 1, 3, 4, 5], &|t, _| vec![(node, force(t))]);
     let joint = |_: &File<'_>| {
-        Joint::new(JointKind::Slider, [1, 0], [Anchor::point([0.04, 0.04, 0.0]), Anchor::Frame(0)])
+        WorldJoint::new(JointKind::Slider, [1, 0], [Anchor::point([0.04, 0.04, 0.0]), Anchor::Frame(0)])
     };
     for (time_step, bound) in [(1e-3, 0.05), (0.25e-3, 0.02)] {
         let file = built(&problem(CUBE, &port, 32, false));

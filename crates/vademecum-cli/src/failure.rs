@@ -289,9 +289,10 @@ impl From<AssemblyError> for Failure {
             AssemblyError::File(_) => (Cause::Input, "`vademecum schema assembly` has every key"),
             AssemblyError::Redundant { .. } | AssemblyError::Free { .. } => (Cause::Input, ""),
             AssemblyError::Unreadable { .. } => (Cause::Machine, ""),
-            AssemblyError::Part { .. } | AssemblyError::Kind { .. } | AssemblyError::Missing { .. } => {
-                (Cause::File, "")
-            }
+            AssemblyError::Part { .. }
+            | AssemblyError::Fault { .. }
+            | AssemblyError::Kind { .. }
+            | AssemblyError::Missing { .. } => (Cause::File, ""),
             AssemblyError::NoConvergence | AssemblyError::Format(_) => (Cause::Numerics, ""),
         };
         Self::new(cause, error).remedy(remedy)

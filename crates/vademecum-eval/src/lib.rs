@@ -88,6 +88,9 @@
 //!   without flight and uses [`Body::push_spin`].
 //! - **Many bodies of one file.** [`Batch::len_for`] and [`Batch::new`]; [`Batch::load`] for each instance
 //!   that is pushed, [`Batch::step`] for all of them, [`Batch::get`] for each that is read.
+//! - **Bodies are joined.** [`Assembly`] (feature `assembly`) joins files at their ports while a program
+//!   runs, to the bytes of one file: welds, bushings, springs, hinges, ball joints, sliders; glued while they
+//!   move, and broken.
 //! - **A state is kept.** [`Body::save_into`] and [`Body::restore`]: tagged bytes, every bit.
 //!
 //! # Features
@@ -96,6 +99,7 @@
 //! |---|---|---|
 //! | `alloc` | [`Simulation`]: a body that owns its memory, in five lines | a heap |
 //! | `std` | `Simulation::open`: from a path; AVX2 for large displacements, found at run time | a system |
+//! | `assembly` | [`Assembly`]: bodies joined at bind to one file | `full` |
 //! | `full`, by default | all that a file may hold; without it exact steps only, for boards | nothing |
 //! | `world` | [`World`]: bodies that touch, with friction | `full` |
 //! | `mmap` | [`Mapped`]: a file mapped into memory | an operating system |
@@ -109,7 +113,7 @@
 #![no_std]
 // The pages link to what the features add; without them those links lead nowhere.
 #![cfg_attr(
-    not(all(feature = "alloc", feature = "mmap", feature = "unpack")),
+    not(all(feature = "alloc", feature = "assembly", feature = "mmap", feature = "unpack")),
     allow(rustdoc::broken_intra_doc_links)
 )]
 
@@ -135,15 +139,32 @@ mod show;
 
 mod flight;
 
+#[cfg(feature = "assembly")]
+mod assembly;
+
 mod body;
 
 #[cfg(feature = "world")]
 mod world;
 
+#[cfg(feature = "assembly")]
+pub use assembly::assembly::{Assembly, AssemblyNumbers, AssemblyOptions, AssemblySizes};
+#[cfg(feature = "assembly")]
+pub use assembly::carry::{JointEnergy, JointForce};
+#[cfg(feature = "assembly")]
+pub use assembly::error::{AssemblyError, JointFault, PartFault};
+#[cfg(feature = "assembly")]
+pub use assembly::joint::{End, Joint};
+#[cfg(feature = "assembly")]
+pub use assembly::part::Part;
+#[cfg(feature = "assembly")]
+pub use assembly::states::PartState;
 pub use base::error::{BindError, LoadError, LocateError, OutputError, ParameterError, StepError};
 pub use base::options::{
     MAX_CONTACTS, RegionScales, SceneOptions, Sizes, Status, Structure, StructureChoice,
 };
+#[cfg(any(feature = "assembly", feature = "world"))]
+pub use base::pose::Pose;
 pub use base::scalar::Scalar;
 pub use body::any::{AnyBody, Precision};
 pub use body::batch::{Batch, BatchStatus};
@@ -175,8 +196,7 @@ pub use vademecum_format as format;
 pub use vademecum_format::BaseMotion;
 #[cfg(feature = "world")]
 pub use world::{
-    frame::Pose,
-    joint::{Anchor, Joint, JointKind, JointState},
+    joint::{Anchor, JointKind, JointState, WorldJoint},
     member::{Member, RigidShape},
     patch::Near,
     touch::Touch,

@@ -114,4 +114,4 @@ pub use strain::{MAX_STRAIN_ROWS, MAX_SUBSTEPS, StrainSizes};
 #[cfg(feature = "zstd")]
 pub use unpack::{Decoder, unpack_into, unpacked_len};
 #[cfg(feature = "full")]
-pub use write::{SectionInput, encode_into, encoded_len};
+pub use write::{SectionInput, encode_filled, encode_into, encoded_len, filled_len};

@@ -90,6 +90,29 @@ pub fn encode_into(
     write_planned(metadata, sections, length, copy, out)
 }
 
+/// Bytes [`encode_filled`] will write.
+///
+/// # Errors
+/// As [`encoded_len`].
+pub fn filled_len(metadata: &Metadata<'_>, sections: &[SectionInput<'_>]) -> Result<usize, FormatError> {
+    planned_len(metadata, sections, |section| section.decoded_length)
+}
+
+/// [`encode_into`] without a copy: `fill` writes the bytes of each section where they belong, zeros before.
+/// Sections are raw and have `decoded_length` bytes; `stored` is not looked at.
+///
+/// # Errors
+/// As [`encode_into`], and the errors of `fill`.
+pub fn encode_filled(
+    metadata: &Metadata<'_>,
+    sections: &[SectionInput<'_>],
+    mut fill: impl FnMut(SectionKind, &mut [u8]) -> Result<(), FormatError>,
+    out: &mut [u8],
+) -> Result<usize, FormatError> {
+    let length = |section: &SectionInput<'_>| section.decoded_length;
+    write_planned(metadata, sections, length, |section, place| fill(section.kind, place), out)
+}
+
 /// [`encoded_len`] for sections whose stored bytes are not there yet but have known lengths.
 pub(crate) fn planned_len(
     metadata: &Metadata<'_>,
@@ -120,11 +143,11 @@ pub(crate) fn write_planned(
     let n_sections = count(sections)?;
     let directory_end = BLOCK * (1 + sections.len());
     let metadata_length = metadata_len(metadata)?;
-    let (front, body) = out.split_at_mut(directory_end);
+    let (front, body) = out.split_at_mut_checked(directory_end).ok_or(short)?;
     let encoded = body.get_mut(..metadata_length).ok_or(short)?;
     encode_metadata(metadata, encoded)?;
     let metadata_crc32 = checksum(encoded);
-    let (header, directory) = front.split_at_mut(BLOCK);
+    let (header, directory) = front.split_first_chunk_mut::<BLOCK>().ok_or(short)?;
     write_sections(sections, length, fill, directory, body, [directory_end, metadata_length])?;
     let block = Header {
         minor: minor(metadata, sections),
@@ -135,7 +158,7 @@ pub(crate) fn write_planned(
         metadata_crc32,
         directory_crc32: checksum(directory),
     };
-    header.copy_from_slice(&block.encode());
+    *header = block.encode();
     File::parse(out)?;
     Ok(needed)
 }

@@ -6,8 +6,8 @@
 use core::panic::PanicInfo;
 use vademecum_eval::format::File;
 use vademecum_eval::{
-    Batch, Body, BodyOptions, Field, Place, Quantity, Scalar, SceneOptions, StructureChoice, Surface,
-    SurfaceTree,
+    Assembly, AssemblyOptions, Batch, Body, BodyOptions, Contact, End, Field, Joint, Part, PartState, Place,
+    Pose, Quantity, Scalar, SceneOptions, StructureChoice, Surface, SurfaceTree,
 };
 
 unsafe extern "C" {
@@ -78,6 +78,77 @@ fn run<T: Scalar>(bytes: &[u8], memory: &mut [T], work: &mut [f64], block: bool)
         }
     }
     Some(sum + body.point(&point, Field::Displacement).ok()?[0])
+}
+
+/// Two bodies of one file, welded, and taken apart.
+fn join(bytes: &[u8], out: &mut [u8], memory: &mut [f64], work: &mut [f64]) -> Option<f64> {
+    let file = File::parse(bytes).ok()?;
+    let pose = Pose::new([1.0, 0.0, 0.0], [1.0, 0.0, 0.0, 0.0]);
+    let parts = [Part::new("a", file, Pose::IDENTITY).ok()?, Part::new("b", file, pose).ok()?];
+    let (first, second) = (End::find(&parts, "a.end")?, End::find(&parts, "b.end")?);
+    let stiffness = [1.0; 6];
+    let joints = [
+        Joint::bushing(first, second, &stiffness).within(0.1),
+        Joint::spring(first, second, &stiffness),
+        Joint::weld(first, second).at(&stiffness),
+        Joint::hinge(first, None),
+        Joint::ball(first, None),
+        Joint::slider(first, second).as_it_stands(),
+    ];
+    let (states, work) = work.split_at_mut_checked(4 * parts[0].n_coordinates())?;
+    parts[0].move_ports(&[Contact::new(Place::node(0), [1.0; 3])], &[(0, 1.0)], states).ok()?;
+    let n = parts[0].n_coordinates();
+    let of_part = |k: usize| -> Option<PartState<'_>> {
+        let own = states.get(2 * k * n..2 * (k + 1) * n)?;
+        let (displacement, velocity) = own.split_at_checked(n)?;
+        Some(PartState { displacement, velocity, port_motion: &[] })
+    };
+    let states = [of_part(0)?, of_part(1)?];
+    let options = AssemblyOptions::default().as_it_stands(&states);
+    let sizes = Assembly::sizes(&parts, &joints, &options).ok()?;
+    let (carried, work) = work.split_at_mut_checked(5 * sizes.coordinates + sizes.rows)?;
+    let assembly = Assembly::bind(&parts, &joints, &options, out, memory, work).ok()?;
+    let (eta, rest) = carried.split_at_mut_checked(sizes.coordinates)?;
+    let (rates, rest) = rest.split_at_mut_checked(sizes.coordinates)?;
+    let (q, rest) = rest.split_at_mut_checked(sizes.coordinates)?;
+    let (speeds, forces) = rest.split_at_mut_checked(sizes.coordinates)?;
+    assembly.join(&states, eta, rates, work).ok()?;
+    assembly.part_states(eta, rates, q, speeds, work).ok()?;
+    let forces = forces.get_mut(..sizes.rows)?;
+    assembly.forces_into(q, &[], forces).ok()?;
+    let energy = assembly.joint_energy(forces, speeds);
+    let [x, ..] = parts[0].rigid_motion(&parts[1].rigid_coordinates([1.0; 3], [0.0; 3]));
+    let reaction = assembly.nodal_reaction_into(0, forces, work.get_mut(..3)?).ok()?;
+    let sum = x[0] + energy.stored + reaction.force[0] + assembly.reaction(1, forces).ok()?.moment[0];
+    let length = assembly.file().bytes().len() as f64;
+    Some(sum + assembly.report().time_step + assembly.offsets(2).ok()?.first()? + length)
+}
+
+/// [`join`] with the slices of a C caller.
+///
+/// # Safety
+/// As [`run_f32`].
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn join_f64(
+    bytes: *const u8,
+    n_bytes: usize,
+    out: *mut u8,
+    n_out: usize,
+    memory: *mut f64,
+    n: usize,
+    work: *mut f64,
+    n_work: usize,
+) -> f64 {
+    // SAFETY: the caller's promise.
+    let (bytes, out, memory, work) = unsafe {
+        (
+            core::slice::from_raw_parts(bytes, n_bytes),
+            core::slice::from_raw_parts_mut(out, n_out),
+            core::slice::from_raw_parts_mut(memory, n),
+            core::slice::from_raw_parts_mut(work, n_work),
+        )
+    };
+    join(bytes, out, memory, work).unwrap_or(f64::NAN)
 }
 
 /// `run` for f32 with the slices of a C caller.

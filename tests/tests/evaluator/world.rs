@@ -2,8 +2,8 @@
 //! speed; what cannot be a member is refused by name.
 
 use vademecum_eval::{
-    Anchor, Body, BodyOptions, Field, Joint, JointKind, JointState, Member, Near, Place, Pose, RigidMotion,
-    RigidShape, Slot, Touch, Touching, World, WorldError, WorldMemory, WorldOptions,
+    Anchor, Body, BodyOptions, Field, JointKind, JointState, Member, Near, Place, Pose, RigidMotion,
+    RigidShape, Slot, Touch, Touching, World, WorldError, WorldJoint, WorldMemory, WorldOptions,
 };
 use vademecum_format::File;
 
@@ -36,7 +36,7 @@ struct Memory {
 impl Memory {
     fn of(
         members: &[Member<'_, '_, f64>],
-        joints: &[Joint],
+        joints: &[WorldJoint],
         options: &WorldOptions,
     ) -> Result<Self, WorldError> {
         let sizes = World::sizes(members, joints, options)?;
@@ -159,12 +159,12 @@ fn what_cannot_be_is_refused() {
     }
     let point = Anchor::point([0.0; 3]);
     let wrong_joints = [
-        Joint::new(JointKind::Ball, [0, 1], [point, point]),
-        Joint::new(JointKind::Ball, [0, 1], [Anchor::Place(Place::node(u32::MAX)), point]),
-        Joint::new(JointKind::Hinge, [0, 1], [Anchor::Place(Place::node(0)), point]),
-        Joint::new(JointKind::Hinge, [0, 1], [Anchor::Frame(3), point]),
-        Joint::new(JointKind::Cable { length: -1.0 }, [0, 1], [Anchor::Place(Place::node(0)), point]),
-        Joint::new(JointKind::Ball, [0, 0], [Anchor::Place(Place::node(0)); 2]),
+        WorldJoint::new(JointKind::Ball, [0, 1], [point, point]),
+        WorldJoint::new(JointKind::Ball, [0, 1], [Anchor::Place(Place::node(u32::MAX)), point]),
+        WorldJoint::new(JointKind::Hinge, [0, 1], [Anchor::Place(Place::node(0)), point]),
+        WorldJoint::new(JointKind::Hinge, [0, 1], [Anchor::Frame(3), point]),
+        WorldJoint::new(JointKind::Cable { length: -1.0 }, [0, 1], [Anchor::Place(Place::node(0)), point]),
+        WorldJoint::new(JointKind::Ball, [0, 0], [Anchor::Place(Place::node(0)); 2]),
     ];
     for joint in wrong_joints {
         let joints = [joint];
@@ -177,7 +177,7 @@ fn what_cannot_be_is_refused() {
     let short = World::new(&members, &[], &[], &options, lent).err();
     assert!(matches!(short, Some(WorldError::LentMemory { found: 0, .. })), "{short:?}");
     // The same joint twice holds nothing more.
-    let joints = [Joint::new(JointKind::Ball, [0, 1], [Anchor::Place(Place::node(0)), point]); 2];
+    let joints = [WorldJoint::new(JointKind::Ball, [0, 1], [Anchor::Place(Place::node(0)), point]); 2];
     let mut memory = Memory::of(&members, &joints, &options).expect("sizes");
     let mut world = World::new(&members, &[], &joints, &options, memory.lend()).expect("a world");
     let redundant = world.step(&mut members).err();

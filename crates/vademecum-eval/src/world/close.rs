@@ -4,7 +4,7 @@ use crate::base::scalar::Scalar;
 use crate::base::vec3::{add, cross, dot};
 use crate::body::body::Body;
 use crate::world::frame::Frame;
-use crate::world::joint::{self, Joint, JointKind, JointState, Moved, ROWS, residual};
+use crate::world::joint::{self, JointKind, JointState, Moved, ROWS, WorldJoint, residual};
 use crate::world::member::{Member, kicked};
 use crate::world::touch::Touch;
 use crate::world::world::{Slot, World, WorldError};
@@ -12,7 +12,7 @@ use crate::world::world::{Slot, World, WorldError};
 /// Joints of a world, in lent memory.
 #[derive(Debug)]
 pub(crate) struct Joints<'m> {
-    pub all: &'m [Joint],
+    pub all: &'m [WorldJoint],
     pub states: &'m mut [JointState],
     /// Per joint and side, six rows of `stride` numbers.
     pub rows: &'m mut [f64],
@@ -27,7 +27,7 @@ pub(crate) struct Joints<'m> {
 }
 
 /// Rows of all joints, and numbers of their envelope.
-pub(crate) fn envelope(joints: &[Joint], moves: impl Fn(usize) -> bool) -> [usize; 2] {
+pub(crate) fn envelope(joints: &[WorldJoint], moves: impl Fn(usize) -> bool) -> [usize; 2] {
     let (mut rows, mut numbers) = (0_usize, 0_usize);
     for (i, joint) in joints.iter().enumerate() {
         let before: usize =
@@ -41,9 +41,9 @@ pub(crate) fn envelope(joints: &[Joint], moves: impl Fn(usize) -> bool) -> [usiz
 }
 
 /// The first joint that shares a member that moves with joint `i`.
-pub(crate) fn first_shared(joints: &[Joint], i: usize, moves: impl Fn(usize) -> bool) -> usize {
+pub(crate) fn first_shared(joints: &[WorldJoint], i: usize, moves: impl Fn(usize) -> bool) -> usize {
     let Some(own) = joints.get(i) else { return i };
-    let shares = |other: &Joint| other.members.iter().any(|&m| own.members.contains(&m) && moves(m));
+    let shares = |other: &WorldJoint| other.members.iter().any(|&m| own.members.contains(&m) && moves(m));
     joints.iter().take(i).position(shares).unwrap_or(i)
 }
 
@@ -144,7 +144,7 @@ impl<T: Scalar> World<'_, T> {
     }
 
     /// Motion of an anchor of a member by what its modes leave out, under all joints of the member.
-    fn by_residual(&self, body: &Body<'_, T>, slot: &Slot, joint: &Joint, side: usize) -> Moved {
+    fn by_residual(&self, body: &Body<'_, T>, slot: &Slot, joint: &WorldJoint, side: usize) -> Moved {
         let mut sum = Moved::default();
         for (other, state) in self.joints.all.iter().zip(&*self.joints.states) {
             for t in (0..2).filter(|&t| other.members[t] == joint.members[side]) {
@@ -392,7 +392,7 @@ impl<T: Scalar> World<'_, T> {
 }
 
 /// Forces and moments about its centre on each member.
-pub(crate) fn gather(slots: &mut [Slot], touches: &[Touch], joints: &[Joint], states: &[JointState]) {
+pub(crate) fn gather(slots: &mut [Slot], touches: &[Touch], joints: &[WorldJoint], states: &[JointState]) {
     slots.iter_mut().for_each(|slot| slot.pushed = [[0.0; 3]; 2]);
     let mut push = |member: usize, force: [f64; 3], moment: [f64; 3]| {
         if let Some(slot) = slots.get_mut(member) {

@@ -1,34 +1,15 @@
 //! Placements of a body in space.
 
+use crate::base::pose::Pose;
 use crate::base::principal::UNITS;
 use crate::base::vec3::{add, dot, minus};
 use crate::flight::rigid::RigidMotion;
 
-/// Placement of a body whose frame a host moves, or that stands.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Pose {
-    /// Place of the origin of its coordinates \[m\].
-    pub position: [f64; 3],
-    /// Rotation, a quaternion of length one, real part first.
-    pub attitude: [f64; 4],
-}
-
-impl Pose {
-    /// The coordinates of the file.
-    pub const IDENTITY: Self = Self { position: [0.0; 3], attitude: [1.0, 0.0, 0.0, 0.0] };
-
-    /// Moved, not turned.
-    #[must_use]
-    pub const fn at(position: [f64; 3]) -> Self {
-        Self { position, ..Self::IDENTITY }
-    }
-
-    /// The same as a motion with the origin as centre, with an attitude of length one; `None` if a number is
-    /// not finite.
-    pub(crate) fn motion(self) -> Option<RigidMotion> {
-        let Self { position, attitude } = self;
-        RigidMotion { position, attitude, momentum: [0.0; 3], angular_momentum: [0.0; 3] }.normalised()
-    }
+/// A placement as a motion with the origin as centre; `None` if it is not sound.
+pub(crate) fn motion_of(pose: &Pose) -> Option<RigidMotion> {
+    let (position, attitude) = (pose.position(), pose.attitude());
+    let motion = RigidMotion { position, attitude, momentum: [0.0; 3], angular_momentum: [0.0; 3] };
+    motion.normalised().filter(|_| pose.is_sound())
 }
 
 /// A rotation as a matrix, and the place of a centre.

@@ -19,7 +19,7 @@ pub(crate) const ROWS: usize = 6;
 
 /// A joint between two members.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Joint {
+pub struct WorldJoint {
     /// Its kind.
     pub kind: JointKind,
     /// Numbers of the two members.
@@ -71,7 +71,7 @@ impl Anchor {
     }
 }
 
-impl Joint {
+impl WorldJoint {
     /// A joint that holds.
     #[must_use]
     pub const fn new(kind: JointKind, members: [usize; 2], anchors: [Anchor; 2]) -> Self {

@@ -1,12 +1,13 @@
 //! Members of a world: bodies of files, held or free, and rigid bodies of a host.
 
+use crate::base::pose::Pose;
 use crate::base::scalar::Scalar;
 use crate::base::vec3::{add, cross, minus};
 use crate::body::body::Body;
 use crate::flight::rigid::{RigidBody, RigidMotion};
 use crate::sections::place::Place;
 use crate::sections::surface::Surface;
-use crate::world::frame::{Frame, Pose};
+use crate::world::frame::{Frame, motion_of};
 
 /// A body in a world, lent for one step.
 #[derive(Debug)]
@@ -39,7 +40,7 @@ impl<'m> RigidShape<'m> {
     /// triangle names a node that there is not.
     #[must_use]
     pub fn led(nodes: &'m [[f64; 3]], triangles: &'m [[u32; 3]], pose: Pose) -> Option<Self> {
-        Self::new(nodes, triangles, None, pose.motion()?)
+        Self::new(nodes, triangles, None, motion_of(&pose)?)
     }
 
     /// A body with a mass, in motion. `nodes` and `triangles` as for [`RigidShape::led`].
@@ -88,7 +89,7 @@ impl<'m> RigidShape<'m> {
     /// Placement at the end of the coming step of a body that the host moves; it stays there. `None`, and
     /// nothing changes, if a number is not finite.
     pub fn lead(&mut self, pose: Pose) -> Option<()> {
-        self.goal = pose.motion()?;
+        self.goal = motion_of(&pose)?;
         Some(())
     }
 
@@ -225,7 +226,7 @@ impl<'m, T: Scalar> Member<'_, 'm, T> {
     /// Its placement.
     pub(crate) fn frame(&self) -> Option<Frame> {
         Some(match self {
-            Self::Held(_, pose) => Frame::new(&pose.motion()?, [0.0; 3]),
+            Self::Held(_, pose) => Frame::new(&motion_of(pose)?, [0.0; 3]),
             Self::Free(body) => Frame::new(body.flight?.motion(), body.flight?.body().centre),
             Self::Rigid(shape) => Frame::new(&shape.motion, shape.centre()),
         })

@@ -30,8 +30,8 @@ use crate::sections::place::Place;
 use crate::world::bounds;
 use crate::world::close::{Joints, envelope, first_shared, gather};
 use crate::world::find::{Found, Surfaces, find};
-use crate::world::frame::{Frame, turned};
-use crate::world::joint::{Joint, JointKind, JointState, ROWS, at_rest};
+use crate::world::frame::{Frame, motion_of, turned};
+use crate::world::joint::{JointKind, JointState, ROWS, WorldJoint, at_rest};
 use crate::world::member::{Member, Outline, kicked};
 use crate::world::patch::{self, Near};
 use crate::world::rows::{answers, padded};
@@ -438,7 +438,7 @@ impl<'m, T: Scalar> World<'m, T> {
     /// [`WorldError::Member`].
     pub fn sizes(
         members: &[Member<'_, '_, T>],
-        joints: &[Joint],
+        joints: &[WorldJoint],
         options: &WorldOptions,
     ) -> Result<WorldSizes, WorldError> {
         let mut pieces = Pieces::default();
@@ -462,7 +462,7 @@ impl<'m, T: Scalar> World<'m, T> {
     pub fn new(
         members: &[Member<'_, '_, T>],
         pairs: &'m [Touching],
-        joints: &'m [Joint],
+        joints: &'m [WorldJoint],
         options: &WorldOptions,
         memory: WorldMemory<'m>,
     ) -> Result<Self, WorldError> {
@@ -788,7 +788,7 @@ impl<'m, T: Scalar> World<'m, T> {
             match member {
                 Member::Held(_, pose) => {
                     let reason = "its pose is not finite";
-                    let motion = pose.motion().ok_or(WorldError::Member { member: i, reason })?;
+                    let motion = motion_of(pose).ok_or(WorldError::Member { member: i, reason })?;
                     (motions, centre) = ([motion; 3], [0.0; 3]);
                 }
                 Member::Free(body) => {
@@ -1085,7 +1085,7 @@ fn moves<'a, T: Scalar>(members: &'a [Member<'_, '_, T>]) -> impl Fn(usize) -> b
 
 /// Rows of the joints in the envelope of their matrix.
 fn lay_out(
-    joints: &[Joint],
+    joints: &[WorldJoint],
     states: &mut [JointState],
     moves: impl Fn(usize) -> bool,
     starts: &mut [u32],
@@ -1110,7 +1110,7 @@ fn lay_out(
 
 /// Anchors of a joint at rest; `None` where they do not fit it.
 fn place_joint<T: Scalar>(
-    joint: &Joint,
+    joint: &WorldJoint,
     state: &mut JointState,
     members: &[Member<'_, '_, T>],
     slots: &[Slot],
