@@ -109,6 +109,12 @@ impl Failure {
         self
     }
 
+    /// Names the file that it is about, whoever can act.
+    pub(crate) fn within(mut self, file: &Path) -> Self {
+        self.file.get_or_insert_with(|| file.to_path_buf());
+        self
+    }
+
     /// Says what was kept all the same.
     pub fn kept(mut self, text: String) -> Self {
         self.kept = text;
@@ -240,6 +246,7 @@ impl From<ProblemError> for Failure {
                 Looks::Scenario => {
                     Some("it is a scenario: `vademecum run FILE --scenario SCENARIO` plays it")
                 }
+                Looks::Assembly => Some("it is an assembly: `run`, `frf`, `view` and `assemble` take it"),
                 _ => None,
             }),
             _ => PROBLEM_KEYS,

@@ -122,6 +122,35 @@ fn the_example_of_the_page_goes_through_the_consumers_of_a_file() {
     done("export fmu tower.vdm -o tower.fmu");
     done("report tower.vdm -o report.html");
     done("pack tower.vdm -o packed.vdm --tolerance 1e-4");
+
+    // The assembly file is taken where a file is taken, with the same results.
+    let probes = std::fs::read(at.join("out/probes.csv")).expect("a table");
+    done("run tower.toml --scenario weights.toml -o out");
+    assert_eq!(std::fs::read(at.join("out/probes.csv")).expect("a table"), probes);
+    let response = "--in 0.15,0.15,0.34,x --out post.tip --range 1,100 --json";
+    assert_eq!(done(&format!("frf tower.toml {response}")), done(&format!("frf tower.vdm {response}")));
+    done("view tower.toml --export joined.html");
+    let page = |name: &str| std::fs::read_to_string(at.join(name)).expect("a page").len();
+    // Titles differ by the ends of the names.
+    assert!(page("joined.html").abs_diff(page("page.html")) < 16);
+    done("export fmu tower.toml -o joined.fmu");
+    done("report tower.toml -o joined-report.html");
+    // Not as a part: a problem, or a file of its own.
+    for (line, words) in [
+        ("info tower.toml", "assemble"),
+        ("modes tower.toml", "it is an assembly"),
+        ("view tower.toml --export post.vdm --force", "post.vdm"),
+    ] {
+        let (code, _, errors) = run(at, line);
+        assert!(code != Some(0) && errors.contains(words), "{line}: {errors}");
+    }
+    // What cannot be joined names the assembly and its part.
+    std::fs::write(at.join("lost.toml"), example().replace("post.vdm", "none.vdm")).expect("written");
+    for line in ["run lost.toml --scenario weights.toml -o out", &format!("frf lost.toml {response}")] {
+        let (code, _, errors) = run(at, line);
+        let named = errors.contains("lost.toml") && errors.contains("part `post`");
+        assert!(code == Some(1) && named, "{line}: {errors}");
+    }
 }
 
 #[test]

@@ -20,7 +20,8 @@ use vademecum_study::{FileError, StudyError, run};
 use crate::arguments::{Limit, OutputArguments, StructureArgument, positive, setting};
 use crate::console::Console;
 use crate::failure::Failure;
-use crate::files::{chart_kind, is_stepped, open_or_map, outputs, usable_file, write_chart};
+use crate::files::{chart_kind, is_stepped, usable_file, write_chart};
+use crate::given::{Given, outputs_of};
 use crate::pictures::{Drawn, Panel, Series, Thinned, panels_chart};
 use crate::print::print_json;
 use list::{FILES, RunList, field_name};
@@ -34,7 +35,7 @@ use list::{FILES, RunList, field_name};
 Rows and fields are written while they are computed: what was there before Ctrl-C or a full disk is kept.
 Keys of the scenario file: `vademecum help scenario`")]
 pub(crate) struct Run {
-    /// The vademecum file.
+    /// The vademecum file, or an assembly file (TOML), which is joined in memory.
     file: PathBuf,
     /// The scenario file (TOML).
     #[arg(long)]
@@ -86,13 +87,14 @@ const MUCH: u64 = 100_000_000;
 impl Run {
     pub(crate) fn run(&self, console: &Console) -> Result<(), Failure> {
         let scenario = Scenario::read(&self.scenario)?;
-        let outputs = outputs(&self.outputs, &[Some(&self.file), Some(&self.scenario)], None);
+        let given = Given::look(&self.file)?;
+        let outputs = outputs_of(&self.outputs, &given, &[Some(&self.file), Some(&self.scenario)]);
         RunList::check(&outputs, &self.output)?;
         // The folder of the results is made with them.
         let made = |path: &&PathBuf| path.parent() != Some(&self.output) || self.output.is_dir();
         let plot = self.plot.iter().filter(made).map(|path| (path.clone(), chart_kind(path)));
         outputs.check(&plot.collect::<Vec<_>>())?;
-        let mapped = open_or_map(&self.file, self.map)?;
+        let mapped = given.open(&self.file, self.map, console)?;
         let mut memory = vec![];
         let shown = &scenario.output;
         let inside =
