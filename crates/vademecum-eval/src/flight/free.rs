@@ -158,6 +158,7 @@ impl FreeBody {
     }
 
     /// Force at the centre and moment about it in the coming step, in space.
+    #[cfg(feature = "world")]
     pub(crate) const fn pushes(&self) -> [[f64; 3]; 2] {
         [self.force, self.moment]
     }
