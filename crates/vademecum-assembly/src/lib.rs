@@ -4,6 +4,7 @@
 //! them by component mode synthesis with residual flexibility (`synthesis`), and gives the bytes of one
 //! ordinary vademecum file. Ports are patches and frames that `[[port]]` of a problem file names.
 
+mod entries;
 mod error;
 mod file;
 mod joint;
@@ -11,10 +12,13 @@ mod part;
 mod pose;
 mod sections;
 mod synthesis;
+mod world;
 
+pub use entries::{BoxEntry, ContactEntry, NodesEntry, OutputEntry, RigidEntry, WorldEntry};
 pub use error::AssemblyError;
 pub use file::{AssemblyFile, JointEntry, JointKind, PartEntry};
 pub use joint::JointReport;
+pub use world::{WorldPlan, WorldRow, WorldRunError, WorldRunOptions, WorldRunReport, WorldSink, run_world};
 
 use vademecum_build::dynamics::{ModalRatios, Rayleigh, mode_table, table_matrix};
 use vademecum_build::export::Draft;
@@ -99,6 +103,7 @@ const LOST: [(SectionKind, &str); 6] = [
 /// [`AssemblyError`]: files that cannot be read or joined, ports that do not meet, redundant joints, a body
 /// that is not held.
 pub fn assemble(file: &AssemblyFile) -> Result<Assembled, AssemblyError> {
+    file.refuse_world()?;
     let mut raw = vec![];
     for entry in &file.parts {
         let path = file.resolve(entry);

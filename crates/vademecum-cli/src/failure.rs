@@ -9,7 +9,7 @@ use std::fmt;
 use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
 
-use vademecum_assembly::AssemblyError;
+use vademecum_assembly::{AssemblyError, WorldRunError};
 use vademecum_build::basis::BasisError;
 use vademecum_build::dynamics::ModesError;
 use vademecum_build::input::ProblemError;
@@ -302,6 +302,20 @@ impl From<AssemblyError> for Failure {
             AssemblyError::NoConvergence | AssemblyError::Format(_) => (Cause::Numerics, ""),
         };
         Self::new(cause, error).remedy(remedy)
+    }
+}
+
+impl From<WorldRunError> for Failure {
+    fn from(error: WorldRunError) -> Self {
+        let cause = match error {
+            WorldRunError::Assembly(error) => return error.into(),
+            WorldRunError::Cancelled(_) => return Self::new(Cause::Stopped, "stopped on request"),
+            WorldRunError::Surface { .. } => Cause::Mesh,
+            WorldRunError::Bind { .. } | WorldRunError::Output { .. } => Cause::File,
+            WorldRunError::World { .. } => Cause::Input,
+            WorldRunError::Step { .. } => Cause::Numerics,
+        };
+        Self::new(cause, error)
     }
 }
 

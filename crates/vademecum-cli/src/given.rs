@@ -38,7 +38,7 @@ impl Given {
     pub(crate) fn parts(&self) -> Vec<PathBuf> {
         match self {
             Self::File => vec![],
-            Self::Assembly(file) => file.parts.iter().map(|part| file.resolve(part)).collect(),
+            Self::Assembly(file) => file.inputs(),
         }
     }
 

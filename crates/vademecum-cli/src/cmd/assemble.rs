@@ -56,7 +56,7 @@ struct AssembleOutput {
 impl Assemble {
     pub(crate) fn run(&self, console: &Console) -> Result<(), Failure> {
         let file = AssemblyFile::read(&self.assembly).map_err(vademecum_assembly::AssemblyError::from)?;
-        let parts: Vec<PathBuf> = file.parts.iter().map(|part| file.resolve(part)).collect();
+        let parts = file.inputs();
         let mut inputs: Vec<Option<&Path>> = vec![Some(&self.assembly)];
         inputs.extend(parts.iter().map(|part| Some(part.as_path())));
         let outputs = outputs(&self.outputs, &inputs, None);

@@ -1,0 +1,12 @@
+//! Worlds of an assembly file: parts that move, touch and turn, marched by [`vademecum_eval::World`].
+
+mod error;
+mod joints;
+mod march;
+mod mass;
+mod overlap;
+mod parts;
+mod rows;
+
+pub use error::WorldRunError;
+pub use march::{WorldPlan, WorldRow, WorldRunOptions, WorldRunReport, WorldSink, run_world};
