@@ -26,7 +26,8 @@ pub(crate) fn solid(nodes: &[[f64; 3]], triangles: &[[u32; 3]], density: f64) ->
     for triangle in triangles {
         let corners = triangle.map(|node| sub(nodes[node as usize], middle));
         let [a, b, c] = corners;
-        // A tetrahedron from the first node: `∫ x xᵀ = v/20 (s sᵀ + a aᵀ + b bᵀ + c cᵀ)` with `s = a + b + c`.
+        // A tetrahedron from the first node, with `s = a + b + c`:
+        // `∫ x xᵀ = v/20 (s sᵀ + a aᵀ + b bᵀ + c cᵀ)`.
         let own = dot(a, cross(b, c)) / 6.0;
         let sum: [f64; 3] = std::array::from_fn(|k| a[k] + b[k] + c[k]);
         volume += own;
@@ -60,7 +61,7 @@ pub(crate) fn solid(nodes: &[[f64; 3]], triangles: &[[u32; 3]], density: f64) ->
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::world::parts::block;
+    use crate::world::block::block;
 
     #[test]
     fn a_box_has_its_mass_centre_and_moments() {

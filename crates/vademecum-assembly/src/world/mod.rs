@@ -1,5 +1,6 @@
 //! Worlds of an assembly file: parts that move, touch and turn, marched by [`vademecum_eval::World`].
 
+mod block;
 mod error;
 mod joints;
 mod march;

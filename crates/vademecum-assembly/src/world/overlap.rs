@@ -74,7 +74,7 @@ fn depth(of: &Skin<'_>, surface: &Skin<'_>, least: f64) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::world::parts::block;
+    use crate::world::block::block;
 
     #[test]
     fn blocks_that_touch_do_not_overlap_and_their_depth_is_found() {
