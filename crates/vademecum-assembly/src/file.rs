@@ -6,14 +6,13 @@ use schemars::JsonSchema;
 use serde::Deserialize;
 use vademecum_build::input::toml_file::{self, TomlError};
 
+use crate::entries::{ContactEntry, LARGEST, OutputEntry, Refused, RigidEntry, WorldEntry, listed};
+
 /// The ground, in place of a port of a joint.
 pub const GROUND: &str = "ground";
 
 /// Largest distance of a quaternion from unit length.
 const UNIT: f64 = 1e-6;
-
-/// Largest size of a coordinate, a stiffness or a time.
-const LARGEST: f64 = 1e30;
 
 /// Parts, and the joints between them.
 #[derive(Clone, Debug, Deserialize, JsonSchema)]
@@ -32,6 +31,14 @@ pub struct AssemblyFile {
     /// Joints between ports.
     #[serde(rename = "joint", default)]
     pub joints: Vec<JointEntry>,
+    /// A world; absent of parts that are joined to one body.
+    pub world: Option<WorldEntry>,
+    /// Pairs of parts that may touch in a world.
+    #[serde(rename = "contact", default)]
+    pub contacts: Vec<ContactEntry>,
+    /// Columns of the table of a world.
+    #[serde(rename = "output", default)]
+    pub outputs: Vec<OutputEntry>,
     /// The text this was read from.
     #[serde(skip)]
     pub text: String,
@@ -50,7 +57,10 @@ pub struct PartEntry {
     /// Its name.
     pub name: String,
     /// Its vademecum file; a relative path starts from the folder of the assembly file.
+    #[serde(default, skip_serializing_if = "nameless")]
     pub file: PathBuf,
+    /// A rigid body of a world, in place of a file.
+    pub rigid: Option<RigidEntry>,
     /// Mesh hash of the file, as `vademecum info` prints it; another file is refused.
     pub hash: Option<String>,
     /// Place of the origin of its coordinates \[m\].
@@ -59,6 +69,14 @@ pub struct PartEntry {
     /// Its rotation as a unit quaternion, real part first.
     #[serde(default = "unturned")]
     pub rotation: [f64; 4],
+    /// Velocity of its centre of mass in space \[m/s\], of a part of a world that moves freely.
+    pub velocity: Option<[f64; 3]>,
+    /// Angular velocity in space \[rad/s\], of a part of a world that moves freely.
+    pub spin: Option<[f64; 3]>,
+}
+
+fn nameless(path: &Path) -> bool {
+    path.as_os_str().is_empty()
 }
 
 fn unturned() -> [f64; 4] {
@@ -73,10 +91,18 @@ pub struct JointEntry {
     pub name: Option<String>,
     /// Its kind.
     pub kind: JointKind,
-    /// The ports it joins, `part.port` each; the second may be `ground`.
+    /// The ports it joins, `part.port` each; the second may be `ground`. A rigid body goes by its name alone.
     pub between: [String; 2],
-    /// Stiffness of a bushing or a spring \[N/m, N m\].
+    /// Stiffness of a bushing or a spring, or of a cable, which is one number \[N/m, N m\].
     pub stiffness: Option<Vec<f64>>,
+    /// Rotations of any size, of a ball joint, a hinge or a slider between frames in a world.
+    #[serde(default)]
+    pub turns: bool,
+    /// Length of a cable \[m\]; absent: the distance at the start.
+    pub length: Option<f64>,
+    /// Point in space at the start \[m\] of a side that is `ground` or a rigid body; absent: the port of the
+    /// other side.
+    pub at: Option<[f64; 3]>,
     /// Largest distance between the ports \[m\]; absent: a thousandth of their size.
     pub distance: Option<f64>,
 }
@@ -97,6 +123,8 @@ pub enum JointKind {
     Ball,
     /// All motions but the displacement along the third axis of the first frame; small angles.
     Slider,
+    /// Two points are no farther apart than a length; in a world only.
+    Cable,
 }
 
 impl JointKind {
@@ -109,11 +137,17 @@ impl JointKind {
             Self::Hinge => "hinge",
             Self::Ball => "ball",
             Self::Slider => "slider",
+            Self::Cable => "cable",
         }
     }
 }
 
 impl JointEntry {
+    /// True of a joint that a world closes in its step.
+    pub(crate) fn is_of_step(&self) -> bool {
+        self.turns || self.kind == JointKind::Cable
+    }
+
     /// Its name, or its kind with its number.
     pub(crate) fn name(&self, index: usize) -> String {
         self.name.clone().unwrap_or_else(|| format!("{}{}", self.kind.word(), index + 1))
@@ -146,6 +180,15 @@ impl AssemblyFile {
         self.folder.join(&part.file)
     }
 
+    /// The files that the parts are read from: vademecum files, and surfaces of rigid bodies.
+    pub fn inputs(&self) -> Vec<PathBuf> {
+        let of_part = |part: &PartEntry| match &part.rigid {
+            None => Some(self.resolve(part)),
+            Some(rigid) => rigid.surface.as_ref().map(|surface| self.folder.join(surface)),
+        };
+        self.parts.iter().filter_map(of_part).collect()
+    }
+
     /// Refuses the value of a key.
     pub(crate) fn refuse(&self, key: &str, found: impl ToString, expected: impl Into<String>) -> TomlError {
         TomlError::Impossible {
@@ -157,57 +200,200 @@ impl AssemblyFile {
     }
 
     fn check(&self) -> Result<(), TomlError> {
-        let require = |holds: bool, key: &str, found: String, expected: &str| {
-            if holds { Ok(()) } else { Err(self.refuse(key, found, expected)) }
-        };
-        require(self.format == 1, "format", self.format.to_string(), "1, the version of this format")?;
-        require(!self.parts.is_empty(), "part", "none".into(), "at least one `[[part]]`")?;
+        self.require(self.format == 1, "format", self.format, "1, the version of this format")?;
+        self.require(!self.parts.is_empty(), "part", "none", "at least one `[[part]]`")?;
         if let Some(step) = self.step {
-            require(step > 0.0 && step <= LARGEST, "step", step.to_string(), "a time in seconds above 0")?;
+            self.require(step > 0.0 && step <= LARGEST, "step", step, "a time in seconds above 0")?;
         }
-        for (i, part) in self.parts.iter().enumerate() {
-            let key = |name: &str| format!("part[{i}].{name}");
-            let twice = self.parts[..i].iter().any(|other| other.name == part.name);
-            let plain = !part.name.is_empty() && !part.name.contains(['.', '\n', ',', '"']);
-            let expected = "a name of one line without dot, comma and quotation mark that no other part has, and not \
-                 `ground`";
-            let holds = plain && !twice && part.name != GROUND;
-            require(holds, &key("name"), format!("`{}`", part.name), expected)?;
-            let finite = part.position.iter().all(|x| x.abs() <= LARGEST);
-            require(finite, &key("position"), listed(&part.position), "finite numbers")?;
-            let length = part.rotation.iter().map(|x| x * x).sum::<f64>().sqrt();
-            let expected = "a unit quaternion, real part first: four numbers whose squares sum to 1";
-            let sound = (length - 1.0).abs() <= UNIT;
-            require(sound, &key("rotation"), listed(&part.rotation), expected)?;
+        (0..self.parts.len()).try_for_each(|i| self.check_part(i))?;
+        (0..self.joints.len()).try_for_each(|i| self.check_joint(i))?;
+        match &self.world {
+            Some(world) => self.check_world(world),
+            None => self.check_joined(),
         }
-        for (i, joint) in self.joints.iter().enumerate() {
-            let key = |name: &str| format!("joint[{i}].{name}");
-            let name = joint.name(i);
-            let twice = self.joints[..i].iter().enumerate().any(|(j, other)| other.name(j) == name);
-            require(!twice, &key("name"), format!("`{name}`"), "a name that no other joint has")?;
-            let elastic = matches!(joint.kind, JointKind::Bushing | JointKind::Spring);
-            let given = joint.stiffness.is_some();
-            let found = if given { "given" } else { "absent" };
-            let expected = "the stiffness of a bushing or a spring, and of no other joint";
-            require(given == elastic, &key("stiffness"), found.into(), expected)?;
-            let stiffness = joint.stiffness.as_deref().unwrap_or_default();
-            let sound = stiffness.iter().all(|k| (0.0..=LARGEST).contains(k));
-            let some = !given || stiffness.iter().any(|k| *k > 0.0);
-            let expected = "numbers of 0 or more, one of them above 0";
-            require(sound && some, &key("stiffness"), listed(stiffness), expected)?;
-            let distance = joint.distance.is_none_or(|distance| (0.0..=LARGEST).contains(&distance));
-            require(
-                distance,
-                &key("distance"),
-                joint.distance.unwrap_or_default().to_string(),
-                "a length of 0 or more",
-            )?;
+    }
+
+    fn require(
+        &self,
+        holds: bool,
+        key: &str,
+        found: impl ToString,
+        expected: impl Into<String>,
+    ) -> Result<(), TomlError> {
+        if holds { Ok(()) } else { Err(self.refuse(key, found, expected)) }
+    }
+
+    /// Refuses the fault of an entry.
+    fn sound(&self, entry: &str, fault: Option<Refused>) -> Result<(), TomlError> {
+        fault.map_or(Ok(()), |(key, found, expected)| {
+            Err(self.refuse(&format!("{entry}.{key}"), found, expected))
+        })
+    }
+
+    fn check_part(&self, i: usize) -> Result<(), TomlError> {
+        let part = &self.parts[i];
+        let key = |name: &str| format!("part[{i}].{name}");
+        let twice = self.parts[..i].iter().any(|other| other.name == part.name);
+        let plain = !part.name.is_empty() && !part.name.contains(['.', '\n', ',', '"']);
+        let expected = "a name of one line without dot, comma and quotation mark that no other part has, and not `ground`";
+        let holds = plain && !twice && part.name != GROUND;
+        self.require(holds, &key("name"), format!("`{}`", part.name), expected)?;
+        let has_file = !nameless(&part.file);
+        let found = if has_file { "given beside `rigid`" } else { "absent" };
+        let expected = "the vademecum file of the part, or `rigid` in its place";
+        let at = if has_file { key("file") } else { key("name") };
+        self.require(has_file != part.rigid.is_some(), &at, format!("`file` {found}"), expected)?;
+        self.sound(&format!("part[{i}]"), part.rigid.as_ref().and_then(RigidEntry::fault))?;
+        let hash = part.hash.as_deref().filter(|_| !has_file);
+        self.require(hash.is_none(), &key("hash"), "given", "no hash: a rigid body has none")?;
+        let finite = |numbers: &[f64; 3]| numbers.iter().all(|x| x.abs() <= LARGEST);
+        self.require(finite(&part.position), &key("position"), listed(&part.position), "finite numbers")?;
+        let length = part.rotation.iter().map(|x| x * x).sum::<f64>().sqrt();
+        let expected = "a unit quaternion, real part first: four numbers whose squares sum to 1";
+        let unit = (length - 1.0).abs() <= UNIT;
+        self.require(unit, &key("rotation"), listed(&part.rotation), expected)?;
+        let fixed = part.rigid.as_ref().is_some_and(|rigid| rigid.density.is_none());
+        for (name, value) in [("velocity", part.velocity), ("spin", part.spin)] {
+            let Some(value) = value else { continue };
+            self.require(finite(&value), &key(name), listed(&value), "finite numbers")?;
+            let expected = "a rigid body with a `density`: one without stands still";
+            self.require(!fixed, &key(name), listed(&value), expected)?;
         }
         Ok(())
     }
+
+    fn check_joint(&self, i: usize) -> Result<(), TomlError> {
+        let joint = &self.joints[i];
+        let key = |name: &str| format!("joint[{i}].{name}");
+        let name = joint.name(i);
+        let twice = self.joints[..i].iter().enumerate().any(|(j, other)| other.name(j) == name);
+        self.require(!twice, &key("name"), format!("`{name}`"), "a name that no other joint has")?;
+        let elastic = matches!(joint.kind, JointKind::Bushing | JointKind::Spring);
+        let cable = joint.kind == JointKind::Cable;
+        let given = joint.stiffness.is_some();
+        let found = if given { "given" } else { "absent" };
+        let expected = "the stiffness of a bushing or a spring, or of a cable, and of no other joint";
+        self.require(given == elastic || cable, &key("stiffness"), found, expected)?;
+        let stiffness = joint.stiffness.as_deref().unwrap_or_default();
+        let sound = stiffness.iter().all(|k| (0.0..=LARGEST).contains(k));
+        let some = !given || stiffness.iter().any(|k| *k > 0.0);
+        let expected = "numbers of 0 or more, one of them above 0";
+        self.require(sound && some, &key("stiffness"), listed(stiffness), expected)?;
+        let one = !cable || stiffness.len() <= 1;
+        self.require(one, &key("stiffness"), listed(stiffness), "one number of a cable")?;
+        let positive = |value: Option<f64>| value.is_none_or(|value| (0.0..=LARGEST).contains(&value));
+        for (name, value) in [("distance", joint.distance), ("length", joint.length)] {
+            self.require(positive(value), &key(name), value.unwrap_or_default(), "a length of 0 or more")?;
+        }
+        let turning = matches!(joint.kind, JointKind::Hinge | JointKind::Ball | JointKind::Slider);
+        let expected = "`false`: balls, hinges and sliders turn far, and cables always do";
+        self.require(!joint.turns || turning, &key("turns"), joint.turns, expected)?;
+        let length = joint.length.filter(|_| !cable);
+        self.require(
+            length.is_none(),
+            &key("length"),
+            "given",
+            "the length of a cable, and of no other joint",
+        )?;
+        let at = joint.at.unwrap_or_default();
+        self.require(at.iter().all(|x| x.abs() <= LARGEST), &key("at"), listed(&at), "finite numbers")
+    }
+
+    /// Refuses keys of a world in an assembly without one.
+    fn check_joined(&self) -> Result<(), TomlError> {
+        let refuse = |key: String, found: String| {
+            let expected = "`[world]` with its `time`: this key is that of bodies that move in a world";
+            Err(self.refuse(&key, found, expected))
+        };
+        for (i, part) in self.parts.iter().enumerate() {
+            let keys = [
+                ("rigid", part.rigid.is_some()),
+                ("velocity", part.velocity.is_some()),
+                ("spin", part.spin.is_some()),
+            ];
+            if let Some((key, _)) = keys.into_iter().find(|(_, given)| *given) {
+                return refuse(format!("part[{i}].{key}"), "given".into());
+            }
+        }
+        for (i, joint) in self.joints.iter().enumerate() {
+            if joint.is_of_step() {
+                let key = if joint.turns { "turns" } else { "kind" };
+                let found = if joint.turns { "true" } else { "`cable`" };
+                return refuse(format!("joint[{i}].{key}"), found.into());
+            }
+            if joint.at.is_some() {
+                return refuse(format!("joint[{i}].at"), "given".into());
+            }
+        }
+        if let Some(contact) = self.contacts.first() {
+            return refuse("contact[0].between".into(), pair(&contact.between));
+        }
+        match self.outputs.first() {
+            Some(output) => refuse("output[0].part".into(), format!("`{}`", output.part)),
+            None => Ok(()),
+        }
+    }
+
+    fn check_world(&self, world: &WorldEntry) -> Result<(), TomlError> {
+        self.sound("world", world.fault())?;
+        let twice = self.step.is_some() && world.step.is_some();
+        self.require(!twice, "world.step", "given beside `step`", "one of the two")?;
+        for (i, joint) in self.joints.iter().enumerate() {
+            let found = format!("`{}` without `turns = true`", joint.kind.word());
+            let expected = "joints that a step closes: `turns = true`, or a cable; join welded parts with `vademecum \
+                            assemble` first, and name the joined file as a part";
+            self.require(joint.is_of_step(), &format!("joint[{i}].kind"), found, expected)?;
+        }
+        let names = || self.parts.iter().map(|part| part.name.as_str()).collect::<Vec<_>>().join(", ");
+        for (i, contact) in self.contacts.iter().enumerate() {
+            let key = format!("contact[{i}].between");
+            let found = pair(&contact.between);
+            let known = contact.between.iter().all(|name| self.part(name).is_some());
+            self.require(known, &key, &found, format!("two parts of {}", names()))?;
+            let [a, b] = &contact.between;
+            self.require(a != b, &key, &found, "two different parts")?;
+            let same = |other: &ContactEntry| other.between.contains(a) && other.between.contains(b);
+            let twice = self.contacts[..i].iter().any(same);
+            self.require(!twice, &key, &found, "a pair that is named once")?;
+            let rigid = |name: &str| self.part(name).is_some_and(|part| self.parts[part].rigid.is_some());
+            self.require(!rigid(a) || !rigid(b), &key, &found, "a pair of which one part has a `file`")?;
+            self.sound(&format!("contact[{i}]"), contact.fault())?;
+        }
+        for (i, output) in self.outputs.iter().enumerate() {
+            let key = |name: &str| format!("output[{i}].{name}");
+            let found = format!("`{}`", output.part);
+            self.require(
+                self.part(&output.part).is_some(),
+                &key("part"),
+                found,
+                format!("one of {}", names()),
+            )?;
+            let twice = self.outputs[..i].iter().any(|other| other.name() == output.name());
+            let plain = !output.name().is_empty() && !output.name().contains(['\n', ',', '"']);
+            let expected = "a name of one line without comma and quotation mark that no other output has";
+            let at = if output.name.is_some() { key("name") } else { key("part") };
+            self.require(plain && !twice, &at, format!("`{}`", output.name()), expected)?;
+            let point = output.point.unwrap_or_default();
+            let finite = point.iter().all(|x| x.abs() <= LARGEST);
+            self.require(finite, &key("point"), listed(&point), "finite numbers")?;
+        }
+        Ok(())
+    }
+
+    /// Refuses a world, which is no one body.
+    pub(crate) fn refuse_world(&self) -> Result<(), TomlError> {
+        let expected = "an assembly without `[world]`: parts that touch or turn are not one body; `vademecum run` \
+                        marches them";
+        self.require(self.world.is_none(), "world", "given", expected)
+    }
+
+    /// Number of a part.
+    pub(crate) fn part(&self, name: &str) -> Option<usize> {
+        self.parts.iter().position(|part| part.name == name)
+    }
 }
 
-/// Numbers as an assembly file has them.
-fn listed(numbers: &[f64]) -> String {
-    format!("[{}]", numbers.iter().map(f64::to_string).collect::<Vec<_>>().join(", "))
+/// Two names as an assembly file has them.
+fn pair([a, b]: &[String; 2]) -> String {
+    format!("`{a}` and `{b}`")
 }

@@ -4,12 +4,16 @@
 //! them by the evaluator's own synthesis (`vademecum_eval::Assembly`), which gives the bytes of one ordinary
 //! vademecum file. Ports are patches and frames that `[[port]]` of a problem file names.
 
+mod entries;
 mod error;
 mod file;
 mod refusal;
+mod world;
 
+pub use entries::{BoxEntry, ContactEntry, NodesEntry, OutputEntry, RigidEntry, WorldEntry};
 pub use error::AssemblyError;
 pub use file::{AssemblyFile, JointEntry, JointKind, PartEntry};
+pub use world::{WorldPlan, WorldRow, WorldRunError, WorldRunOptions, WorldRunReport, WorldSink, run_world};
 
 use vademecum_build::mesh::{Mesh, hash};
 use vademecum_build::store::read_regular;
@@ -101,6 +105,7 @@ const LOST: [(SectionKind, &str); 7] = [
 /// [`AssemblyError`]: files that cannot be read or joined, ports that do not meet, redundant joints, a body
 /// that is not held.
 pub fn assemble(file: &AssemblyFile) -> Result<Assembled, AssemblyError> {
+    file.refuse_world()?;
     let mut raw = vec![];
     for entry in &file.parts {
         let path = file.resolve(entry);
@@ -164,6 +169,10 @@ fn joints<'f>(file: &'f AssemblyFile, parts: &[Part<'_>]) -> Result<Vec<Joint<'f
             JointKind::Hinge => Joint::hinge(first, second),
             JointKind::Ball => Joint::ball(first, second),
             JointKind::Slider => Joint::slider(first, second),
+            JointKind::Cable => {
+                let expected = "a joint that stays as it is; a cable is one of a world";
+                return Err(file.refuse(&format!("joint[{index}].kind"), "`cable`", expected).into());
+            }
         };
         joints.push(match entry.distance {
             Some(distance) => joint.within(distance),

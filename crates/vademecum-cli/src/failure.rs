@@ -9,7 +9,7 @@ use std::fmt;
 use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
 
-use vademecum_assembly::AssemblyError;
+use vademecum_assembly::{AssemblyError, WorldRunError};
 use vademecum_build::basis::BasisError;
 use vademecum_build::dynamics::ModesError;
 use vademecum_build::input::ProblemError;
@@ -106,6 +106,12 @@ impl Failure {
         if self.cause == Cause::File {
             self.file.get_or_insert_with(|| file.to_path_buf());
         }
+        self
+    }
+
+    /// Names the file that it is about, whoever can act.
+    pub(crate) fn within(mut self, file: &Path) -> Self {
+        self.file.get_or_insert_with(|| file.to_path_buf());
         self
     }
 
@@ -240,6 +246,7 @@ impl From<ProblemError> for Failure {
                 Looks::Scenario => {
                     Some("it is a scenario: `vademecum run FILE --scenario SCENARIO` plays it")
                 }
+                Looks::Assembly => Some("it is an assembly: `run`, `frf`, `view` and `assemble` take it"),
                 _ => None,
             }),
             _ => PROBLEM_KEYS,
@@ -296,6 +303,20 @@ impl From<AssemblyError> for Failure {
             AssemblyError::NoConvergence | AssemblyError::Format(_) => (Cause::Numerics, ""),
         };
         Self::new(cause, error).remedy(remedy)
+    }
+}
+
+impl From<WorldRunError> for Failure {
+    fn from(error: WorldRunError) -> Self {
+        let cause = match error {
+            WorldRunError::Assembly(error) => return error.into(),
+            WorldRunError::Cancelled(_) => return Self::new(Cause::Stopped, "stopped on request"),
+            WorldRunError::Surface { .. } => Cause::Mesh,
+            WorldRunError::Bind { .. } | WorldRunError::Output { .. } => Cause::File,
+            WorldRunError::World { .. } => Cause::Input,
+            WorldRunError::Step { .. } => Cause::Numerics,
+        };
+        Self::new(cause, error)
     }
 }
 

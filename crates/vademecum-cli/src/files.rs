@@ -129,12 +129,12 @@ fn recognised(path: &Path, opened: Result<Mapped, OpenError>) -> Result<Mapped, 
 /// would pass for physics. What is packed is decoded into `memory`, with the wanted sections only.
 pub(crate) fn usable_file<'a>(
     path: &Path,
-    mapped: &'a Mapped,
+    mapped: &'a impl AsRef<[u8]>,
     wanted: impl Fn(SectionKind) -> bool,
     limit: Limit,
     memory: &'a mut Vec<u8>,
 ) -> Result<File<'a>, Failure> {
-    usable_bytes(path, mapped.bytes(), wanted, limit, memory)
+    usable_bytes(path, mapped.as_ref(), wanted, limit, memory)
 }
 
 /// A file of bytes that lie in memory already, decoded where it is packed.
@@ -201,6 +201,10 @@ fn instead(looks: Looks) -> &'static str {
     match looks {
         Looks::Problem => "`vademecum build PROBLEM -o FILE` makes a vademecum file of it",
         Looks::Scenario => "give the vademecum file first, and the scenario with `--scenario`",
+        Looks::Assembly => {
+            "`vademecum assemble ASSEMBLY -o FILE` makes a vademecum file of it; `run`, `frf`, `view`, `report` and \
+             `export fmu` take it as it is"
+        }
         Looks::Mesh => {
             "`vademecum init MESH` writes a problem file for the mesh, and `vademecum build` a vademecum file of that"
         }

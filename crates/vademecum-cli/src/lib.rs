@@ -23,6 +23,7 @@ mod cmd;
 mod console;
 mod failure;
 mod files;
+mod given;
 mod html;
 mod looks;
 mod mesh_error;

@@ -23,6 +23,8 @@ pub(crate) enum Looks {
     Problem,
     /// A scenario file.
     Scenario,
+    /// An assembly file.
+    Assembly,
     /// Another TOML file.
     Toml,
     /// Some text.
@@ -42,6 +44,7 @@ impl Looks {
             Self::Mesh => "it looks like a mesh",
             Self::Problem => "it looks like a problem file (TOML)",
             Self::Scenario => "it looks like a scenario file (TOML)",
+            Self::Assembly => "it looks like an assembly file (TOML)",
             Self::Toml => "it looks like a TOML file",
             Self::Text => "it is a text",
             Self::Unknown => "its first eight bytes are others than those of one",
@@ -76,6 +79,8 @@ pub(crate) fn look_at(path: &Path, bytes: &[u8]) -> Looks {
     let text = std::str::from_utf8(bytes).ok();
     let table = text.and_then(|text| text.parse::<toml::Table>().ok());
     match table {
+        Some(table) if table.get("part").is_some_and(toml::Value::is_array) => Looks::Assembly,
+        None if is_assembly(text.unwrap_or_default()) => Looks::Assembly,
         Some(table) if table.contains_key("mesh") || table.contains_key("material") => Looks::Problem,
         Some(table) if table.contains_key("duration") => Looks::Scenario,
         Some(_) => Looks::Toml,
@@ -83,6 +88,11 @@ pub(crate) fn look_at(path: &Path, bytes: &[u8]) -> Looks {
         None if text.is_some() => Looks::Text,
         None => Looks::Unknown,
     }
+}
+
+/// True of an assembly file that breaks the rules of TOML.
+fn is_assembly(text: &str) -> bool {
+    text.lines().any(|line| line.trim() == "[[part]]")
 }
 
 /// A file that is damaged in its first bytes keeps the rest of them.

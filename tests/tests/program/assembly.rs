@@ -1,4 +1,5 @@
-//! Bodies that are joined: the example of the page through the consumers of a file, and what is refused.
+//! Bodies that are joined, and bodies that touch: the examples of the pages through the program, and what is
+//! refused.
 
 use std::path::Path;
 
@@ -71,8 +72,11 @@ fn path(folder: &Path, name: &str) -> String {
 
 /// Runs a line in which names of files stand for those of the folder.
 fn run(folder: &Path, line: &str) -> (Option<i32>, String, String) {
-    let is_file = |word: &&str| [".toml", ".vdm", ".fmu", ".html"].iter().any(|end| word.ends_with(end));
-    let word = |word: &str| if is_file(&word) || word == "out" { path(folder, word) } else { word.into() };
+    let is_file =
+        |word: &&str| [".toml", ".vdm", ".fmu", ".html", ".csv"].iter().any(|end| word.ends_with(end));
+    let word = |word: &str| {
+        if is_file(&word) || ["out", "chain"].contains(&word) { path(folder, word) } else { word.into() }
+    };
     let ran = vademecum(&line.split_whitespace().map(word).collect::<Vec<_>>());
     (ran.code, ran.stdout, ran.stderr)
 }
@@ -122,6 +126,35 @@ fn the_example_of_the_page_goes_through_the_consumers_of_a_file() {
     done("export fmu tower.vdm -o tower.fmu");
     done("report tower.vdm -o report.html");
     done("pack tower.vdm -o packed.vdm --tolerance 1e-4");
+
+    // The assembly file is taken where a file is taken, with the same results.
+    let probes = std::fs::read(at.join("out/probes.csv")).expect("a table");
+    done("run tower.toml --scenario weights.toml -o out");
+    assert_eq!(std::fs::read(at.join("out/probes.csv")).expect("a table"), probes);
+    let response = "--in 0.15,0.15,0.34,x --out post.tip --range 1,100 --json";
+    assert_eq!(done(&format!("frf tower.toml {response}")), done(&format!("frf tower.vdm {response}")));
+    done("view tower.toml --export joined.html");
+    let page = |name: &str| std::fs::read_to_string(at.join(name)).expect("a page").len();
+    // Titles differ by the ends of the names.
+    assert!(page("joined.html").abs_diff(page("page.html")) < 16);
+    done("export fmu tower.toml -o joined.fmu");
+    done("report tower.toml -o joined-report.html");
+    // Not as a part: a problem, or a file of its own.
+    for (line, words) in [
+        ("info tower.toml", "assemble"),
+        ("modes tower.toml", "it is an assembly"),
+        ("view tower.toml --export post.vdm --force", "post.vdm"),
+    ] {
+        let (code, _, errors) = run(at, line);
+        assert!(code != Some(0) && errors.contains(words), "{line}: {errors}");
+    }
+    // What cannot be joined names the assembly and its part.
+    std::fs::write(at.join("lost.toml"), example().replace("post.vdm", "none.vdm")).expect("written");
+    for line in ["run lost.toml --scenario weights.toml -o out", &format!("frf lost.toml {response}")] {
+        let (code, _, errors) = run(at, line);
+        let named = errors.contains("lost.toml") && errors.contains("part `post`");
+        assert!(code == Some(1) && named, "{line}: {errors}");
+    }
 }
 
 #[test]
@@ -173,4 +206,198 @@ fn what_the_page_refuses_is_refused_by_its_key() {
     let (code, _, errors) = run(at, "assemble tower.toml -o post.vdm --force");
     assert!(code != Some(0), "{errors}");
     assert!(vademecum(&["info", &path(at, "post.vdm")]).code == Some(0));
+}
+
+/// A folder with the examples of the page about bodies that touch, and its commands run there.
+fn worlds() -> tempfile::TempDir {
+    let page = std::fs::read_to_string(repository().join("docs/how-to/join-bodies.md")).expect("the page");
+    let section = page.split("## Bodies that touch").nth(1).expect("the section");
+    let section = section.split("\n## ").next().expect("a section");
+    let folder = tempfile::tempdir().expect("a folder");
+    for block in section.split("```toml\n# ").skip(1) {
+        let (name, text) =
+            block.split("```").next().and_then(|block| block.split_once('\n')).expect("a file");
+        std::fs::write(folder.path().join(name), text).expect("written");
+    }
+    let commands =
+        section.split("```sh\n").nth(1).and_then(|rest| rest.split("```").next()).expect("commands");
+    for line in commands.lines() {
+        let line = line.strip_prefix("vademecum ").expect("a command of the program");
+        let (code, _, errors) = run(folder.path(), line);
+        assert_eq!(code, Some(0), "{line}: {errors}");
+        assert!(!errors.contains("did not converge") && !errors.contains("no room"), "{line}: {errors}");
+    }
+    folder
+}
+
+/// Columns of a table by their names.
+fn table(path: &Path) -> (Vec<String>, Vec<Vec<f64>>) {
+    let text = std::fs::read_to_string(path).expect("a table");
+    let mut lines = text.lines();
+    let names: Vec<String> = lines.next().expect("names").split(',').map(str::to_string).collect();
+    let number = |word: &str| word.parse::<f64>().expect("a number");
+    let rows: Vec<Vec<f64>> = lines.map(|line| line.split(',').map(number).collect()).collect();
+    assert!(rows.iter().all(|row| row.len() == names.len()));
+    (names, rows)
+}
+
+fn column(table: &(Vec<String>, Vec<Vec<f64>>), name: &str) -> Vec<f64> {
+    let at =
+        table.0.iter().position(|other| other == name).unwrap_or_else(|| panic!("{name}: {:?}", table.0));
+    table.1.iter().map(|row| row[at]).collect()
+}
+
+#[test]
+fn a_dropped_cube_rests_with_its_weight_and_a_chain_swings() {
+    let folder = worlds();
+    let at = folder.path();
+    let drop = table(&at.join("drop.csv"));
+    assert_eq!(drop.1.len(), 1501);
+    let force = column(&drop, "force of base on cube z [N]");
+    let weight = 9.81 * 1000.0 * 0.08_f64.powi(3);
+    // It falls freely first, and lies at the end.
+    assert_eq!(force[1], 0.0);
+    let height = column(&drop, "cube z [m]");
+    assert!((height[20] - (0.125 - 0.5 * 9.81 * 0.02_f64.powi(2))).abs() < 1e-9, "{}", height[20]);
+    let last = &force[force.len() - 100..];
+    for found in last {
+        assert!((found / weight - 1.0).abs() < 0.01, "{found} N of {weight}");
+    }
+    // A cube that is pressed by its weight sinks into the base by less than its strain times its height.
+    let lowest = height[height.len() - 1];
+    let most = weight / (0.08 * 0.08) / 1e6 * 0.16;
+    assert!(lowest < 0.12 && lowest > 0.12 - 2.0 * most, "{lowest}");
+    let contacts = column(&drop, "contacts of cube and base");
+    assert!(contacts[1] == 0.0 && contacts[contacts.len() - 1] >= 3.0);
+    let energy = column(&drop, "energy_J");
+    assert!(energy[energy.len() - 1] < energy[0]);
+
+    // The chain swings without loss, and further than any small angle.
+    let chain = table(&at.join("chain.csv"));
+    assert_eq!(chain.1.len(), 101);
+    let energy = column(&chain, "energy_J");
+    // The links fall from their height: energies are compared with what moves between its forms.
+    let whole = 3.0 * 1200.0 * 0.2 * 0.02 * 0.02 * 9.81 * 0.3;
+    let off = energy.iter().map(|e| (e - energy[0]).abs()).fold(0.0, f64::max);
+    assert!(off < 0.01 * whole, "{off} of {whole}");
+    let (x, z) = (column(&chain, "tip x [m]"), column(&chain, "tip z [m]"));
+    let lowest = z.iter().copied().fold(0.0, f64::min);
+    assert!(lowest < -0.5, "{lowest}");
+    for (x, z) in x.iter().zip(&z) {
+        // It hangs on the ground by 0.6 m.
+        assert!(x.hypot(z - 0.01) < 0.6 * 1.001, "{x} {z}");
+    }
+    let surfaces = std::fs::read_to_string(at.join("chain/world.pvd")).expect("a collection");
+    assert_eq!(surfaces.matches("world-").count(), 101);
+
+    // Two runs give the same bytes.
+    let first = std::fs::read(at.join("drop.csv")).expect("a table");
+    let (code, text, errors) = run(at, "run drop.toml -o again.csv --json");
+    assert_eq!(code, Some(0), "{errors}");
+    assert!(std::fs::read(at.join("again.csv")).expect("a table") == first);
+    let report: Value = serde_json::from_str(&text).expect("JSON");
+    assert_eq!((&report["steps"], &report["steps_not_converged"]), (&1500.into(), &0.into()));
+    assert!(report["contacts_at_most"].as_u64().is_some_and(|count| count >= 9));
+}
+
+/// A link alone from the horizontal: the time to the vertical is `K(1/√2) √(I/(m g l))`.
+#[test]
+fn a_link_swings_down_in_the_time_of_a_pendulum() {
+    let folder = worlds();
+    let at = folder.path();
+    let chain = std::fs::read_to_string(at.join("chain.toml")).expect("the chain");
+    let start = chain.find("[[part]]\nname = \"second\"").expect("a second part");
+    let text = format!(
+        "{}[[joint]]\nkind = \"hinge\"\nturns = true\nbetween = [\"first.start\", \"ground\"]\n[[output]]\n\
+         part = \"first\"\n",
+        &chain[..start]
+    );
+    std::fs::write(at.join("pendulum.toml"), text).expect("written");
+    let (code, _, errors) = run(at, "run pendulum.toml -o pendulum.csv");
+    assert_eq!(code, Some(0), "{errors}");
+    let found = table(&at.join("pendulum.csv"));
+    let (time, x) = (column(&found, "time_s"), column(&found, "first x [m]"));
+    let below = x.iter().position(|x| *x < 0.0).expect("it passes the vertical");
+    let share = x[below - 1] / (x[below - 1] - x[below]);
+    let crossed = time[below - 1] + share * (time[below] - time[below - 1]);
+    // Moment about the axis in the middle of the end face, over mass.
+    let moment = (0.2 * 0.2 + 0.02 * 0.02) / 12.0 + 0.1 * 0.1;
+    let expected = 1.854_074_677_301_372 * (moment / (9.81 * 0.1_f64)).sqrt();
+    assert!((crossed / expected - 1.0).abs() < 2e-3, "{crossed} {expected}");
+}
+
+#[test]
+fn worlds_are_refused_where_they_cannot_be() {
+    let folder = worlds();
+    let at = folder.path();
+    let read = |name: &str| std::fs::read_to_string(at.join(name)).expect("a file");
+    let (drop, chain) = (read("drop.toml"), read("chain.toml"));
+    let cable = "[[joint]]\nkind = \"cable\"\nlength = 0.1\nbetween = [\"third.end\", \"ground\"]\n";
+    let refused = [
+        (drop.replace("0.085]", "0.075]"), 3, "which overlap by 5.000e-3 m"),
+        (
+            drop.replace("file = \"base.vdm\"", "file = \"base.vdm\"\nspin = [0.0, 0.0, 1.0]"),
+            3,
+            "`part[1].spin`",
+        ),
+        (drop.replace("file = \"base.vdm\"", "file = \"none.vdm\""), 1, "part `base`"),
+        (drop.replace("part = \"cube\"", "part = \"base\""), 3, "`output[0].part`"),
+        (drop.replace("file = \"base.vdm\"", "file = \"cube.toml\""), 7, "part `base`"),
+        (chain.replace("third.start", "third.middle"), 3, "third.start, third.end"),
+        (chain.replace("[0.4, 0.0, 0.0]", "[0.41, 0.0, 0.0]"), 3, "apart"),
+        (format!("{chain}{cable}"), 3, "`at`"),
+        (format!("{chain}{cable}at = [0.6, 0.01, 0.5]\n"), 3, "`joint[3].length`"),
+        (format!("{chain}{}", cable.replace("third.end", "third.lost")), 3, "`joint[3].between`"),
+    ];
+    for (text, code, words) in refused {
+        std::fs::write(at.join("bad.toml"), &text).expect("written");
+        let (found, _, errors) = run(at, "run bad.toml -o bad.csv");
+        assert!(found == Some(code) && errors.contains(words), "{words}: {found:?}: {errors}");
+        assert!(errors.contains("bad.toml") && !at.join("bad.csv").exists(), "{words}: {errors}");
+    }
+    // No one body.
+    for line in [
+        "assemble drop.toml -o drop.vdm",
+        "frf chain.toml --in 0.2,0.01,0.01,z --out 0.2,0.01,0.01,z --range 1,100",
+        "view drop.toml --export page.html",
+        "run cube.vdm --every 2",
+        "run drop.toml --scenario drop.toml",
+        "run cube.vdm",
+        "verify drop.toml --file-only",
+    ] {
+        let (code, _, errors) = run(at, line);
+        assert!(code != Some(0) && !errors.contains("panicked"), "{line}: {errors}");
+        let named = ["`world` is given", "`--every`", "`--scenario", "assembly file"];
+        assert!(named.iter().any(|words| errors.contains(words)), "{line}: {errors}");
+    }
+    // Bodies with a separated step, and of large displacements.
+    for (golden, words) in [("parameters.vdm", "part `cube`"), ("bent.vdm", "large displacements")] {
+        let source = repository().join("fixtures/golden").join(golden);
+        std::fs::copy(&source, at.join("other.vdm")).unwrap_or_else(|e| panic!("{}: {e}", source.display()));
+        std::fs::write(at.join("bad.toml"), drop.replace("cube.vdm", "other.vdm")).expect("written");
+        let (code, _, errors) = run(at, "run bad.toml -o bad.csv");
+        assert!(code == Some(7) && errors.contains(words), "{golden}: {code:?}: {errors}");
+    }
+}
+
+/// A rigid box, a moving and a standing one, in place of the base and the cube.
+#[test]
+fn rigid_bodies_carry_and_are_carried() {
+    let folder = worlds();
+    let at = folder.path();
+    let drop = std::fs::read_to_string(at.join("drop.toml")).expect("a file");
+    let weight = 9.81 * 1000.0 * 0.08_f64.powi(3);
+    let block = |lengths: &str, more: &str| format!("rigid = {{ box = {{ lengths = {lengths} }}{more} }}");
+    for text in [
+        drop.replace("file = \"base.vdm\"", &block("[0.16, 0.16, 0.08]", "")),
+        drop.replace("file = \"cube.vdm\"", &block("[0.08, 0.08, 0.08]", ", density = 1000.0")),
+    ] {
+        std::fs::write(at.join("rigid.toml"), &text).expect("written");
+        let (code, _, errors) = run(at, "run rigid.toml -o rigid.csv");
+        assert_eq!(code, Some(0), "{errors}");
+        let found = table(&at.join("rigid.csv"));
+        let force = column(&found, "force of base on cube z [N]");
+        let mean = force[force.len() - 100..].iter().sum::<f64>() / 100.0;
+        assert!((mean / weight - 1.0).abs() < 0.01, "{mean} {weight}");
+    }
 }

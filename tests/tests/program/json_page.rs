@@ -206,6 +206,11 @@ fn commands_that_rewrite_and_write_print_the_keys_of_their_page() {
         assert_eq!(vademecum(&["build", &path(problem), "-o", &path(file), "--keep-missed"]).code, Some(0));
     }
     compare(at, &["assemble"], &["assemble assembly.toml -o whole.vdm --json"]);
+    let world = "format = 1\n[world]\ntime = 1e-2\n[[part]]\nname = \"beam\"\nfile = \"foot.vdm\"\n[[part]]\n\
+                 name = \"box\"\nrigid = { box = { lengths = [0.1, 0.1, 0.1] }, density = 1e3 }\nposition = [0, 0, \
+                 1]\n[[contact]]\nbetween = [\"box\", \"beam\"]\n";
+    std::fs::write(at.join("world.toml"), world).expect("written");
+    compare(at, &["run of a world"], &["run world.toml -o world.csv --vtu out --json"]);
     compare(at, &["export fmu"], &["export fmu beam.vdm -o beam.fmu --json"]);
     compare(
         at,

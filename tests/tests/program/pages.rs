@@ -1,7 +1,8 @@
-//! The normative pages of the two text formats: every example parses, every numbered refusal happens.
+//! The normative pages of the three text formats: every example parses, every numbered refusal happens.
 
 use std::path::PathBuf;
 
+use vademecum_assembly::AssemblyFile;
 use vademecum_build::input::toml_file::TomlError;
 use vademecum_build::input::{Problem, ProblemError};
 use vademecum_study::scenario::{Scenario, ScenarioError};
@@ -543,6 +544,107 @@ fn every_refusal_of_a_scenario_happens_and_names_its_key() {
         let error = Scenario::parse(text, "page.toml").map(|_| ()).expect_err(text).to_string();
         let key = key.split_once("`, `").map_or(key.as_str(), |(first, _)| first);
         assert!(error.contains(&format!("`{key}`")) && error.contains("page.toml"), "{number}: {error}");
+    }
+    for (number, _) in rows.iter().filter(|(n, _)| *n > 2) {
+        assert!(bad.iter().any(|(n, _)| n == number), "refusal {number} has no example here");
+    }
+}
+
+fn assembly(text: &str) -> Result<AssemblyFile, TomlError> {
+    AssemblyFile::parse(text, "page.toml", PathBuf::new())
+}
+
+#[test]
+fn every_example_of_an_assembly_is_one() {
+    let page = page("assembly-1.md");
+    let examples = examples(&page);
+    assert!(examples.len() >= 2);
+    for example in examples {
+        assembly(example).unwrap_or_else(|error| panic!("{error}\n{example}"));
+    }
+}
+
+/// An assembly for each refusal of the page from number 3 on.
+fn bad_assemblies() -> Vec<(usize, String)> {
+    let part = |name: &str, rest: &str| format!("[[part]]\nname = \"{name}\"\n{rest}\n");
+    let file = "file = \"a.vdm\"";
+    let of = |parts: &str, rest: &str| format!("format = 1\n{parts}{rest}\n");
+    let one = |keys: &str| of(&part("a", &format!("{file}\n{keys}")), "");
+    let world = "[world]\ntime = 1.0\n";
+    let rigid = |keys: &str| {
+        of(&format!("{}{}", part("a", &format!("rigid = {{ {keys} }}")), part("b", file)), world)
+    };
+    let block = "box = { lengths = [1, 1, 1] }";
+    let two = format!("{}{}", part("a", file), part("b", file));
+    let between = "between = [\"a.x\", \"b.x\"]";
+    let joint = |keys: &str| of(&two, &format!("[[joint]]\n{between}\n{keys}"));
+    let in_world = |rest: &str| of(&two, &format!("{world}{rest}"));
+    let contact = |keys: &str| in_world(&format!("[[contact]]\nbetween = [\"a\", \"b\"]\n{keys}"));
+    let output = |keys: &str| in_world(&format!("[[output]]\n{keys}"));
+    let of_world = |keys: &str| of(&two, &format!("[world]\n{keys}"));
+    vec![
+        (3, one("").replace("format = 1", "format = 2")),
+        (4, "format = 1\npart = []".into()),
+        (5, one("").replace("format = 1", "format = 1\nstep = 0.0")),
+        (6, of(&part("ground", file), "")),
+        (6, of(&part("a.b", file), "")),
+        (6, of(&part("a", ""), "")),
+        (7, of(&part("a", &format!("{file}\nrigid = {{ {block} }}")), world)),
+        (8, of(&part("a", &format!("hash = \"00\"\nrigid = {{ {block} }}")), world)),
+        (9, one("position = [0, 0, inf]")),
+        (10, one("rotation = [1.0, 1.0, 0.0, 0.0]")),
+        (11, of(&part("a", &format!("velocity = [1, 0, 0]\nrigid = {{ {block} }}")), world)),
+        (12, of(&part("a", &format!("rigid = {{ {block} }}")), "")),
+        (12, rigid("density = 1.0")),
+        (12, rigid(&format!("{block}, surface = \"a.stl\""))),
+        (13, rigid("box = { lengths = [1, 0, 1] }")),
+        (14, rigid(&format!("{block}, density = 0.0"))),
+        (15, of(&two, &format!("[[joint]]\nkind = \"weld\"\n{between}\nname = \"j\"\n").repeat(2))),
+        (16, joint("kind = \"bushing\"")),
+        (16, joint("kind = \"weld\"\nstiffness = [1.0]")),
+        (16, joint("kind = \"spring\"\nstiffness = [0.0]")),
+        (17, joint("kind = \"weld\"\ndistance = -1.0")),
+        (18, joint("kind = \"weld\"\nturns = true")),
+        (18, joint("kind = \"ball\"\nturns = true")),
+        (19, joint("kind = \"weld\"\nlength = 1.0")),
+        (20, joint("kind = \"weld\"\nat = [0, 0, 0]")),
+        (21, joint("kind = \"cable\"")),
+        (21, in_world(&format!("[[joint]]\nkind = \"ball\"\n{between}"))),
+        (22, of(&two, "[[contact]]\nbetween = [\"a\", \"b\"]")),
+        (22, in_world("[[contact]]\nbetween = [\"a\", \"c\"]")),
+        (22, in_world("[[contact]]\nbetween = [\"a\", \"a\"]")),
+        (23, contact("friction = -0.1")),
+        (24, contact("restitution = 1.1")),
+        (25, output("part = \"c\"")),
+        (25, of(&two, "[[output]]\npart = \"a\"")),
+        (26, output("part = \"a\"\nname = \"a,b\"")),
+        (27, output("part = \"a\"\npoint = [0, 0, inf]")),
+        (28, of_world("time = 0.0")),
+        (29, of_world("time = 1.0\nstep = -1.0")),
+        (29, of_world("time = 1.0\nstep = 1.0").replace("format = 1", "format = 1\nstep = 1.0")),
+        (30, of_world("time = 1.0\ngravity = [0, 0, nan]")),
+        (31, of_world("time = 1.0\nreach = -1.0")),
+        (32, of_world("time = 1.0\nsweeps = 0")),
+        (33, of_world("time = 1.0\ncontacts = 0")),
+    ]
+}
+
+#[test]
+fn every_refusal_of_an_assembly_happens_and_names_its_key() {
+    let rows = refusals(&page("assembly-1.md"));
+    let missing = AssemblyFile::read(&PathBuf::from("no such file"));
+    assert!(matches!(missing, Err(TomlError::Unreadable { .. })));
+    for text in ["format", "", "format = 1\npart = []\ncolour = 1"] {
+        assert!(matches!(assembly(text), Err(TomlError::Malformed { .. })), "{text}");
+    }
+    let bad = bad_assemblies();
+    for (number, text) in &bad {
+        let (_, key) = rows.iter().find(|(n, _)| n == number).expect("a row of the page");
+        let error = assembly(text).map(|_| ()).expect_err(text).to_string();
+        // An entry may be any of its list.
+        let plain = |text: &str| text.replace("[1]", "[0]");
+        let named = plain(&error).contains(&format!("`{key}`"));
+        assert!(named && error.contains("page.toml"), "{number}: {error}");
     }
     for (number, _) in rows.iter().filter(|(n, _)| *n > 2) {
         assert!(bad.iter().any(|(n, _)| n == number), "refusal {number} has no example here");

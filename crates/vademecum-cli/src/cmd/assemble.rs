@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use vademecum_assembly::{AssemblyFile, AssemblyReport, assemble};
+use vademecum_assembly::{AssemblyFile, AssemblyReport};
 use vademecum_build::progress::Listener;
 use vademecum_build::store::Kind;
 
@@ -10,6 +10,7 @@ use crate::arguments::OutputArguments;
 use crate::console::Console;
 use crate::failure::Failure;
 use crate::files::{check_output, outputs, write_bytes};
+use crate::given::join;
 use crate::print::print_json;
 
 /// Joins vademecum files at their ports, and writes the joined body as one ordinary vademecum file.
@@ -55,12 +56,12 @@ struct AssembleOutput {
 impl Assemble {
     pub(crate) fn run(&self, console: &Console) -> Result<(), Failure> {
         let file = AssemblyFile::read(&self.assembly).map_err(vademecum_assembly::AssemblyError::from)?;
-        let parts: Vec<PathBuf> = file.parts.iter().map(|part| file.resolve(part)).collect();
+        let parts = file.inputs();
         let mut inputs: Vec<Option<&Path>> = vec![Some(&self.assembly)];
         inputs.extend(parts.iter().map(|part| Some(part.as_path())));
         let outputs = outputs(&self.outputs, &inputs, None);
         check_output(&outputs, &self.output, Kind::Vademecum)?;
-        let joined = assemble(&file)?;
+        let joined = join(&file, &self.assembly)?;
         joined.report.notes.iter().for_each(|note| console.note(note));
         write_bytes(&outputs, &self.output, Kind::Vademecum, &joined.bytes)?;
         let output = AssembleOutput {

@@ -97,7 +97,7 @@ impl Export {
     pub(crate) fn run(&self, console: &Console) -> Result<(), Failure> {
         match &self.what {
             ExportCommand::Matrices(matrices) => matrices.run(console),
-            ExportCommand::Fmu(fmu) => fmu.run(),
+            ExportCommand::Fmu(fmu) => fmu.run(console),
         }
     }
 }

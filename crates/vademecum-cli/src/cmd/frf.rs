@@ -16,7 +16,8 @@ use vademecum_study::parameters::{self, ParameterValue};
 use crate::arguments::{Limit, OutputArguments, setting};
 use crate::console::Console;
 use crate::failure::{Cause, Failure};
-use crate::files::{chart_kind, is_stepped, open_or_map, outputs, usable_file, write_chart};
+use crate::files::{chart_kind, is_stepped, usable_file, write_chart};
+use crate::given::{Given, outputs_of};
 use crate::pictures::{Series, response_chart};
 use crate::print::print_json;
 
@@ -30,7 +31,7 @@ A channel is X,Y,Z,DIRECTION (m; x, -x, y, -y, z, -z, or three numbers), or a na
 `--in` of a load pattern, too. The table has the real and the imaginary part of each output, for an input of
 amplitude 1 (N, or the pattern once).")]
 pub(crate) struct Frf {
-    /// The vademecum file.
+    /// The vademecum file, or an assembly file (TOML), which is joined in memory.
     file: PathBuf,
     /// Point and direction of the force, a load pattern, or a probe of the problem on the loadable surface.
     #[arg(long = "in", value_name = "CHANNEL", value_parser = str::parse::<Channel>, allow_hyphen_values = true)]
@@ -134,12 +135,13 @@ struct ResponseOutput {
 
 impl Frf {
     pub(crate) fn run(&self, console: &Console) -> Result<(), Failure> {
-        let outputs = outputs(&self.force, &[Some(&self.file), self.problem.as_deref()], None);
+        let given = Given::look(&self.file)?;
+        let outputs = outputs_of(&self.force, &given, &[Some(&self.file), self.problem.as_deref()]);
         let tables = self.output.iter().map(|path| (path.clone(), Kind::Csv));
         let written = tables.chain(self.plot.iter().map(|path| (path.clone(), chart_kind(path))));
         outputs.check(&written.collect::<Vec<_>>())?;
         let problem = self.problem.as_ref().map(|path| Problem::read(path)).transpose()?;
-        let mapped = open_or_map(&self.file, false)?;
+        let mapped = given.open(&self.file, false, console)?;
         let mut memory = vec![];
         let file = usable_file(&self.file, &mapped, is_stepped, self.limit, &mut memory)?;
         let mut options = vademecum_eval::SceneOptions::default();

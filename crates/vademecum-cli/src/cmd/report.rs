@@ -31,7 +31,8 @@ use self::figures::Figures;
 use crate::arguments::{Limit, OutputArguments};
 use crate::console::Console;
 use crate::failure::Failure;
-use crate::files::{check_output, open, outputs, refuse_chapter, usable_file, write_bytes};
+use crate::files::{check_output, outputs, refuse_chapter, usable_file, write_bytes};
+use crate::given::Given;
 use crate::html::title;
 use crate::print::print_json;
 
@@ -43,7 +44,7 @@ use crate::print::print_json;
   vademecum build body.toml -o body.vdm --json > build.json && vademecum report body.vdm --build build.json
 The figures are written as SVG files too, into the folder `report-figures` beside `report.html`.")]
 pub(crate) struct Report {
-    /// The vademecum file.
+    /// The vademecum file, or an assembly file (TOML), which is joined in memory.
     file: PathBuf,
     /// The page.
     #[arg(short, long, default_value = "report.html")]
@@ -132,6 +133,10 @@ impl Report {
         let compared = self.compared()?;
         let inputs = [Some(&self.file), self.problem.as_ref(), self.scenario.as_ref(), self.build.as_ref()];
         let inputs = inputs.map(|path| path.map(PathBuf::as_path));
+        let given = Given::look(&self.file)?;
+        let parts = given.parts();
+        let inputs: Vec<_> =
+            inputs.into_iter().chain(parts.iter().map(|part| Some(part.as_path()))).collect();
         let outputs = outputs(&self.outputs, &inputs, compared.as_ref().map(|(problem, _)| problem));
         check_output(&outputs, &self.output, Kind::Html)?;
         let folder = self.output.with_file_name(format!(
@@ -141,7 +146,7 @@ impl Report {
         if !goes_through(&self.output) {
             outputs.check_in(&folder, &FIGURES)?;
         }
-        let mapped = open(&self.file)?;
+        let mapped = given.open(&self.file, false, console)?;
         let mut memory = vec![];
         let file = usable_file(&self.file, &mapped, |_| true, self.limit, &mut memory)?;
         refuse_chapter(&self.file, &file, "the report")?;

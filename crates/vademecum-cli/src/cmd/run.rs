@@ -1,10 +1,12 @@
 //! `vademecum run`: a scenario through a file, to tables and fields.
 
 mod list;
+mod world;
 
 use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
 
+use vademecum_assembly::AssemblyFile;
 use vademecum_build::field::{Cells, PVD_HEAD, PVD_TAIL, pvd_line, vtu_into};
 use vademecum_build::limits::memory_in_words;
 use vademecum_build::progress::Listener;
@@ -19,29 +21,38 @@ use vademecum_study::{FileError, StudyError, run};
 
 use crate::arguments::{Limit, OutputArguments, StructureArgument, positive, setting};
 use crate::console::Console;
-use crate::failure::Failure;
-use crate::files::{chart_kind, is_stepped, open_or_map, outputs, usable_file, write_chart};
+use crate::failure::{Cause, Failure};
+use crate::files::{chart_kind, is_stepped, usable_file, write_chart};
+use crate::given::{Given, outputs_of};
 use crate::pictures::{Drawn, Panel, Series, Thinned, panels_chart};
 use crate::print::print_json;
 use list::{FILES, RunList, field_name};
+use world::WorldCommand;
 
 /// Steps a vademecum through a scenario and writes probes (CSV) and fields (VTU, opens in ParaView).
 #[derive(clap::Args)]
 #[command(after_help = "Examples:
   vademecum run body.vdm --scenario push.toml -o out/
   vademecum run body.vdm --scenario push.toml --plot out/probes.svg
+  vademecum run assembly.toml -o drop.csv --every 10           bodies that touch: an assembly file with `[world]`
   vademecum run body.vdm --scenario push.toml --set \"tip stiffness=1.5\" --set damping=1e-4
 Rows and fields are written while they are computed: what was there before Ctrl-C or a full disk is kept.
 Keys of the scenario file: `vademecum help scenario`")]
 pub(crate) struct Run {
-    /// The vademecum file.
+    /// The vademecum file, or an assembly file (TOML): it is joined in memory, or marched if it has `[world]`.
     file: PathBuf,
-    /// The scenario file (TOML).
+    /// The scenario file (TOML). A world has none.
     #[arg(long)]
-    scenario: PathBuf,
-    /// Folder for the results; made if missing.
-    #[arg(short, long, default_value = "out")]
-    output: PathBuf,
+    scenario: Option<PathBuf>,
+    /// Folder for the results, made if missing [default: out]; of a world the table (CSV) [default: world.csv].
+    #[arg(short, long)]
+    output: Option<PathBuf>,
+    /// Steps from one row of the table of a world to the next [default: 1].
+    #[arg(long, value_name = "STEPS", value_parser = clap::value_parser!(u32).range(1..))]
+    every: Option<u32>,
+    /// Folder for the surfaces of a world at the times of the rows (VTU, opens in ParaView).
+    #[arg(long, value_name = "FOLDER")]
+    vtu: Option<PathBuf>,
     /// Draw the columns of probes.csv over time here (SVG, or PDF by its name); the energy if there are no
     /// others.
     #[arg(long)]
@@ -85,14 +96,27 @@ const MUCH: u64 = 100_000_000;
 
 impl Run {
     pub(crate) fn run(&self, console: &Console) -> Result<(), Failure> {
-        let scenario = Scenario::read(&self.scenario)?;
-        let outputs = outputs(&self.outputs, &[Some(&self.file), Some(&self.scenario)], None);
-        RunList::check(&outputs, &self.output)?;
+        let given = Given::look(&self.file)?;
+        if let Given::Assembly(file) = &given
+            && file.world.is_some()
+        {
+            return self.run_world(file, &given, console);
+        }
+        let of_world = [("--every", self.every.is_some()), ("--vtu", self.vtu.is_some())];
+        refuse_options(&of_world, "an assembly file with `[world]`")?;
+        let Some(scenario_file) = &self.scenario else {
+            let error = "`--scenario FILE` is missing; only an assembly file with `[world]` runs without";
+            return Err(Failure::new(Cause::Usage, error));
+        };
+        let folder = self.output.clone().unwrap_or_else(|| "out".into());
+        let scenario = Scenario::read(scenario_file)?;
+        let outputs = outputs_of(&self.outputs, &given, &[Some(&self.file), Some(scenario_file)]);
+        RunList::check(&outputs, &folder)?;
         // The folder of the results is made with them.
-        let made = |path: &&PathBuf| path.parent() != Some(&self.output) || self.output.is_dir();
+        let made = |path: &&PathBuf| path.parent() != Some(&folder) || folder.is_dir();
         let plot = self.plot.iter().filter(made).map(|path| (path.clone(), chart_kind(path)));
         outputs.check(&plot.collect::<Vec<_>>())?;
-        let mapped = open_or_map(&self.file, self.map)?;
+        let mapped = given.open(&self.file, self.map, console)?;
         let mut memory = vec![];
         let shown = &scenario.output;
         let inside =
@@ -106,13 +130,13 @@ impl Run {
             console
                 .note("`--terms` has no effect: without live parameters the file has no terms to leave out");
         }
-        let about = |error: StudyError| Failure::of_study(error, &self.file, &self.scenario);
+        let about = |error: StudyError| Failure::of_study(error, &self.file, scenario_file);
         parameters::set(&mut options.scene, file.metadata(), &self.set).map_err(about)?;
         let unread = |error: FileError| Failure::file(&self.file, error);
         let run = run::Run::bind(&file, options, &scenario, console).map_err(about)?;
         let geometry = run.geometry().map_err(unread)?;
         let bytes = run.least_bytes(geometry.as_ref());
-        outputs.check_space(&self.output, bytes)?;
+        outputs.check_space(&folder, bytes)?;
         if bytes > MUCH {
             let about = memory_in_words(bytes);
             console.note(&format!("{} steps, whose results take at least {about}", run.steps));
@@ -122,8 +146,8 @@ impl Run {
         let (mut geometry, mut results) = (Some(geometry), None);
         let played = run.play(console, |moment: &Moment<'_>| {
             if let Some(geometry) = geometry.take() {
-                outputs.make_folder(&self.output)?;
-                let mut begun = Results::begin(&outputs, &self.output, &run, geometry, shown)?;
+                outputs.make_folder(&folder)?;
+                let mut begun = Results::begin(&outputs, &folder, &run, geometry, shown)?;
                 begun.curves = self.plot.is_some().then(|| Curves::of(&run));
                 results = Some(begun);
             }
@@ -142,6 +166,43 @@ impl Run {
         }
         results.print(&run, self.plot.as_deref(), self.json);
         Ok(())
+    }
+}
+
+impl Run {
+    /// Marches a world.
+    fn run_world(&self, file: &AssemblyFile, given: &Given, console: &Console) -> Result<(), Failure> {
+        let of_body = [
+            ("--scenario", self.scenario.is_some()),
+            ("--plot", self.plot.is_some()),
+            ("--structure", self.structure != StructureArgument::Auto),
+            ("--time-step", self.time_step.is_some()),
+            ("--set", !self.set.is_empty()),
+            ("--long", self.long),
+            ("--terms", self.terms.is_some()),
+            ("--map", self.map),
+        ];
+        refuse_options(&of_body, "one body; an assembly file with `[world]` has its own keys")?;
+        let outputs = outputs_of(&self.outputs, given, &[Some(&self.file)]);
+        let table = self.output.clone().unwrap_or_else(|| "world.csv".into());
+        let command = WorldCommand {
+            file,
+            path: &self.file,
+            outputs: &outputs,
+            table: &table,
+            surfaces: self.vtu.as_deref(),
+            every: self.every.unwrap_or(1) as usize,
+            json: self.json,
+        };
+        command.run(console)
+    }
+}
+
+/// Refuses options that belong to something else.
+fn refuse_options(options: &[(&str, bool)], of: &str) -> Result<(), Failure> {
+    match options.iter().find(|(_, given)| *given) {
+        Some((name, _)) => Err(Failure::new(Cause::Usage, format!("`{name}` belongs to the run of {of}"))),
+        None => Ok(()),
     }
 }
 

@@ -22,9 +22,8 @@ use crate::arguments::{Limit, OutputArguments};
 use crate::assets::evaluator;
 use crate::console::Console;
 use crate::failure::{Cause, Failure};
-use crate::files::{
-    check_output, is_stepped, open_or_map, outputs, refuse_chapter, usable_file, write_bytes,
-};
+use crate::files::{check_output, is_stepped, refuse_chapter, usable_file, write_bytes};
+use crate::given::{Given, outputs_of};
 use crate::html::{escaped, title};
 use crate::print::print_json;
 
@@ -81,7 +80,7 @@ const MAX_CONNECTIONS: usize = 32;
 On the page: press on the body to push it, drag beside it to turn the view. With Sound on, a struck body rings
 in the ear; Picture and Clip save what is seen; Link puts camera and parameters into the address.")]
 pub(crate) struct View {
-    /// The vademecum file.
+    /// The vademecum file, or an assembly file (TOML), which is joined in memory.
     file: PathBuf,
     /// Print the address and do not open a browser.
     #[arg(long)]
@@ -117,11 +116,12 @@ struct PageOutput {
 
 impl View {
     pub(crate) fn run(&self, console: &Console) -> Result<(), Failure> {
-        let outputs = outputs(&self.outputs, &[Some(&self.file)], None);
+        let given = Given::look(&self.file)?;
+        let outputs = outputs_of(&self.outputs, &given, &[Some(&self.file)]);
         if let Some(path) = &self.export {
             check_output(&outputs, path, Kind::Html)?;
         }
-        let mapped = open_or_map(&self.file, self.map)?;
+        let mapped = given.open(&self.file, self.map, console)?;
         let mut memory = vec![];
         // The page wants all of it raw; what is for people only may stay packed.
         let file = usable_file(&self.file, &mapped, is_stepped, self.limit, &mut memory)?;

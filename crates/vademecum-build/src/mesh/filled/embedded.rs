@@ -107,7 +107,7 @@ impl Embedded {
 
 /// Vertices and triangles of a soup: corners at one place are one vertex; outward, if the soup encloses
 /// something.
-fn joined(corners: &mut Vec<[Point; 3]>) -> (Vec<Point>, Vec<[u32; 3]>) {
+pub(super) fn joined(corners: &mut Vec<[Point; 3]>) -> (Vec<Point>, Vec<[u32; 3]>) {
     let mut triangles = cleaned(corners, &mut vec![]);
     let count = triangles.as_flattened().iter().max().map_or(0, |last| *last as usize + 1);
     let mut points = vec![[0.0; 3]; count];

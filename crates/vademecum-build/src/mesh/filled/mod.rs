@@ -9,6 +9,7 @@ mod embedded;
 mod glb;
 mod lattice;
 mod ply;
+mod shell;
 mod triangles;
 mod winding;
 
@@ -18,6 +19,7 @@ use std::path::Path;
 use self::edges::{Edges, sharpen};
 pub(crate) use self::embedded::Embedded;
 use self::lattice::{Lattice, fill};
+pub use self::shell::{SurfaceMesh, read_surface};
 use self::triangles::Triangles;
 use self::winding::{Point, Winding};
 use super::error::MeshError;

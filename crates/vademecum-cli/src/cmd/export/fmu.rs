@@ -9,8 +9,10 @@ use vademecum_study::fmu::{
 
 use crate::arguments::{Limit, OutputArguments};
 use crate::assets::fmu_library;
+use crate::console::Console;
 use crate::failure::{Cause, Failure};
-use crate::files::{check_output, is_stepped, open, outputs, refuse_chapter, usable_file, write_bytes};
+use crate::files::{check_output, is_stepped, refuse_chapter, usable_file, write_bytes};
+use crate::given::{Given, outputs_of};
 use crate::print::print_json;
 
 /// Writes a co-simulation unit (FMU) with the file, for simulation programs that know FMI 2.0 or 3.0.
@@ -27,7 +29,7 @@ file with reactions. Of a free body also body_force.x, body_position.x, body_att
 body_angular_velocity.x. Tunable: parameter.NAME. Communication steps are multiples of internal_step.
 More: docs/how-to/fmu.md")]
 pub(crate) struct Fmu {
-    /// The vademecum file.
+    /// The vademecum file, or an assembly file (TOML), which is joined in memory.
     file: PathBuf,
     /// The FMU.
     #[arg(short, long)]
@@ -106,15 +108,17 @@ struct FmuOutput {
 }
 
 impl Fmu {
-    pub(crate) fn run(&self) -> Result<(), Failure> {
+    pub(crate) fn run(&self, console: &Console) -> Result<(), Failure> {
+        let given = Given::look(&self.file)?;
         let read: Vec<Option<&Path>> = std::iter::once(&self.file)
             .chain(self.library.iter().map(|library| &library.path))
             .map(|path| Some(path.as_path()))
             .collect();
-        let outputs = outputs(&self.outputs, &read, None);
+        let outputs = outputs_of(&self.outputs, &given, &read);
         check_output(&outputs, &self.output, Kind::Fmu)?;
         let libraries = self.libraries()?;
-        let mapped = open(&self.file)?;
+        let mapped = given.open(&self.file, false, console)?;
+        console.clear();
         let mut memory = vec![];
         let file = usable_file(&self.file, &mapped, is_stepped, self.limit, &mut memory)?;
         refuse_chapter(&self.file, &file, "an FMU")?;

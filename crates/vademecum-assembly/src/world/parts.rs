@@ -1,0 +1,236 @@
+//! Parts of a world: bodies of files and rigid bodies, read and bound.
+
+use vademecum_build::mesh::read_surface;
+use vademecum_build::store::read_regular;
+use vademecum_eval::{Body, BodyOptions, MAX_CONTACTS, Member, RigidBody, RigidMotion, RigidShape};
+use vademecum_format::{File, PortKind, PortRange, SectionKind};
+use vademecum_rewrite::{check_limited, default_limit, unpack};
+
+use crate::entries::RigidEntry;
+use crate::error::AssemblyError;
+use crate::file::{AssemblyFile, PartEntry};
+use crate::world::block::block;
+use crate::world::error::WorldRunError;
+use crate::world::mass::{is_closed, solid};
+use vademecum_eval::Pose;
+
+/// Files that are members of a world.
+const EXPECTED: &str =
+    "a linear body with exact steps, no live stiffness of a region, and no dashpots that couple modes";
+
+/// A part as it was read.
+pub(crate) enum Source {
+    /// The bytes of a file, unpacked.
+    File(Vec<u8>),
+    /// A rigid body.
+    Rigid(Shell),
+}
+
+/// A rigid body: its surface, and its mass if it moves.
+pub(crate) struct Shell {
+    pub nodes: Vec<[f64; 3]>,
+    pub triangles: Vec<[u32; 3]>,
+    pub body: Option<RigidBody>,
+}
+
+/// Reads part `i`.
+pub(crate) fn read(file: &AssemblyFile, i: usize) -> Result<Source, WorldRunError> {
+    let entry = &file.parts[i];
+    match &entry.rigid {
+        None => read_file(file, i).map(Source::File),
+        Some(rigid) => shell(file, entry, rigid, i).map(Source::Rigid),
+    }
+}
+
+fn read_file(file: &AssemblyFile, i: usize) -> Result<Vec<u8>, WorldRunError> {
+    let entry = &file.parts[i];
+    let (part, path) = (entry.name.clone(), file.resolve(entry));
+    let bytes = match read_regular(&path) {
+        Ok(bytes) => bytes,
+        Err(source) => return Err(AssemblyError::Unreadable { part, path, source }.into()),
+    };
+    let limit = default_limit(bytes.len());
+    let unpacked = check_limited(&bytes, limit).and_then(|_| unpack(&bytes, limit));
+    let bytes = unpacked.map_err(|source| AssemblyError::Part { part: part.clone(), path, source })?;
+    let opened = File::parse(&bytes).map_err(AssemblyError::from)?;
+    let metadata = opened.metadata();
+    let found: String = metadata.mesh_hash.iter().map(|byte| format!("{byte:02x}")).collect();
+    if let Some(expected) = entry.hash.as_ref().filter(|expected| **expected != found) {
+        let words = format!("`{found}`, the hash of the mesh of this file");
+        return Err(file.refuse(&format!("part[{i}].hash"), format!("`{expected}`"), words).into());
+    }
+    let kind =
+        |found: &str| AssemblyError::Kind { part: part.clone(), found: found.into(), expected: EXPECTED };
+    if opened.section(SectionKind::StrainSizes).is_some() {
+        return Err(kind("is one of large displacements").into());
+    }
+    if !metadata.diagonal || !metadata.scheme.is_exact() {
+        return Err(kind("has no natural modes that are moved exactly").into());
+    }
+    if opened.section(SectionKind::DampingRows).is_some() {
+        return Err(kind("has dashpots that couple its modes").into());
+    }
+    for kind in [SectionKind::NodeCoordinates, SectionKind::Triangles, SectionKind::SurfaceBasis] {
+        if opened.section(kind).is_none() {
+            return Err(AssemblyError::Missing { part, kind }.into());
+        }
+    }
+    Ok(bytes)
+}
+
+fn shell(
+    file: &AssemblyFile,
+    entry: &PartEntry,
+    rigid: &RigidEntry,
+    i: usize,
+) -> Result<Shell, WorldRunError> {
+    let (nodes, triangles) = match (&rigid.surface, rigid.block) {
+        (Some(path), _) => {
+            let read = read_surface(&file.folder.join(path), rigid.scale);
+            let surface =
+                read.map_err(|source| WorldRunError::Surface { part: entry.name.clone(), source })?;
+            (surface.nodes, surface.triangles)
+        }
+        (None, shape) => block(shape.map_or([1.0; 3], |shape| shape.lengths)),
+    };
+    let body = match rigid.density {
+        None => None,
+        Some(density) => {
+            let body = if is_closed(&triangles) { solid(&nodes, &triangles, density) } else { None };
+            let key = format!("part[{i}].rigid");
+            let expected = "a closed surface around a body that has a density";
+            let found = format!("{} triangles that enclose nothing", triangles.len());
+            Some(body.ok_or_else(|| file.refuse(&key, found, expected))?)
+        }
+    };
+    Ok(Shell { nodes, triangles, body })
+}
+
+/// Options of the bodies of a world.
+pub(crate) fn body_options(time_step: f64, contacts: usize) -> BodyOptions {
+    let mut options = BodyOptions::default();
+    options.scene.time_step = Some(time_step);
+    options.scene.contacts = contacts.min(MAX_CONTACTS);
+    options
+}
+
+/// A part that is bound, and the ground behind the parts.
+pub(crate) enum Bound<'m> {
+    /// A body of a file, and its placement if it is held.
+    Elastic(Box<Body<'m, f64>>, Pose),
+    /// A rigid body.
+    Rigid(Box<RigidShape<'m>>),
+}
+
+impl<'m> Bound<'m> {
+    /// Binds a part to memory.
+    pub fn new(
+        file: &AssemblyFile,
+        i: usize,
+        (source, opened): (&'m Source, Option<&File<'m>>),
+        options: &BodyOptions,
+        memory: &'m mut [f64],
+    ) -> Result<Self, WorldRunError> {
+        let entry = &file.parts[i];
+        let part = || entry.name.clone();
+        let stand = Pose::new(entry.position, entry.rotation);
+        let far = || file.refuse(&format!("part[{i}].position"), "too large", "smaller numbers");
+        if let Source::Rigid(Shell { nodes, triangles, body }) = source {
+            let shape = match body {
+                None => RigidShape::led(nodes, triangles, stand),
+                Some(body) => RigidShape::moving(nodes, triangles, *body, start(entry, body)),
+            };
+            return Ok(Self::Rigid(Box::new(shape.ok_or_else(far)?)));
+        }
+        let opened = opened.expect("a part of a file is opened");
+        let bind = |source| WorldRunError::Bind { part: part(), source };
+        let mut body = Body::bind(opened, options, memory).map_err(bind)?;
+        match body.rigid_body() {
+            Some(rigid) => body.set_motion(start(entry, &rigid)).ok_or_else(far)?,
+            None => {
+                for (key, value) in [("velocity", entry.velocity), ("spin", entry.spin)] {
+                    if value.is_some() {
+                        let expected = "a part that moves freely: this one is held by its supports";
+                        return Err(file.refuse(&format!("part[{i}].{key}"), "given", expected).into());
+                    }
+                }
+            }
+        }
+        Ok(Self::Elastic(Box::new(body), stand))
+    }
+
+    /// It as a member of a world.
+    pub fn member<'w>(&'w mut self) -> Member<'w, 'm, f64> {
+        match self {
+            Self::Elastic(body, stand) => {
+                if body.motion().is_some() {
+                    Member::Free(body)
+                } else {
+                    Member::Held(body, *stand)
+                }
+            }
+            Self::Rigid(shape) => Member::Rigid(shape),
+        }
+    }
+}
+
+/// Motion of a part at the start.
+fn start(entry: &PartEntry, body: &RigidBody) -> RigidMotion {
+    let mut motion = RigidMotion {
+        position: Pose::new(entry.position, entry.rotation).place(body.centre),
+        attitude: entry.rotation,
+        momentum: entry.velocity.unwrap_or_default().map(|v| body.mass * v),
+        angular_momentum: [0.0; 3],
+    };
+    let spin = motion.to_body(entry.spin.unwrap_or_default());
+    motion.angular_momentum = motion.to_space(body.angular_momentum_of(spin));
+    motion
+}
+
+/// Surface of a part at rest, in its own coordinates.
+pub(crate) struct Shape {
+    pub nodes: Vec<[f64; 3]>,
+    pub triangles: Vec<[u32; 3]>,
+}
+
+impl Shape {
+    /// Of a part.
+    pub fn of(source: &Source, opened: Option<&File<'_>>) -> Result<Self, AssemblyError> {
+        let opened = match (source, opened) {
+            (Source::Rigid(shell), _) => {
+                return Ok(Self { nodes: shell.nodes.clone(), triangles: shell.triangles.clone() });
+            }
+            (Source::File(_), opened) => opened.expect("a part of a file is opened"),
+        };
+        let section = |kind| opened.section(kind).expect("was looked for");
+        let coordinates = section(SectionKind::NodeCoordinates).numbers()?;
+        let count = opened.metadata().n_surface_nodes as usize;
+        let numbers: Vec<f64> = coordinates.iter().take(3 * count).collect();
+        let nodes = numbers.as_chunks::<3>().0.to_vec();
+        let triangles = section(SectionKind::Triangles).u32s()?.as_chunks::<3>().0;
+        Ok(Self { nodes, triangles: triangles.iter().map(|t| t.map(u32::from_le_bytes)).collect() })
+    }
+}
+
+/// A port of a part.
+pub(crate) struct PortAt {
+    pub name: String,
+    pub kind: PortKind,
+    /// Origin and three axes of a frame.
+    pub frame: [[f64; 3]; 4],
+}
+
+/// Ports of a file.
+pub(crate) fn ports(opened: &File<'_>) -> Result<Vec<PortAt>, AssemblyError> {
+    let Some(names) = opened.section(SectionKind::PortNames) else { return Ok(vec![]) };
+    let frames = opened.section(SectionKind::PortFrames).map(|section| section.numbers()).transpose()?;
+    let numbers: Vec<f64> = frames.iter().flat_map(|frames| frames.iter()).collect();
+    let ranges = opened.port_table()?.iter().filter_map(PortRange::of);
+    let each = names.text()?.split('\n').zip(ranges).zip(numbers.as_chunks::<12>().0);
+    let port = |((name, range), frame): ((&str, PortRange), &[f64; 12])| PortAt {
+        name: name.into(),
+        kind: range.kind,
+        frame: std::array::from_fn(|row| std::array::from_fn(|k| frame[3 * row + k])),
+    };
+    Ok(each.map(port).collect())
+}

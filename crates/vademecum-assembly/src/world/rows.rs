@@ -1,0 +1,174 @@
+//! Rows of the table of a world: positions, forces of pairs, energy.
+
+use vademecum_build::linalg::vec3::dot;
+use vademecum_eval::{Field, Member, Place, Touch, Touching};
+
+use crate::error::AssemblyError;
+use crate::file::AssemblyFile;
+use crate::world::error::WorldRunError;
+use crate::world::overlap::Skin;
+use crate::world::parts::{Bound, Shape};
+use vademecum_eval::Pose;
+
+/// A place whose position is shown.
+pub(crate) enum Shown {
+    /// Centre of a part that moves freely.
+    Centre,
+    /// Place of a body of a file, and its position at rest.
+    Place(Place, [f64; 3]),
+    /// Point of a rigid body, in its own coordinates.
+    Point([f64; 3]),
+}
+
+/// The places of the outputs of a file.
+pub(crate) fn outputs(
+    file: &AssemblyFile,
+    bound: &[Bound<'_>],
+    shapes: &[Shape],
+) -> Result<Vec<(usize, Shown)>, AssemblyError> {
+    let each = file.outputs.iter().enumerate().map(|(i, output)| {
+        let part = file.part(&output.part).expect("was checked");
+        let key = format!("output[{i}].{}", if output.point.is_some() { "point" } else { "part" });
+        let shown = match (&bound[part], output.point) {
+            (Bound::Elastic(body, _), None) if body.motion().is_some() => Shown::Centre,
+            (Bound::Rigid(shape), None) if shape.body().is_some() => Shown::Centre,
+            (_, None) => {
+                let found = format!("`{}` without `point`", output.part);
+                let expected = "a `point`: the part does not move freely";
+                return Err(file.refuse(&key, found, expected).into());
+            }
+            (Bound::Elastic(body, _), Some(point)) => {
+                let located = body.locate(point).map_err(|error| {
+                    let expected = "a point near the surface of the part, in its coordinates";
+                    file.refuse(&key, format!("{} ({error})", crate::entries::listed(&point)), expected)
+                })?;
+                Shown::Place(located.place, located.position)
+            }
+            (Bound::Rigid(_), Some(point)) => {
+                let Shape { nodes, triangles } = &shapes[part];
+                Shown::Point(Skin { nodes: nodes.clone(), triangles }.nearest(point).1)
+            }
+        };
+        Ok((part, shown))
+    });
+    each.collect()
+}
+
+/// Names of the columns of the table, with units.
+pub(crate) fn columns(file: &AssemblyFile) -> Vec<String> {
+    let mut columns = vec!["time_s".to_string(), "energy_J".to_string()];
+    for output in &file.outputs {
+        columns.extend(["x", "y", "z"].map(|axis| format!("{} {axis} [m]", output.name())));
+    }
+    for contact in &file.contacts {
+        let [a, b] = &contact.between;
+        columns.extend(["x", "y", "z"].map(|axis| format!("force of {b} on {a} {axis} [N]")));
+        columns.push(format!("contacts of {a} and {b}"));
+    }
+    columns
+}
+
+/// Position of a place in space \[m\].
+fn position(member: &Member<'_, '_, f64>, shown: &Shown) -> Result<[f64; 3], vademecum_eval::OutputError> {
+    Ok(match (member, shown) {
+        (Member::Free(body), Shown::Place(place, _)) => body.in_space(place, Field::Displacement)?,
+        (Member::Free(body), _) => body.motion().map_or([f64::NAN; 3], |motion| motion.position),
+        (Member::Held(body, stand), Shown::Place(place, rest)) => {
+            let moved = body.point(place, Field::Displacement)?;
+            stand.place(std::array::from_fn(|k| rest[k] + moved[k]))
+        }
+        (Member::Rigid(shape), Shown::Point(point)) => {
+            let motion = shape.motion();
+            let centre = shape.body().map_or([0.0; 3], |body| body.centre);
+            let arm = motion.to_space(std::array::from_fn(|k| point[k] - centre[k]));
+            std::array::from_fn(|k| motion.position[k] + arm[k])
+        }
+        (Member::Rigid(shape), _) => shape.motion().position,
+        (Member::Held(..), _) => [f64::NAN; 3],
+    })
+}
+
+/// Adds the positions of the outputs.
+pub(crate) fn add_positions(
+    file: &AssemblyFile,
+    members: &[Member<'_, '_, f64>],
+    shown: &[(usize, Shown)],
+    row: &mut Vec<f64>,
+) -> Result<(), WorldRunError> {
+    for (part, shown) in shown {
+        let failed = |source| WorldRunError::Output { part: file.parts[*part].name.clone(), source };
+        row.extend(position(&members[*part], shown).map_err(failed)?);
+    }
+    Ok(())
+}
+
+/// Adds force \[N\] on the first part and number of pressed contacts of each pair.
+pub(crate) fn add_pairs(pairs: &[Touching], touches: &[Touch], row: &mut Vec<f64>) {
+    for pair in pairs {
+        let (mut force, mut pressed) = ([0.0; 3], 0);
+        for touch in touches {
+            let [node, surface] = touch.members();
+            let sign = match pair.members {
+                [a, b] if [a, b] == [node, surface] => 1.0,
+                [a, b] if [b, a] == [node, surface] => -1.0,
+                _ => continue,
+            };
+            force.iter_mut().zip(touch.force()).for_each(|(sum, x)| *sum += sign * x);
+            pressed += u32::from(touch.pressure() > 0.0);
+        }
+        row.extend(force);
+        row.push(f64::from(pressed));
+    }
+}
+
+/// Potential of gravity \[J\] of the members that move freely.
+pub(crate) fn potential(members: &[Member<'_, '_, f64>], gravity: [f64; 3]) -> f64 {
+    let of = |member: &Member<'_, '_, f64>| match member {
+        Member::Free(body) => body
+            .rigid_body()
+            .zip(body.motion())
+            .map_or(0.0, |(rigid, motion)| -rigid.mass * dot(gravity, motion.position)),
+        Member::Rigid(shape) => {
+            shape.body().map_or(0.0, |body| -body.mass * dot(gravity, shape.motion().position))
+        }
+        Member::Held(..) => 0.0,
+    };
+    members.iter().map(of).sum()
+}
+
+/// Nodes of the surfaces of the parts in space, one part after the other.
+pub(crate) fn nodes_in_space(
+    file: &AssemblyFile,
+    members: &[Member<'_, '_, f64>],
+    shapes: &[Shape],
+    nodes: &mut Vec<[f64; 3]>,
+) -> Result<(), WorldRunError> {
+    nodes.clear();
+    let mut moved = vec![];
+    for (i, (member, shape)) in members.iter().zip(shapes).enumerate() {
+        let failed = |source| WorldRunError::Output { part: file.parts[i].name.clone(), source };
+        moved.clear();
+        moved.resize(3 * shape.nodes.len(), 0.0);
+        let (position, attitude, centre) = match member {
+            Member::Held(body, stand) => {
+                body.surface_into(Field::Displacement, &mut moved).map_err(failed)?;
+                (stand.position(), stand.attitude(), [0.0; 3])
+            }
+            Member::Free(body) => {
+                body.surface_into(Field::Displacement, &mut moved).map_err(failed)?;
+                let (rigid, motion) = body.rigid_body().zip(body.motion().copied()).expect("it flies");
+                (motion.position, motion.attitude, rigid.centre)
+            }
+            Member::Rigid(shape) => {
+                let centre = shape.body().map_or([0.0; 3], |body| body.centre);
+                (shape.motion().position, shape.motion().attitude, centre)
+            }
+        };
+        let pose = Pose::new(position, attitude);
+        let in_space = |(node, by): (&[f64; 3], &[f64; 3])| {
+            pose.place(std::array::from_fn(|k| node[k] - centre[k] + by[k]))
+        };
+        nodes.extend(shape.nodes.iter().zip(moved.as_chunks::<3>().0).map(in_space));
+    }
+    Ok(())
+}
