@@ -43,7 +43,8 @@ fn main() -> Result<(), Box<dyn Error>> {
 
     // The cube on the floor, its middle over the origin.
     let body = cube.rigid_body().ok_or("the cube is free")?;
-    cube.set_motion(RigidMotion { position: [0.0, 0.0, side / 2.0], ..RigidMotion::at_rest(&body) });
+    let lying = RigidMotion { position: [0.0, 0.0, side / 2.0], ..RigidMotion::at_rest(&body) };
+    cube.set_motion(lying).ok_or("the cube is free")?;
     let (nodes, triangles) = ([[-1.0, -1.0, 0.0], [1.0, -1.0, 0.0], [0.0, 1.0, 0.0]], [[0, 1, 2]]);
     let mut floor = RigidShape::led(&nodes, &triangles, Pose::IDENTITY).ok_or("a floor")?;
 

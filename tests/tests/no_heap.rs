@@ -163,7 +163,7 @@ fn a_life_in_a_world() {
     let mut floor = RigidShape::led(&nodes, &triangles, Pose::at([0.0, 0.0, -1e-3])).expect("a floor");
     let mut ceiling = RigidShape::led(&[], &[], Pose::IDENTITY).expect("a ceiling");
     let joints =
-        [Joint::new(JointKind::Ball, [0, 2], [Anchor::Place(Place::node(0)), Anchor::point([0.0; 3])])];
+        [WorldJoint::new(JointKind::Ball, [0, 2], [Anchor::Place(Place::node(0)), Anchor::point([0.0; 3])])];
     let mut body = Bound::<f64>::bind(&file, &options, &mut memory).expect("bound");
     let motion = RigidMotion::thrown(&body.rigid_body().expect("free"), [0.0; 3], [0.0, 1.0, 0.0]);
     body.set_motion(motion).expect("a motion");

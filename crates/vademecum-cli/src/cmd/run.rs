@@ -34,17 +34,19 @@ use world::WorldCommand;
 #[command(after_help = "Examples:
   vademecum run body.vdm --scenario push.toml -o out/
   vademecum run body.vdm --scenario push.toml --plot out/probes.svg
-  vademecum run assembly.toml -o drop.csv --every 10           bodies that touch: an assembly file with `[world]`
+  vademecum run assembly.toml -o drop.csv --every 10    bodies that touch: an assembly with `[world]`
   vademecum run body.vdm --scenario push.toml --set \"tip stiffness=1.5\" --set damping=1e-4
 Rows and fields are written while they are computed: what was there before Ctrl-C or a full disk is kept.
 Keys of the scenario file: `vademecum help scenario`")]
 pub(crate) struct Run {
-    /// The vademecum file, or an assembly file (TOML): it is joined in memory, or marched if it has `[world]`.
+    /// The vademecum file, or an assembly file (TOML): it is joined in memory, or marched if it has
+    /// `[world]`.
     file: PathBuf,
     /// The scenario file (TOML). A world has none.
     #[arg(long)]
     scenario: Option<PathBuf>,
-    /// Folder for the results, made if missing [default: out]; of a world the table (CSV) [default: world.csv].
+    /// Folder for the results, made if missing [default: out]; of a world the table (CSV) [default:
+    /// world.csv].
     #[arg(short, long)]
     output: Option<PathBuf>,
     /// Steps from one row of the table of a world to the next [default: 1].
