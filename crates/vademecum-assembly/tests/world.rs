@@ -577,14 +577,20 @@ fn a_resting_block_gains_no_energy_and_is_saved() {
     assert!(world.restore(&saved).is_err());
 }
 
+/// The joint of a body.
+type JointOf<'f> = &'f dyn Fn(&File<'_>) -> WorldJoint;
+
+/// Places and forces of a time.
+type ForcesOf<'f> = &'f dyn Fn(f64) -> Vec<([f64; 3], [f64; 3])>;
+
 /// Displacements of a node of a free cube under one joint to the ground, every so many seconds.
 fn held_by(
     file: &[u8],
     time_step: f64,
     (time, every): (f64, f64),
     gravity: f64,
-    (joint, point): (&dyn Fn(&File<'_>) -> WorldJoint, [f64; 3]),
-    force: &dyn Fn(f64) -> Vec<([f64; 3], [f64; 3])>,
+    (joint, point): (JointOf<'_>, [f64; 3]),
+    force: ForcesOf<'_>,
 ) -> Vec<[f64; 3]> {
     let file = File::parse(file).expect("a file");
     let options = options(time_step);

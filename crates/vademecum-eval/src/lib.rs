@@ -196,9 +196,11 @@ pub use vademecum_format as format;
 pub use vademecum_format::BaseMotion;
 #[cfg(feature = "world")]
 pub use world::{
+    error::WorldError,
     joint::{Anchor, JointKind, JointState, WorldJoint},
     member::{Member, RigidShape},
     patch::Near,
+    slot::{Nodes, Slot, Touching},
     touch::Touch,
-    world::{Nodes, Slot, Touching, World, WorldError, WorldMemory, WorldOptions, WorldReport, WorldSizes},
+    world::{World, WorldMemory, WorldOptions, WorldReport, WorldSizes},
 };

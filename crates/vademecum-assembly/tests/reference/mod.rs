@@ -9,6 +9,12 @@ use vademecum_build::input::Problem;
 use vademecum_build::prepared::{Prepared, prepare};
 use vademecum_build::progress::{Silent, Stopwatch};
 
+/// Vectors of all nodes.
+type Field = [[f64; 3]];
+
+/// Forces on nodes, of the time and the displacements.
+type Pushes<'f> = &'f dyn Fn(f64, &Field) -> Vec<(usize, [f64; 3])>;
+
 /// A body of linear tetrahedra.
 pub struct FullBody {
     prepared: Prepared,
@@ -84,7 +90,7 @@ impl FullBody {
         gravity: f64,
         node: usize,
         held: &[usize],
-        force: &dyn Fn(f64, &[[f64; 3]]) -> Vec<(usize, [f64; 3])>,
+        force: Pushes<'_>,
     ) -> Vec<[f64; 3]> {
         let (dt, n) = (2e-5, self.nodes.len());
         let (mut u, mut v) = (vec![[0.0; 3]; n], vec![[0.0; 3]; n]);
@@ -373,8 +379,8 @@ impl<'b> Pair<'b> {
     fn solve(
         &self,
         contacts: &mut [Contact],
-        (start, u, v): (&[[f64; 3]], &[[f64; 3]], &mut [[f64; 3]]),
-        (rest, w, s): (&[[f64; 3]], &[[f64; 3]], &mut [[f64; 3]]),
+        (start, u, v): (&Field, &Field, &mut Field),
+        (rest, w, s): (&Field, &Field, &mut Field),
         friction: f64,
     ) {
         let dt = self.step;

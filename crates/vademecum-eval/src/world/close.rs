@@ -3,61 +3,13 @@
 use crate::base::scalar::Scalar;
 use crate::base::vec3::{add, cross, dot};
 use crate::body::body::Body;
+use crate::world::error::WorldError;
 use crate::world::frame::Frame;
 use crate::world::joint::{self, JointKind, JointState, Moved, ROWS, WorldJoint, residual};
+use crate::world::joints::{Joints, gather};
 use crate::world::member::{Member, kicked};
-use crate::world::touch::Touch;
-use crate::world::world::{Slot, World, WorldError};
-
-/// Joints of a world, in lent memory.
-#[derive(Debug)]
-pub(crate) struct Joints<'m> {
-    pub all: &'m [WorldJoint],
-    pub states: &'m mut [JointState],
-    /// Per joint and side, six rows of `stride` numbers.
-    pub rows: &'m mut [f64],
-    /// Per joint and side, six rows of `largest` numbers: displacement and rotation by the modes.
-    pub basis: &'m mut [f64],
-    pub largest: usize,
-    /// Envelope of the matrix of all rows: first column, offset, and numbers.
-    pub starts: &'m mut [u32],
-    pub offsets: &'m mut [u32],
-    pub matrix: &'m mut [f64],
-    pub gaps: &'m mut [f64],
-}
-
-/// Rows of all joints, and numbers of their envelope.
-pub(crate) fn envelope(joints: &[WorldJoint], moves: impl Fn(usize) -> bool) -> [usize; 2] {
-    let (mut rows, mut numbers) = (0_usize, 0_usize);
-    for (i, joint) in joints.iter().enumerate() {
-        let before: usize =
-            joints.iter().take(first_shared(joints, i, &moves)).map(|joint| joint::rows_of(joint.kind)).sum();
-        for _ in 0..joint::rows_of(joint.kind) {
-            rows += 1;
-            numbers = numbers.saturating_add(rows - before);
-        }
-    }
-    [rows, numbers]
-}
-
-/// The first joint that shares a member that moves with joint `i`.
-pub(crate) fn first_shared(joints: &[WorldJoint], i: usize, moves: impl Fn(usize) -> bool) -> usize {
-    let Some(own) = joints.get(i) else { return i };
-    let shares = |other: &WorldJoint| other.members.iter().any(|&m| own.members.contains(&m) && moves(m));
-    joints.iter().take(i).position(shares).unwrap_or(i)
-}
-
-impl Joints<'_> {
-    fn row(&self, joint: usize, side: usize, row: usize, stride: usize) -> &[f64] {
-        let start = ((2 * joint + side) * ROWS + row) * stride;
-        self.rows.get(start..start + stride).unwrap_or_default()
-    }
-
-    fn basis(&self, joint: usize, side: usize) -> &[f64] {
-        let size = ROWS * self.largest;
-        self.basis.get((2 * joint + side) * size..(2 * joint + side + 1) * size).unwrap_or_default()
-    }
-}
+use crate::world::slot::Slot;
+use crate::world::world::World;
 
 /// Displacement and rotation of an anchor by the modes, from its rows and the coordinates.
 fn by_modes(basis: &[f64], r: usize, q: impl Fn(usize) -> f64) -> Moved {
@@ -388,28 +340,6 @@ impl<T: Scalar> World<'_, T> {
             }
         }
         0.5 * sum
-    }
-}
-
-/// Forces and moments about its centre on each member.
-pub(crate) fn gather(slots: &mut [Slot], touches: &[Touch], joints: &[WorldJoint], states: &[JointState]) {
-    slots.iter_mut().for_each(|slot| slot.pushed = [[0.0; 3]; 2]);
-    let mut push = |member: usize, force: [f64; 3], moment: [f64; 3]| {
-        if let Some(slot) = slots.get_mut(member) {
-            slot.pushed = [add(slot.pushed[0], 1.0, force), add(slot.pushed[1], 1.0, moment)];
-        }
-    };
-    for touch in touches.iter().filter(|touch| touch.force[0] > 0.0) {
-        for (side, sign) in [(0, 1.0), (1, -1.0)] {
-            let force = touch.force().map(|x| sign * x);
-            push(touch.members[side], force, cross(touch.arms[side], force));
-        }
-    }
-    for (joint, state) in joints.iter().zip(states) {
-        for side in 0..2 {
-            let [force, moment] = state.wrench(side);
-            push(joint.members[side], force, add(moment, 1.0, cross(state.arms[side], force)));
-        }
     }
 }
 

@@ -9,8 +9,8 @@ use crate::world::bounds::{Bounds, Corners, overlap};
 use crate::world::frame::Frame;
 use crate::world::member::{Member, Outline};
 use crate::world::patch;
+use crate::world::slot::{Slot, Touching};
 use crate::world::touch::Touch;
-use crate::world::world::{Slot, Touching};
 
 /// A point may lie so far beside a triangle, as a share of its longest edge.
 const BESIDE: f64 = 1e-6;

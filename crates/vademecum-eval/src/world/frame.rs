@@ -39,11 +39,11 @@ impl Frame {
         add(self.centre, 1.0, self.to_body(minus(point, self.position)))
     }
 
-    pub fn to_space(&self, direction: [f64; 3]) -> [f64; 3] {
+    pub fn to_space(self, direction: [f64; 3]) -> [f64; 3] {
         self.turn.map(|row| dot(row, direction))
     }
 
-    pub fn to_body(&self, direction: [f64; 3]) -> [f64; 3] {
+    pub fn to_body(self, direction: [f64; 3]) -> [f64; 3] {
         transposed(self.turn).map(|column| dot(column, direction))
     }
 }

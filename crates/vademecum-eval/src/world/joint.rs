@@ -396,7 +396,8 @@ pub(crate) fn factorise(rows: &mut [f64], starts: &[u32], offsets: &[u32]) -> Re
             let pivot = at(j, j).and_then(|at| rows.get(at)).copied().unwrap_or(0.0);
             let next = if i == j {
                 // A row that follows from others, or is not a number.
-                if !(value > 1e-12 * before) {
+                let holds = value > 1e-12 * before;
+                if !holds {
                     return Err(i);
                 }
                 libm::sqrt(value)

@@ -2,13 +2,16 @@
 
 pub(crate) mod bounds;
 pub(crate) mod close;
+pub(crate) mod error;
 pub(crate) mod find;
 pub(crate) mod frame;
 pub(crate) mod joint;
+pub(crate) mod joints;
 pub(crate) mod member;
 pub(crate) mod patch;
 pub(crate) mod rows;
 pub(crate) mod saved;
+pub(crate) mod slot;
 pub(crate) mod solve;
 pub(crate) mod touch;
 // The type that the room is named after.

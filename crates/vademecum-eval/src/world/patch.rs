@@ -11,8 +11,8 @@ use crate::body::body::Body;
 use crate::sections::place::Place;
 use crate::world::frame::{transposed, turned};
 use crate::world::member::Member;
+use crate::world::slot::Slot;
 use crate::world::touch::Touch;
-use crate::world::world::Slot;
 use vademecum_format::{ContactPatch, taper};
 
 /// Block between two contacts of a step.
@@ -126,7 +126,7 @@ pub(crate) fn blocks<T: Scalar>(
                     let index = indices.get(slot.index..).unwrap_or_default();
                     let away = minus(touch.rest[side], other.rest[with]);
                     let share = taper(libm::sqrt(dot(away, away)) / patch.distance);
-                    if !(share > 0.0) {
+                    if share == 0.0 || share.is_nan() {
                         continue;
                     }
                     any = true;

@@ -2,9 +2,10 @@
 
 use crate::base::principal::UNITS;
 use crate::base::scalar::Scalar;
+use crate::world::error::WorldError;
 use crate::world::joint::ROWS;
 use crate::world::touch::Touch;
-use crate::world::world::{World, WorldError};
+use crate::world::world::World;
 
 /// Numbers of a contact: members, node, force, filtered forces, residual displacement.
 const TOUCH: usize = 15;

@@ -132,13 +132,15 @@ fn answer(touch: &Touch, y: [f64; 3]) -> [f64; 3] {
     let [normal, first, second] = touch.all;
     let force = touch.force;
     // A contact that nothing answers carries nothing.
-    if !(normal[0] > 0.0) {
+    let answers = normal[0] > 0.0;
+    if !answers {
         return [0.0; 3];
     }
     let pressure = (force[0] - (y[0] - touch.target) / normal[0]).max(0.0);
     let more = pressure - force[0];
     let softest = first[1].max(second[2]) + first[2].abs();
-    if touch.friction == 0.0 || !(softest > 0.0) {
+    let slips = softest > 0.0;
+    if touch.friction == 0.0 || !slips {
         return [pressure, 0.0, 0.0];
     }
     let slip = [y[1] + first[0] * more, y[2] + second[0] * more];

@@ -21,77 +21,24 @@
 
 use core::cell::Cell;
 
-use crate::base::error::{LoadError, StepError};
-use crate::base::lend::{Lender, Short};
+use crate::base::error::StepError;
+use crate::base::lend::Lender;
 use crate::base::scalar::Scalar;
 use crate::base::vec3::{add, cross, dot, minus};
 use crate::sections::contact::Contact;
 use crate::sections::place::Place;
 use crate::world::bounds;
-use crate::world::close::{Joints, envelope, first_shared, gather};
+use crate::world::error::WorldError;
 use crate::world::find::{Found, Surfaces, find};
 use crate::world::frame::{Frame, motion_of, turned};
 use crate::world::joint::{JointKind, JointState, ROWS, WorldJoint, at_rest};
+use crate::world::joints::{Joints, envelope, first_shared, gather};
 use crate::world::member::{Member, Outline, kicked};
 use crate::world::patch::{self, Near};
 use crate::world::rows::{answers, padded};
+use crate::world::slot::{Slot, Touching};
 use crate::world::solve::{System, show, start, sweep};
 use crate::world::touch::Touch;
-use thiserror::Error;
-
-/// A pair of members that may touch.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Touching {
-    /// Numbers of the two members.
-    pub members: [usize; 2],
-    /// Coefficient of Coulomb's friction, 0 or more.
-    pub friction: f64,
-    /// Restitution of an impact that is shorter than a step, from 0 to 1.
-    pub restitution: f64,
-    /// Members whose nodes are held off the surface of the other.
-    pub nodes: Nodes,
-}
-
-impl Touching {
-    /// A pair without friction and with full restitution, nodes of both against the surface of the other.
-    #[must_use]
-    pub const fn new(first: usize, second: usize) -> Self {
-        Self { members: [first, second], friction: 0.0, restitution: 1.0, nodes: Nodes::Both }
-    }
-
-    /// The same with friction.
-    #[must_use]
-    pub const fn with_friction(self, friction: f64) -> Self {
-        Self { friction, ..self }
-    }
-
-    /// The same with another restitution of impacts shorter than a step.
-    #[must_use]
-    pub const fn with_restitution(self, restitution: f64) -> Self {
-        Self { restitution, ..self }
-    }
-}
-
-/// Members of a pair whose nodes are held off the surface of the other.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Nodes {
-    /// Of both.
-    Both,
-    /// Of the first.
-    First,
-    /// Of the second.
-    Second,
-}
-
-impl Nodes {
-    pub(crate) fn of_first(self) -> bool {
-        self != Self::Second
-    }
-
-    pub(crate) fn of_second(self) -> bool {
-        self != Self::First
-    }
-}
 
 /// Options of a [`World`].
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -162,106 +109,6 @@ pub struct WorldReport {
     /// Energy that contacts took from the members \[J\]: friction, impact, and what the residual flexibility
     /// gives away. Below 0 where overlaps were taken back.
     pub energy_given_away: f64,
-}
-
-/// Why a world could not be made or stepped.
-#[derive(Clone, Copy, Debug, PartialEq, Error)]
-#[non_exhaustive]
-pub enum WorldError {
-    /// A member that a world cannot have.
-    #[error("member {member}: {reason}")]
-    Member {
-        /// Its number.
-        member: usize,
-        /// The reason.
-        reason: &'static str,
-    },
-    /// A pair that cannot touch.
-    #[error(
-        "pair {pair}: two different members of this world, one of them a body of a file, with a friction of 0 or \
-             more and a restitution from 0 to 1 are expected"
-    )]
-    Pair {
-        /// Its number.
-        pair: usize,
-    },
-    /// A joint whose anchors do not fit it.
-    #[error(
-        "joint {joint}: two different members of this world with an anchor that each has are expected: a place \
-             of a body for a ball joint or a cable, a port of a body that is a frame, or a point of a rigid body"
-    )]
-    Joint {
-        /// Its number.
-        joint: usize,
-    },
-    /// A joint whose rows follow from those of others.
-    #[error("joint {joint} holds what other joints hold already, or nothing that can move")]
-    Redundant {
-        /// Its number.
-        joint: usize,
-    },
-    /// An option that is not a number, or negative.
-    #[error("an option of the world is not finite or negative")]
-    Option,
-    /// Members other than those the world was made for.
-    #[error("the members are not those the world was made for")]
-    Mismatch,
-    /// Too little lent memory.
-    #[error("lent memory of {found}, {needed} are needed")]
-    LentMemory {
-        /// Its length.
-        found: usize,
-        /// The length that is needed.
-        needed: usize,
-    },
-    /// A step of a member was refused.
-    #[error(transparent)]
-    Step(#[from] StepError),
-    /// A load of a member was refused.
-    #[error(transparent)]
-    Load(#[from] LoadError),
-}
-
-impl From<Short> for WorldError {
-    fn from(Short { found, needed }: Short) -> Self {
-        Self::LentMemory { found, needed }
-    }
-}
-
-/// Memory of one member, to lend to a [`World`].
-#[derive(Clone, Copy, Debug, Default)]
-pub struct Slot {
-    /// Modes, and coordinates with those of the rigid motion, padded.
-    pub(crate) r: usize,
-    /// Further modes that answer at once.
-    pub(crate) m: usize,
-    pub(crate) has_patch: bool,
-    pub(crate) index: usize,
-    pub(crate) n: usize,
-    pub(crate) triangles: usize,
-    pub(crate) n_boxes: usize,
-    pub(crate) n_nodes: usize,
-    /// Where its pieces start.
-    pub(crate) order: usize,
-    pub(crate) boxes: usize,
-    pub(crate) extents: usize,
-    pub(crate) nodes: usize,
-    pub(crate) ahead: usize,
-    pub(crate) first: usize,
-    pub(crate) statics: usize,
-    /// Placements at the start, halfway and at the end of the step without contacts.
-    pub(crate) start: Frame,
-    pub(crate) middle: Frame,
-    pub(crate) end: Frame,
-    /// Principal axes of a member whose frame forces move, in the body.
-    pub(crate) axes: [[f64; 3]; 3],
-    pub(crate) is_rigid: bool,
-    /// Share of an old force that the residual flexibility keeps over a step.
-    pub(crate) keep: f64,
-    /// `η`: forces of contacts move the frame at the instant `(1 − η)/2` of the step.
-    pub(crate) eta: f64,
-    /// Force, and moment about its centre, of contacts and joints.
-    pub(crate) pushed: [[f64; 3]; 2],
 }
 
 /// Memory lent to a [`World`]: at least what [`World::sizes`] says. What is in it does not matter.
