@@ -27,7 +27,7 @@ StrainSizes StrainLinear StrainTail StrainQuadratic StrainBox StrainLimits Strai
 MeshError""".split()
 MODELS = "Compliance EmbeddedNodes EmbeddedWeights EmbeddedTriangles DampingRows Quadrangles".split()
 PORTS = """PortNames PortTable PortFrames PortNodes PortFacets PortRows PortCompliance PortInertia PortResidual
-PortProbes PortPatterns ProbeMotions""".split()
+PortProbes PortPatterns ProbeMotions ContactModes PatchPairs PatchResidual ContactPatch""".split()
 KINDS = dict(enumerate(NAMES, start=1)) | dict(enumerate(MODELS, start=75)) | dict(enumerate(PORTS, start=95))
 
 

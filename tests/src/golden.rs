@@ -1,4 +1,4 @@
-//! The golden files: small files of format versions 1.0, 1.1, 1.3, 1.5 to 1.7 and 1.9 to 1.11 made from
+//! The golden files: small files of format versions 1.0, 1.1, 1.3, 1.5 to 1.7 and 1.9 to 1.13 made from
 //! numbers alone, the same bytes on every machine with IEEE 754 arithmetic. No logarithm, power or cosine is
 //! taken on the way: libraries round those differently; `+ − × ÷ √` they do not.
 
@@ -125,6 +125,56 @@ fn ports(bytes: &[u8]) -> Vec<u8> {
     rewritten(bytes, |_| (), |_| (), &more)
 }
 
+/// A file with the residual between all loadable nodes more, and two further modes: what these leave of its
+/// blocks of single nodes and of neighbours, and of zero between others.
+fn patch(bytes: &[u8]) -> Vec<u8> {
+    use SectionKind as S;
+    const MODES: usize = 2;
+    let file = File::parse(bytes).expect("a file");
+    let nodes = file.metadata().n_load_nodes as usize;
+    let numbers = |kind| -> Vec<f64> {
+        file.section(kind).expect("a section").numbers().expect("raw").iter().collect()
+    };
+    let (contact, neighbours) = (numbers(S::ContactResidual), numbers(S::PairResidual));
+    let rows: Vec<f64> = (0..3 * nodes * MODES).map(|i| ((i % 3) as f64 - 1.0) / 128.0).collect();
+    let edges = loadable_pairs(&file);
+    let (mut pairs, mut blocks) = (vec![], vec![]);
+    for (a, b) in (0..nodes).flat_map(|a| (a..nodes).map(move |b| (a, b))) {
+        pairs.extend([a as u32, b as u32].map(u32::to_le_bytes).concat());
+        let own = &contact[6 * a..][..6];
+        let edge = edges.iter().position(|edge| *edge == [a as u32, b as u32]);
+        for at in 0..9 {
+            let (i, j) = (at / 3, at % 3);
+            let whole = match edge {
+                _ if a == b => own[[0, 1, 2, 1, 3, 4, 2, 4, 5][at]],
+                Some(edge) => neighbours[9 * edge + at],
+                None => 0.0,
+            };
+            let [p, q] = [(3 * a + i) * MODES, (3 * b + j) * MODES];
+            blocks.push(whole - (0..MODES).map(|k| rows[p + k] * rows[q + k]).sum::<f64>());
+        }
+    }
+    let little = |values: &[f64]| values.iter().flat_map(|x| x.to_le_bytes()).collect::<Vec<u8>>();
+    let n = (blocks.len() / 9) as u64;
+    let more = [
+        (S::ContactModes, Element::F64, [nodes as u64, 3, MODES as u64], little(&rows)),
+        (S::PatchPairs, Element::U32, [n, 2, 1], pairs),
+        (S::PatchResidual, Element::F64, [n, 9, 1], little(&blocks)),
+        (S::ContactPatch, Element::F64, [1, 1, 1], little(&[8.0])),
+    ];
+    // What a contact does not need is in the file that this one is made of.
+    let left_out =
+        [S::NodeIds, S::InteriorBasis, S::ProbeResidual, S::PatternResidual, S::PatternProbeResidual];
+    let is_kept = |section: &Section<'_>| {
+        !left_out.contains(&section.kind()) && !matches!(section.kind(), S::StaticBound | S::BoundMap)
+    };
+    let kept = file.sections().filter(is_kept).map(SectionInput::from);
+    let inputs: Vec<SectionInput<'_>> = kept.chain(raw_sections(&more)).collect();
+    let mut out = vec![0; encoded_len(file.metadata(), &inputs).expect("a length")];
+    encode_into(file.metadata(), &inputs, &mut out).expect("written");
+    out
+}
+
 /// A file with two lines about repairs more.
 fn with_repairs(bytes: &[u8]) -> Vec<u8> {
     let text =
@@ -226,6 +276,7 @@ pub fn all() -> Vec<(&'static str, Vec<u8>)> {
         ("quantised.vdm", quantised(&body(LAYOUT, 3).file(&bathe(), &STEP, Element::F64))),
         ("dashpots.vdm", with_dashpots(&reactions(&exact), &[4.0, -2.0, 16.0, 0.0, 8.0, 32.0])),
         ("ports.vdm", ports(&exact)),
+        ("patch.vdm", patch(&exact)),
         ("reactions.vdm", reactions(&exact)),
         ("base.vdm", base(&exact)),
         ("bent.vdm", bent(&body(LAYOUT, 6).file(&bathe(), &STEP, Element::F64), &[])),

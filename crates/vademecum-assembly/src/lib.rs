@@ -84,13 +84,14 @@ pub struct PartReport {
 }
 
 /// Sections of parts that the joined file has not, and what is lost with them.
-const LOST: [(SectionKind, &str); 6] = [
+const LOST: [(SectionKind, &str); 7] = [
     (SectionKind::StressBasis, "stress of it"),
     (SectionKind::ReactionBasis, "reactions of its supports"),
     (SectionKind::InteriorBasis, "fields inside it"),
     (SectionKind::FactorValues, "factor of its stiffness, so no static fields inside it"),
     (SectionKind::EmbeddedTriangles, "embedded surface of it: that of the mesh is drawn"),
     (SectionKind::BaseFrame, "motion of its base"),
+    (SectionKind::ContactPatch, "flexibility between contacts on it: each is answered by itself"),
 ];
 
 /// Joins the parts of an assembly file.

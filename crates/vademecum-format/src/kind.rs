@@ -387,13 +387,13 @@ kinds! {
     /// Values of the probes of a free body as it moves by a metre along each axis, and turns by a radian
     /// about each through its centre; `f64 (n_probes, 6)`.
     ProbeMotions = 106: 12, optional, F64, [Probes, Of(6)];
-    /// Loadable nodes along further modes, each over the root of its eigenvalue \[m/N^½\]: their static answer
-    /// is `Σ row (row·F)`; `f32|f64 (n_load_nodes, 3, any)`. Since version 1.13, as all below.
+    /// Loadable nodes along further modes, each over the root of its λ \[m/N^½\]: they answer forces
+    /// by `Σ row (row·F)`; `f32|f64 (n_load_nodes, 3, any)`. Since version 1.13, as all below.
     ContactModes = 107: 13, optional, REAL, [LoadNodes, Of(3), Any];
     /// Pairs of loadable nodes near each other, the first at most the second, ascending, with each node and
     /// itself; `u32 (any, 2)`.
     PatchPairs = 108: 13, optional, U32, [Any, Of(2)];
-    /// `R` of each of these pairs without the static answer of the further modes \[m/N\]: row the component of
+    /// `R` of each of these pairs less the static answer of the further modes \[m/N\]: row the component of
     /// displacement at the first node, column that of force at the second; `f32|f64 (any, 9)`.
     PatchResidual = 109: 13, optional, REAL, [Any, Of(9)];
     /// Distance `h` of two contacts from which on section 109 adds nothing between them \[m\], `f64 (1)`.

@@ -65,3 +65,14 @@ impl<'a> File<'a> {
         }))
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::taper;
+
+    #[test]
+    fn the_taper_is_one_at_a_contact_and_ends_at_the_distance() {
+        let found = [0.0, 0.5, 1.0, 7.0, f64::NAN].map(taper);
+        assert_eq!(found, [1.0, 0.1875, 0.0, 0.0, 0.0]);
+    }
+}

@@ -19,6 +19,7 @@ mod natural_modes;
 mod needless;
 mod oracles;
 mod parameters;
+mod patch;
 mod projection;
 mod quadrangles;
 mod quantised;

@@ -97,6 +97,7 @@ fn folder() -> tempfile::TempDir {
         ("golden/canonical.vdm", "canonical.vdm"),
         ("golden/parameters.vdm", "parameters.vdm"),
         ("golden/free.vdm", "free.vdm"),
+        ("golden/patch.vdm", "patch.vdm"),
         ("golden/ports.vdm", "ports.vdm"),
         ("golden/reactions.vdm", "reactions.vdm"),
         ("golden/separation.vdm", "separation.vdm"),
@@ -136,6 +137,7 @@ fn every_command_prints_the_keys_of_its_page() {
             "info beam.vdm --json",
             "info canonical.vdm --json",
             "info free.vdm --json",
+            "info patch.vdm --json",
             "info ports.vdm --json",
             "info reactions.vdm --json",
             "info live.vdm --json --terms-for 1e-2",
@@ -186,7 +188,10 @@ fn commands_that_rewrite_and_write_print_the_keys_of_their_page() {
         let ran = vademecum(&["build", &path(problem), "-o", &path(file), "--keep-missed"]);
         assert_eq!(ran.code, Some(0), "{}", ran.stderr);
     }
-    compare(at, &["verify --file-only"], &["verify beam.vdm --file-only --json"]);
+    let patch = repository().join("fixtures/golden/patch.vdm");
+    std::fs::copy(patch, at.join("patch.vdm")).expect("copied");
+    let commands = ["verify beam.vdm --file-only --json", "verify patch.vdm --file-only --json"];
+    compare(at, &["verify --file-only"], &commands);
     compare(
         at,
         &["pack, unpack, strip"],

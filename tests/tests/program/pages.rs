@@ -375,6 +375,15 @@ fn bad_problems() -> Vec<(usize, String)> {
         (134, port("name = \"a\"\nkind = \"frame\"\non = { group = \"x_max\" }\naxes = [[1, 0, 0], [1, 1, 0]]")),
         (135, port("name = \"a\"\non = { group = \"x_max\" }\n[basis]\nkind = \"ritz\"")),
         (135, format!("model = \"large-displacement\"\n{}", port("name = \"a\"\non = { group = \"x_max\" }"))),
+        (136, patch("contact_patch = 0.0")),
+        (136, patch("contact_patch = 1e40")),
+        (136, patch("contact_patch = 0.1\nresidual = false")),
+        (136, patch("contact_patch = 0.1\n[basis]\nkind = \"ritz\"")),
+        (136, patch("contact_patch = 0.1\n[time]\nscheme = { name = \"bathe\" }")),
+        (136, format!("model = \"large-displacement\"\n{}", patch("contact_patch = 0.1"))),
+        (136, matrices("[output]\ncontact_patch = 0.1")),
+        (137, patch("contact_patch = 0.1\ncontact_modes = 513")),
+        (137, patch("contact_modes = 8")),
         (61, format!("title = \"{}\"", "a".repeat(1001))),
         (62, format!("units = \"{}\"", "a".repeat(1001))),
         (63, many_parameters()),
@@ -408,6 +417,11 @@ fn coupled(keys: &str) -> String {
 /// A held body with a port that has these keys.
 fn port(keys: &str) -> String {
     format!("{HELD}[[port]]\n{keys}")
+}
+
+/// A held body whose output has these keys.
+fn patch(keys: &str) -> String {
+    format!("{HELD}[output]\n{keys}")
 }
 
 /// A held body on a foundation that has these keys.

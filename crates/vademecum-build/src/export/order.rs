@@ -68,8 +68,8 @@ impl NodeOrder {
         pairs
     }
 
-    /// Largest distance from each loadable node to a node of a loadable facet with it: a contact that the node
-    /// takes part in is no farther away. `places` are those of the mesh.
+    /// Largest distance from each loadable node to a node of a loadable facet with it: a contact with a share
+    /// at the node is no farther away. `places` are those of the mesh.
     pub(crate) fn load_reach(&self, places: &[[f64; 3]]) -> Vec<f64> {
         let mut reach = vec![0.0; self.n_load];
         let place = |node: u32| places[self.nodes[node as usize] as usize];

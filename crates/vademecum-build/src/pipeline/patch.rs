@@ -1,15 +1,20 @@
 //! The residual flexibility between contacts that are near each other: announced before there is a basis,
 //! made behind the residual flexibility.
 
+use faer::Mat;
+
 use super::{BuildContext, BuildError};
 use crate::basis::Basis;
 use crate::dynamics::{Modes, lowest_modes_kept};
 use crate::export::{Draft, patch_sections};
 use crate::input::{Precision, Problem};
 use crate::limits::memory_in_words;
-use crate::progress::Stopwatch;
+use crate::progress::{Listener, Stopwatch};
 use crate::residual::{PatchFlexibility, Reaches, ResidualBasis, ResidualError, patch_flexibility};
 use crate::store::Inputs;
+
+/// Residual at which a further mode is one.
+const CONVERGED: f64 = 1e-6;
 
 /// Bytes of pairs and their blocks in a file at most.
 const MAX_BYTES: usize = 256_000_000;
@@ -88,20 +93,39 @@ impl PatchPlan {
     fn more_modes(&self, context: &BuildContext<'_>, r: usize) -> Result<Option<Modes>, ResidualError> {
         let BuildContext { prepared, kept, .. } = *context;
         let pencil = prepared.body.model.pencil();
-        let count = (r + self.modes).min(pencil.n_elastic());
-        if count < r + self.modes {
-            kept.listener.note(&format!(
-                "the body has {count} natural modes: {} further ones for contacts instead of {}",
-                count - r,
-                self.modes
-            ));
-        }
-        if count == r {
+        let asked = r + self.modes;
+        let count = asked.min(pencil.n_elastic());
+        if count <= r {
+            note_fewer(0, self.modes, kept.listener);
             return Ok(None);
         }
         let solves = kept.solves(&prepared.symbolic.solver());
-        let modes = lowest_modes_kept(pencil, &prepared.symbolic, count, (&solves, None))?;
+        let found = lowest_modes_kept(pencil, &prepared.symbolic, count, (&solves, None))?;
         solves.forget();
-        Ok(Some(modes))
+        // Where all modes of a body are asked for, the last ones may be none.
+        let modes = converged(found);
+        let count = modes.eigenvalues.len();
+        note_fewer(count.saturating_sub(r), self.modes, kept.listener);
+        Ok((count > r).then_some(modes))
+    }
+}
+
+/// The modes of a list that have converged.
+fn converged(modes: Modes) -> Modes {
+    let Modes { eigenvalues, vectors, residuals } = modes;
+    let kept: Vec<usize> = (0..residuals.len()).filter(|&k| residuals[k] <= CONVERGED).collect();
+    Modes {
+        eigenvalues: kept.iter().map(|&k| eigenvalues[k]).collect(),
+        vectors: Mat::from_fn(vectors.nrows(), kept.len(), |i, k| vectors[(i, kept[k])]),
+        residuals: kept.iter().map(|&k| residuals[k]).collect(),
+    }
+}
+
+/// Notes a body that has fewer natural modes than were asked for.
+fn note_fewer(found: usize, asked: usize, listener: &dyn Listener) {
+    if found < asked {
+        listener.note(&format!(
+            "the body has no more natural modes: {found} further ones for contacts instead of {asked}"
+        ));
     }
 }

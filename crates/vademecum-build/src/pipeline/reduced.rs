@@ -70,8 +70,8 @@ impl ReducedModel {
         Ok(Self { basis, snapshots, sections, patch, has_residual, has_factor })
     }
 
-    /// Adds the residual flexibility, and that between near contacts, where the file has it. It may use up the factor of the stiffness, so
-    /// whatever solves with that comes before.
+    /// Adds the residual flexibility, and that between near contacts, where the file has it. It may use the
+    /// factor of the stiffness up, so whatever solves with that comes before.
     ///
     /// # Errors
     /// [`BuildError::Residual`].

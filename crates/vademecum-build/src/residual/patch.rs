@@ -2,9 +2,9 @@
 //!
 //! With the modes `Φ` that follow those of the file, what is left of a residual is
 //! `R' = R − Φ Λ⁻¹ Φᵀ`. A file keeps the rows `Φ Λ^-½` of all loadable nodes, and `R'` of near ones. A reader
-//! multiplies the block of two contacts by a positive definite function of their distance, which ends at that
-//! of the pairs: the product is semidefinite (Schur 1911; as in covariance tapering, Furrer, Genton and Nychka
-//! 2006).
+//! multiplies the block of two contacts by a positive definite function of their distance, which ends where
+//! the pairs do: the product is semidefinite (Schur 1911; as in covariance tapering, Furrer, Genton and
+//! Nychka 2006).
 
 use std::time::Instant;
 

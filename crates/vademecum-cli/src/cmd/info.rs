@@ -93,6 +93,8 @@ struct Contents {
     supports: Vec<SupportReport>,
     /// Patches and frames by which an assembly joins the body to others.
     ports: Vec<PortReport>,
+    /// None of a file that answers each contact by itself.
+    contact_patch: Option<PatchReport>,
     certificate: Certificates,
     enrichment_history: Vec<Enrichment>,
     /// With `--terms-for`.
@@ -277,6 +279,17 @@ struct PortReport {
     origin: [f64; 3],
 }
 
+/// Residual flexibility between contacts near each other.
+#[derive(Serialize)]
+struct PatchReport {
+    /// Distance at which contacts have nothing but further modes between them.
+    distance: f64,
+    /// Further modes by which contacts answer statically.
+    modes: usize,
+    /// Pairs of loadable nodes.
+    pairs: usize,
+}
+
 /// A body without supports.
 #[derive(Serialize)]
 struct FreeReport {
@@ -431,6 +444,11 @@ impl Info {
             free_body: FreeReport::of(file),
             supports: supports(file)?,
             ports: ports(file)?,
+            contact_patch: file.contact_patch()?.map(|patch| PatchReport {
+                distance: patch.distance,
+                modes: patch.n_modes,
+                pairs: patch.pairs.len(),
+            }),
             certificate,
             enrichment_history: enrichment_history(file)?,
             fewest_terms: self.terms_for.map(|t| fewest_terms(file.bytes(), t)).transpose()?,
@@ -519,6 +537,11 @@ impl Contents {
         for PortReport { name, kind, rows, nodes, .. } in &self.ports {
             let of = if *nodes > 0 { format!(", {nodes} nodes") } else { String::new() };
             println!("port `{name}`: a {kind}, {rows} rows{of}");
+        }
+        if let Some(PatchReport { distance, modes, pairs }) = &self.contact_patch {
+            println!(
+                "contacts nearer than {distance} m are answered together: {modes} further modes, {pairs} pairs of nodes"
+            );
         }
         if self.damping_rows > 0 {
             println!(
