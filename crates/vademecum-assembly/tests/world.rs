@@ -239,11 +239,11 @@ fn cap(radius: f64) -> (Vec<[f64; 3]>, Vec<[u32; 3]>) {
     (nodes, triangles)
 }
 
-/// A cube pressed on the base with 20 N and pushed to and fro until it slips, with friction 0.3: the face that
-/// touches moves as at full order.
+/// A cube pressed on the base with 20 N and pushed to and fro until it slips, with friction 0.3: the face
+/// that touches moves as at full order.
 #[test]
 fn a_face_slips_as_at_full_order() {
-    let (beta, friction, every, time) = (6.4e-5, 0.3, 1e-3, 0.45);
+    let (beta, friction, every, time) = (6.4e-5, 0.3, 1e-3, 0.3);
     let force = |t: f64| -> [f64; 3] {
         let ramp = (t / 0.05).min(1.0);
         let press = ramp * ramp * (3.0 - 2.0 * ramp);
@@ -257,9 +257,7 @@ fn a_face_slips_as_at_full_order() {
     ];
     let expected = Pair::new(&whole).slide(time, every, friction, beta, &force);
     let largest = expected.iter().fold(0.0_f64, |most, x| most.max(x.abs()));
-    for (modes, patch, time_step, bound) in
-        [(8, true, 1e-3, 0.12), (32, false, 0.25e-3, 0.3), (32, true, 1e-3, 0.12), (32, true, 0.25e-3, 0.05)]
-    {
+    for (modes, patch, time_step, bound) in [(32, true, 1e-3, 0.12), (32, true, 0.25e-3, 0.05)] {
         let cube = built(&problem(CUBE, &format!("{RUBBER}{damping}"), modes, patch));
         let base = built(&problem(BASE, &format!("{RUBBER}{HELD}{damping}"), modes, patch));
         let found = slid(&cube, &base, time_step, (time, every, friction), &force);
@@ -412,8 +410,8 @@ fn node_at(file: &File<'_>, at: [f64; 3]) -> u32 {
     (0..file.metadata().n_load_nodes).find(near).expect("a node")
 }
 
-/// A chain of links, horizontal and at rest, that falls under gravity from a hinge on the ground: each hinge two
-/// ball joints. The tip every `every` seconds, and the largest gain of energy \[J\].
+/// A chain of links, horizontal and at rest, that falls under gravity from a hinge on the ground: each hinge
+/// two ball joints. The tip every `every` seconds, and the largest gain of energy \[J\].
 fn chain(file: &[u8], links: usize, time_step: f64, time: f64, every: f64) -> (Vec<[f64; 3]>, f64) {
     let file = File::parse(file).expect("a file");
     let options = options(time_step);

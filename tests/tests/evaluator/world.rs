@@ -60,8 +60,8 @@ impl Memory {
     }
 }
 
-/// Every golden file, thrown onto a plate at speeds up to the speed of light with steps of any length: a step is
-/// done with finite numbers, or refused.
+/// Every golden file, thrown onto a plate at speeds up to the speed of light with steps of any length: a step
+/// is done with finite numbers, or refused.
 #[test]
 fn nothing_becomes_infinite_whatever_the_step_and_the_speed() {
     let (mut stepped, mut refused) = (0, 0);

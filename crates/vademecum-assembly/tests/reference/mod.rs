@@ -252,8 +252,9 @@ impl<'b> Pair<'b> {
         Rebound { restitution: momentum / total / 0.5, peak }
     }
 
-    /// Mean displacement along x of the lowest face of a cube that lies on the base, every `every` seconds: it
-    /// is pressed and pushed on its upper face by `force` of the time, damped by `beta` times the stiffness.
+    /// Mean displacement along x of the lowest face of a cube that lies on the base, every `every` seconds:
+    /// it is pressed and pushed on its upper face by `force` of the time, damped by `beta` times the
+    /// stiffness.
     pub fn slide(
         &self,
         time: f64,
@@ -299,8 +300,8 @@ impl<'b> Pair<'b> {
         found
     }
 
-    /// Elastic forces of a cube that turns: of the displacements against the rigid motion nearest to it, which
-    /// is found by the means of the positions and of their turns about y.
+    /// Elastic forces of a cube that turns: of the displacements against the rigid motion nearest to it,
+    /// which is found by the means of the positions and of their turns about y.
     fn elastic(
         &self,
         start: &[[f64; 3]],

@@ -121,11 +121,11 @@ fn converged(modes: Modes) -> Modes {
     }
 }
 
-/// Notes a body that has fewer natural modes than were asked for.
+/// Notes fewer further modes than were asked for.
 fn note_fewer(found: usize, asked: usize, listener: &dyn Listener) {
     if found < asked {
         listener.note(&format!(
-            "the body has no more natural modes: {found} further ones for contacts instead of {asked}"
+            "no more natural modes are found to six digits: {found} further ones for contacts instead of {asked}"
         ));
     }
 }

@@ -1,8 +1,8 @@
 //! Boxes over the triangles of a surface at rest, and the extents of its modes in each.
 //!
-//! A box of the moving surface is the box at rest and `Σ_k |q_k| e_k` on each side, where `e_k` is the largest
-//! displacement of mode `k` at a node of the box: a bound of what the box may hold, for `O(r)` and without a
-//! look at its nodes.
+//! A box of the moving surface is the box at rest and `Σ_k |q_k| e_k` on each side, where `e_k` is the
+//! largest displacement of mode `k` at a node of the box: a bound of what the box may hold, for `O(r)` and
+//! without a look at its nodes.
 
 use core::cell::Cell;
 

@@ -1,8 +1,9 @@
 //! Joints that turn far: rows at the displacement level at the end of the step, solved directly.
 //!
-//! The rows of all joints make one symmetric matrix `W = G P Gᵀ + S`, whose envelope is that of the joints that
-//! share a member: a chain gives a block tridiagonal one. Its Cholesky factor is frozen over a step, and a few
-//! evaluations of the joints as they are at the end of the step, under rotations of any size, close them.
+//! The rows of all joints make one symmetric matrix `W = G P Gᵀ + S`, whose envelope is that of the joints
+//! that share a member: a chain gives a block tridiagonal one. Its Cholesky factor is frozen over a step, and
+//! a few evaluations of the joints as they are at the end of the step, under rotations of any size, close
+//! them.
 
 use crate::base::error::LoadError;
 use crate::base::principal::UNITS;
@@ -328,8 +329,8 @@ fn frame_axes<T>(body: &Body<'_, T>, port: usize) -> Option<[[f64; 3]; 3]> {
     Some([three(3)?, three(6)?, three(9)?])
 }
 
-/// Residual flexibility between two anchors of one body: displacement and rotation of the first by a force and
-/// a moment at the second, along and about the axes of the body. Zero where the file has none.
+/// Residual flexibility between two anchors of one body: displacement and rotation of the first by a force
+/// and a moment at the second, along and about the axes of the body. Zero where the file has none.
 pub(crate) fn residual<T: Scalar>(
     body: &Body<'_, T>,
     [a, b]: [&Anchor; 2],

@@ -1,9 +1,9 @@
 //! Residual flexibility between contacts that are near each other.
 //!
 //! A file with a contact patch has further modes, which answer at once, and what is left between near nodes.
-//! The modes are coordinates of the solution like the others, with the answer 1; the rest is a block between two
-//! contacts `c` and `d`, times `ψ(|x_c − x_d|/h)`. Both are positive semidefinite, the second by Schur's product
-//! theorem (1911) with Wendland's function (1995), and one contact alone has the whole residual.
+//! The modes are coordinates of the solution like the others, with the answer 1; the rest is a block between
+//! two contacts `c` and `d`, times `ψ(|x_c − x_d|/h)`. Both are positive semidefinite, the second by Schur's
+//! product theorem (1911) with Wendland's function (1995), and one contact alone has the whole residual.
 
 use crate::base::scalar::Scalar;
 use crate::base::vec3::{add, dot, minus};

@@ -21,8 +21,8 @@ impl<T: Scalar> World<'_, T> {
     }
 
     /// Writes contacts and joints as they are after the last step. With the states of the members
-    /// ([`Body::save_into`](crate::Body::save_into), [`RigidShape::motion`](crate::RigidShape::motion)) a world
-    /// goes on from there bit by bit.
+    /// ([`Body::save_into`](crate::Body::save_into), [`RigidShape::motion`](crate::RigidShape::motion)) a
+    /// world goes on from there bit by bit.
     ///
     /// # Errors
     /// [`WorldError::LentMemory`] for memory of another length.
@@ -55,8 +55,8 @@ impl<T: Scalar> World<'_, T> {
     /// Takes back what [`World::save_into`] of a world of the same members, joints and options wrote.
     ///
     /// # Errors
-    /// [`WorldError::LentMemory`] for numbers of another length, [`WorldError::Mismatch`] for numbers that are
-    /// none of this world; nothing changes then.
+    /// [`WorldError::LentMemory`] for numbers of another length, [`WorldError::Mismatch`] for numbers that
+    /// are none of this world; nothing changes then.
     pub fn restore(&mut self, saved: &[f64]) -> Result<(), WorldError> {
         let (found, needed) = (saved.len(), self.saved_len());
         if found != needed {

@@ -8,8 +8,8 @@
 //! ```
 //!
 //! With the residual flexibility of each contact the law is at the level of displacements, at the end of the
-//! step. A step then never adds energy, whatever `Δt`, stiffness and number of contacts: under forces that are
-//! held the exact modes take `f' · Δ(Γq)`, and with `γ = g₀ + Γq + Sf` and `E = E_modes + ½ fᵀSf`
+//! step. A step then never adds energy, whatever `Δt`, stiffness and number of contacts: under forces that
+//! are held the exact modes take `f' · Δ(Γq)`, and with `γ = g₀ + Γq + Sf` and `E = E_modes + ½ fᵀSf`
 //!
 //! ```text
 //! E' − E = f'·(γ' − γ) − ½ (f' − f)ᵀ S (f' − f) + f_t'·slip ≤ 0
@@ -43,10 +43,11 @@ use crate::world::touch::Touch;
 /// Options of a [`World`].
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct WorldOptions {
-    /// Acceleration of gravity in space \[m/s²\]; it acts on free and on rigid members. A held body has a load
-    /// pattern for it.
+    /// Acceleration of gravity in space \[m/s²\]; it acts on free and on rigid members. A held body has a
+    /// load pattern for it.
     pub gravity: [f64; 3],
-    /// Distance up to which nodes and triangles are paired \[m\]; a fiftieth of the smallest member if `None`.
+    /// Distance up to which nodes and triangles are paired \[m\]; a fiftieth of the smallest member if
+    /// `None`.
     pub reach: Option<f64>,
     /// Largest change of a displacement in the last sweep of the solution \[m\]; 1e-9 of the smallest member
     /// if `None`.
