@@ -21,7 +21,7 @@
 
 use core::cell::Cell;
 
-use crate::base::error::StepError;
+use crate::base::error::{LoadError, StepError};
 use crate::base::lend::Lender;
 use crate::base::scalar::Scalar;
 use crate::base::vec3::{add, cross, dot, minus};
@@ -31,7 +31,7 @@ use crate::world::bounds;
 use crate::world::error::WorldError;
 use crate::world::find::{Found, Surfaces, find};
 use crate::world::frame::{Frame, motion_of, turned};
-use crate::world::joint::{JointKind, JointState, ROWS, WorldJoint, at_rest};
+use crate::world::joint::{Anchor, JointKind, JointState, ROWS, WorldJoint, at_rest};
 use crate::world::joints::{Joints, envelope, first_shared, gather};
 use crate::world::member::{Member, Outline, kicked};
 use crate::world::patch::{self, Near};
@@ -863,6 +863,18 @@ impl<'m, T: Scalar> World<'m, T> {
                 work.fill(T::ZERO);
                 for (j, (joint, state)) in self.joints.all.iter().zip(&*self.joints.states).enumerate() {
                     for side in (0..2).filter(|&side| joint.members[side] == i) {
+                        // At a place the residual flexibility shows the force, where there is room for it.
+                        if let Anchor::Place(place) = joint.anchors[side] {
+                            let [force, _] = state.wrench(side);
+                            let contact = Contact::new(place, slot.middle.to_body(force));
+                            match body.loads.add_contact(&body.scene, &contact) {
+                                Err(LoadError::TooManyContacts { .. }) => {}
+                                added => {
+                                    added?;
+                                    continue;
+                                }
+                            }
+                        }
                         for (row, &force) in state.force.iter().enumerate().take(state.rows) {
                             let start = ((2 * j + side) * ROWS + row) * self.stride;
                             let own = self.joints.rows.get(start..start + slot.r).unwrap_or_default();
