@@ -56,7 +56,7 @@ impl Nodes {
     }
 }
 
-/// Memory of one member, to lend to a [`World`].
+/// Memory of one member, to lend to a [`World`](crate::World).
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Slot {
     /// Modes, and coordinates with those of the rigid motion, padded.
