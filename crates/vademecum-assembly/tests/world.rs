@@ -658,10 +658,13 @@ fn a_cable_catches_as_at_full_order() {
             [Anchor::Place(Place::node(node_at(file, top))), Anchor::point([0.04, 0.04, 0.18])],
         )
     };
-    for (time_step, bound) in [(1e-3, 0.06), (0.25e-3, 0.03)] {
+    // Up and down. Sideways the cube sways by what the mesh is not symmetric, 0.3 mm of 13, which depends on
+    // how the mass is shared among the nodes.
+    let vertical = |all: &[[f64; 3]]| -> Vec<[f64; 3]> { all.iter().map(|u| [0.0, 0.0, u[2]]).collect() };
+    for (time_step, bound) in [(1e-3, 0.04), (0.25e-3, 0.02)] {
         let file = built(&problem(CUBE, RUBBER, 32, false));
         let found = held_by(&file, time_step, times, -9.81, (&joint, top), &|_| vec![]);
-        let off = worst_off(&found, &expected);
+        let off = worst_off(&vertical(&found), &vertical(&expected));
         println!("cable, {time_step:e} s: off by {off:.4}");
         assert!(off < bound, "{off}");
     }
