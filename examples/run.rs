@@ -60,6 +60,21 @@ fn press_a_sphere_never_goes_in() {
 }
 
 #[test]
+fn grip_a_cube_lifts_it() {
+    let output = output("grip_a_cube");
+    let rows: Vec<Vec<f64>> = output
+        .lines()
+        .skip(1)
+        .map(|row| row.split_whitespace().filter_map(|word| word.parse().ok()).collect())
+        .collect();
+    assert_eq!(rows.len(), 10, "{output}");
+    // Time, height, force of a finger, contacts: on the floor at first, lifted by 0.1 m at the end.
+    let (first, last) = (&rows[0], &rows[9]);
+    assert!(first[1].abs() < 1.0 && (95.0..101.0).contains(&last[1]), "{output}");
+    assert!(last[2] > 0.5 && last[3] >= 8.0, "{output}");
+}
+
+#[test]
 fn throw_a_fork_tumbles_and_rings() {
     let output = output("throw_a_fork");
     let [pitch, first, amplitude] = numbers(&line(&output, "rings at").replace("Hz", ""))[..] else {
