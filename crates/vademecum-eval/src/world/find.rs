@@ -15,6 +15,10 @@ use crate::world::touch::Touch;
 /// A point may lie so far beside a triangle, as a share of its longest edge.
 const BESIDE: f64 = 1e-6;
 
+/// Overlaps up to so many times the reach are found: the residual flexibility of a new contact is not there
+/// yet.
+const DEPTH: f64 = 5.0;
+
 /// Surfaces of the members as they are at the end of the coming step without contacts.
 pub(crate) struct Surfaces<'a, T> {
     pub slots: &'a [Slot],
@@ -156,7 +160,8 @@ impl<'a, T: Scalar> Surfaces<'a, T> {
         normal: [f64; 3],
     ) -> Option<Nearest> {
         let reach = self.reach;
-        let around = [point.map(|x| x - reach), point.map(|x| x + reach)];
+        let depth = DEPTH * reach;
+        let around = [point.map(|x| x - depth), point.map(|x| x + depth)];
         let mut best: Option<Nearest> = None;
         side.bounds.visit(side.q, 0.0, &around, |triangle| {
             let triangle = triangle as usize;
@@ -169,7 +174,7 @@ impl<'a, T: Scalar> Surfaces<'a, T> {
             let gap = dot(up, minus(point, a));
             let nearer = best.is_none_or(|best| gap.abs() < best.gap.abs());
             // Not a number is not within reach.
-            if !(gap.abs() <= reach && nearer && dot(up, normal) < 0.0) {
+            if !((-depth..=reach).contains(&gap) && nearer && dot(up, normal) < 0.0) {
                 return;
             }
             let weights = nearest_in_triangle(point, [a, b, c]);

@@ -10,6 +10,9 @@ use crate::world::world::World;
 /// Numbers of a contact: members, node, force, filtered forces, residual displacement.
 const TOUCH: usize = 15;
 
+/// Numbers of a member: where it was at the end of the last step, position and rotation.
+const SLOT: usize = 12;
+
 /// Numbers of a joint: forces, and 1 of a broken one.
 const JOINT: usize = ROWS + 1;
 
@@ -17,7 +20,8 @@ impl<T: Scalar> World<'_, T> {
     /// Numbers that [`World::save_into`] writes.
     #[must_use]
     pub fn saved_len(&self) -> usize {
-        2 + self.options.contacts * TOUCH + self.joints.all.len() * JOINT + self.statics.len()
+        let own = 2 + self.options.contacts * TOUCH + self.slots.len() * SLOT;
+        own + self.joints.all.len() * JOINT + self.statics.len()
     }
 
     /// Writes contacts and joints as they are after the last step. With the states of the members
@@ -43,6 +47,10 @@ impl<T: Scalar> World<'_, T> {
         let (of_touches, rest) = rest.split_at_mut(self.options.contacts * TOUCH);
         let numbers = touches.iter().flat_map(of_touch);
         of_touches.iter_mut().zip(numbers).for_each(|(out, number)| *out = number);
+        let (of_slots, rest) = rest.split_at_mut(self.slots.len() * SLOT);
+        let ends = self.slots.iter().map(|slot| &slot.end);
+        let numbers = ends.flat_map(|end| end.position.into_iter().chain(end.turn.into_iter().flatten()));
+        of_slots.iter_mut().zip(numbers).for_each(|(out, number)| *out = number);
         let (of_joints, rest) = rest.split_at_mut(self.joints.all.len() * JOINT);
         let states = self.joints.states.iter();
         let numbers =
@@ -64,6 +72,7 @@ impl<T: Scalar> World<'_, T> {
         }
         let (head, rest) = saved.split_at(2);
         let (of_touches, rest) = rest.split_at(self.options.contacts * TOUCH);
+        let (of_slots, rest) = rest.split_at(self.slots.len() * SLOT);
         let (of_joints, of_statics) = rest.split_at(self.joints.all.len() * JOINT);
         let whole = |number: f64, below: usize| {
             (number >= 0.0 && number < below as f64 && libm::floor(number) == number)
@@ -95,6 +104,13 @@ impl<T: Scalar> World<'_, T> {
             };
         }
         (self.n_now, self.stored) = (count, stored);
+        for (slot, saved) in self.slots.iter_mut().zip(of_slots.as_chunks::<SLOT>().0) {
+            let [x, y, z, turn @ ..] = *saved;
+            slot.end.position = [x, y, z];
+            slot.end.turn.as_flattened_mut().iter_mut().zip(turn).for_each(|(to, from)| *to = from);
+        }
+        // Placements of a world that was never stepped are none.
+        self.step = if of_slots.iter().all(|&x| x == 0.0) { 0 } else { self.step.max(1) };
         for (state, saved) in self.joints.states.iter_mut().zip(of_joints.as_chunks::<JOINT>().0) {
             let [force @ .., broken] = *saved;
             (state.force, state.broken) = (force, broken != 0.0);

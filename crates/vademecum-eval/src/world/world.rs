@@ -150,7 +150,7 @@ pub struct World<'m, T> {
     pub(crate) x: &'m mut [f64],
     pub(crate) p: &'m mut [f64],
     pub(crate) stride: usize,
-    step: u32,
+    pub(crate) step: u32,
     visit: u32,
     pub(crate) time_step: f64,
     reach: f64,
@@ -480,7 +480,9 @@ impl<'m, T: Scalar> World<'m, T> {
     /// Forgets the contacts of the last step: after a member was put elsewhere.
     pub fn forget(&mut self) {
         self.statics.fill(0.0);
-        (self.n_now, self.stored) = (0, 0.0);
+        (self.n_now, self.stored, self.step) = (0, 0.0, 0);
+        self.stamps.fill(0);
+        self.fresh.fill(0);
     }
 
     /// One step of all members, under the loads on them, gravity, and the forces of the contacts. What was
@@ -659,7 +661,12 @@ impl<'m, T: Scalar> World<'m, T> {
                     (motions, centre) = ([*shape.motion(), middle, end], shape.centre());
                 }
             }
+            // A host moves a held body from where the last step left it.
+            let last = slot.end;
             [slot.start, slot.middle, slot.end] = motions.map(|motion| Frame::new(&motion, centre));
+            if self.step > 0 && matches!(member, Member::Held(..)) {
+                slot.start = last;
+            }
             if let Some(body) = member.elastic() {
                 let ahead = self.ahead.get_mut(slot.ahead..).and_then(|all| all.get_mut(..slot.r));
                 let ahead = ahead.ok_or(WorldError::Mismatch)?;
