@@ -160,7 +160,7 @@ fn a_life_in_a_world() {
     let (nodes, triangles) = ([[-9.0, -9.0, 0.0], [9.0, -9.0, 0.0], [0.0, 9.0, 0.0]], [[0, 1, 2]]);
     let pairs = [Touching::new(0, 1).with_friction(0.5)];
     let world = WorldOptions { gravity: [0.1, 0.0, -9.81], contacts: 64, ..WorldOptions::default() };
-    let mut floor = RigidShape::led(&nodes, &triangles, Pose::at([0.0, 0.0, -1e-3])).expect("a floor");
+    let mut floor = RigidShape::led(&nodes, &triangles, Pose::at([0.0, 0.0, 1e-4])).expect("a floor");
     let mut ceiling = RigidShape::led(&[], &[], Pose::IDENTITY).expect("a ceiling");
     let joints =
         [WorldJoint::new(JointKind::Ball, [0, 2], [Anchor::Place(Place::node(0)), Anchor::point([0.0; 3])])];

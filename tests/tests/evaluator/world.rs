@@ -177,6 +177,7 @@ fn what_cannot_be_is_refused() {
     let short = World::new(&members, &[], &[], &options, lent).err();
     assert!(matches!(short, Some(WorldError::LentMemory { found: 0, .. })), "{short:?}");
     // The same joint twice holds nothing more.
+    let options = WorldOptions { gravity: [0.0, 0.0, -9.81], ..options };
     let joints = [WorldJoint::new(JointKind::Ball, [0, 1], [Anchor::Place(Place::node(0)), point]); 2];
     let mut memory = Memory::of(&members, &joints, &options).expect("sizes");
     let mut world = World::new(&members, &[], &joints, &options, memory.lend()).expect("a world");
