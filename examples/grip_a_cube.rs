@@ -12,8 +12,7 @@ use vademecum_build::pipeline::{BuildOptions, build};
 use vademecum_build::progress::Silent;
 use vademecum_eval::format::File;
 use vademecum_eval::{
-    Body, BodyOptions, JointState, Member, Near, Pose, RigidMotion, RigidShape, Slot, Touch, Touching, World,
-    WorldMemory, WorldOptions,
+    Body, BodyOptions, Member, Pose, RigidMotion, RigidShape, Touching, World, WorldBuffers, WorldOptions,
 };
 
 /// A block of silicone, held at a side or not at all, that remembers how near contacts answer together.
@@ -69,20 +68,8 @@ fn main() -> Result<(), Box<dyn Error>> {
         Member::Held(&mut right, at_right),
         Member::Rigid(&mut floor),
     ];
-    let sizes = World::sizes(&members, &[], &options)?;
-    let mut slots = vec![Slot::default(); sizes.slots];
-    let mut touches = vec![Touch::NONE; sizes.touches];
-    let mut joints = vec![JointState::default(); sizes.joints];
-    let mut near = vec![Near::default(); sizes.near];
-    let mut numbers = vec![0.0; sizes.numbers];
-    let memory = WorldMemory {
-        slots: &mut slots,
-        touches: &mut touches,
-        joints: &mut joints,
-        near: &mut near,
-        numbers: &mut numbers,
-    };
-    let mut world = World::new(&members, &pairs, &[], &options, memory)?;
+    let mut buffers = WorldBuffers::new(&World::sizes(&members, &[], &options)?);
+    let mut world = World::new(&members, &pairs, &[], &options, buffers.lend())?;
 
     println!("   time   height of the cube   pressed by a finger   contacts");
     for step in 0..1500 {

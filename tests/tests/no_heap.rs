@@ -6,9 +6,8 @@ use std::alloc::{GlobalAlloc, Layout as Memory, System};
 use std::cell::Cell;
 use vademecum_eval::{
     Anchor, Assembly, AssemblyOptions, Body as Bound, BodyOptions, Contact, End, Field, Joint, JointKind,
-    JointState, Loads, Member, Near, Part, PartState, Place, Pose, RigidMotion, RigidShape, Scene,
-    SceneOptions, Slot, State, StructureChoice, Surface, Touch, Touching, World, WorldJoint, WorldMemory,
-    WorldOptions,
+    Loads, Member, Part, PartState, Place, Pose, RigidMotion, RigidShape, Scene, SceneOptions, State,
+    StructureChoice, Surface, Touching, World, WorldBuffers, WorldJoint, WorldOptions,
 };
 use vademecum_format::File;
 use vademecum_format::scheme::StepParameters;
@@ -175,20 +174,9 @@ fn a_life_in_a_world() {
     body.set_motion(motion).expect("a motion");
     let mut members = [Member::Free(&mut body), Member::Rigid(&mut floor), Member::Rigid(&mut ceiling)];
     let sizes = World::sizes(&members, &joints, &world).expect("sizes");
-    let mut slots = vec![Slot::default(); sizes.slots];
-    let mut touches = vec![Touch::NONE; sizes.touches];
-    let mut states = vec![JointState::default(); sizes.joints];
-    let mut near = vec![Near::default(); sizes.near];
-    let mut numbers = vec![f64::NAN; sizes.numbers];
+    let mut buffers = WorldBuffers::new(&sizes);
     let before = ALLOCATIONS.get();
-    let lent = WorldMemory {
-        slots: &mut slots,
-        touches: &mut touches,
-        joints: &mut states,
-        near: &mut near,
-        numbers: &mut numbers,
-    };
-    let mut world = World::new(&members, &pairs, &joints, &world, lent).expect("a world");
+    let mut world = World::new(&members, &pairs, &joints, &world, buffers.lend()).expect("a world");
     let mut pressed = 0;
     for _ in 0..100 {
         pressed += world.step(&mut members).expect("a step").pressed;

@@ -8,6 +8,7 @@ mod entries;
 mod error;
 mod file;
 mod refusal;
+mod source;
 mod world;
 
 pub use entries::{BoxEntry, ContactEntry, NodesEntry, OutputEntry, RigidEntry, WorldEntry};
@@ -16,13 +17,12 @@ pub use file::{AssemblyFile, JointEntry, JointKind, PartEntry};
 pub use world::{WorldPlan, WorldRow, WorldRunError, WorldRunOptions, WorldRunReport, WorldSink, run_world};
 
 use vademecum_build::mesh::{Mesh, hash};
-use vademecum_build::store::read_regular;
 use vademecum_eval::{Assembly, AssemblyOptions, End, Joint, Part, Pose};
 use vademecum_format::{File, SectionKind};
-use vademecum_rewrite::{check_limited, default_limit, unpack};
 
 use file::GROUND;
 use refusal::{of_assembly, of_part};
+use source::{hex, read_part};
 
 /// A joined body.
 #[derive(Debug)]
@@ -106,32 +106,12 @@ const LOST: [(SectionKind, &str); 7] = [
 /// that is not held.
 pub fn assemble(file: &AssemblyFile) -> Result<Assembled, AssemblyError> {
     file.refuse_world()?;
-    let mut raw = vec![];
-    for entry in &file.parts {
-        let path = file.resolve(entry);
-        let unreadable =
-            |source| AssemblyError::Unreadable { part: entry.name.clone(), path: path.clone(), source };
-        let bytes = read_regular(&path).map_err(unreadable)?;
-        let limit = default_limit(bytes.len());
-        let opened = check_limited(&bytes, limit).and_then(|_| unpack(&bytes, limit));
-        raw.push(opened.map_err(|source| AssemblyError::Part {
-            part: entry.name.clone(),
-            path: path.clone(),
-            source,
-        })?);
-    }
+    let raw = (0..file.parts.len()).map(|i| read_part(file, i)).collect::<Result<Vec<_>, _>>()?;
     let mut parts = vec![];
-    for (i, (entry, bytes)) in file.parts.iter().zip(&raw).enumerate() {
-        let opened = File::parse(bytes)?;
-        let found = hex(&opened.metadata().mesh_hash);
-        if let Some(expected) = entry.hash.as_ref().filter(|expected| **expected != found) {
-            let words = format!(
-                "`{found}`, the hash of the mesh of this file: the part was built anew on another mesh"
-            );
-            return Err(file.refuse(&format!("part[{i}].hash"), format!("`{expected}`"), words).into());
-        }
+    for (entry, bytes) in file.parts.iter().zip(&raw) {
         let pose = Pose::new(entry.position, entry.rotation);
-        parts.push(Part::new(&entry.name, opened, pose).map_err(|fault| of_part(&entry.name, fault))?);
+        let part = Part::new(&entry.name, File::parse(bytes)?, pose);
+        parts.push(part.map_err(|fault| of_part(&entry.name, fault))?);
     }
     let joints = joints(file, &parts)?;
     join(file, &parts, &joints)
@@ -271,9 +251,4 @@ fn notes(parts: &[Part<'_>], assembly: &Assembly<'_>) -> Vec<String> {
         }
     }
     notes
-}
-
-/// Bytes in hexadecimal.
-fn hex(bytes: &[u8]) -> String {
-    bytes.iter().map(|byte| format!("{byte:02x}")).collect()
 }

@@ -12,9 +12,8 @@ use vademecum_build::input::Problem;
 use vademecum_build::pipeline::{BuildOptions, build};
 use vademecum_build::progress::Silent;
 use vademecum_eval::{
-    Anchor, Body, BodyOptions, Field, JointKind, JointState, Member, Near, Nodes, Place, Pose, RigidMotion,
-    RigidShape, Slot, SurfacePoint, Touch, Touching, World, WorldJoint, WorldMemory, WorldOptions,
-    WorldReport,
+    Anchor, Body, BodyOptions, Field, JointKind, Member, Nodes, Place, Pose, RigidMotion, RigidShape,
+    SurfacePoint, Touching, World, WorldBuffers, WorldJoint, WorldOptions, WorldReport,
 };
 use vademecum_format::{File, SectionKind};
 
@@ -50,44 +49,12 @@ fn options(time_step: f64) -> BodyOptions {
     options
 }
 
-/// Memory of a world.
-#[derive(Default)]
-struct Memory {
-    slots: Vec<Slot>,
-    touches: Vec<Touch>,
-    joints: Vec<JointState>,
-    near: Vec<Near>,
-    numbers: Vec<f64>,
+/// Memory of a world without joints.
+fn buffers(members: &[Member<'_, '_, f64>], options: &WorldOptions) -> WorldBuffers {
+    WorldBuffers::new(&World::sizes(members, &[], options).expect("sizes"))
 }
 
-impl Memory {
-    fn of(members: &[Member<'_, '_, f64>], options: &WorldOptions) -> Self {
-        Self::with(members, &[], options)
-    }
-
-    fn with(members: &[Member<'_, '_, f64>], joints: &[WorldJoint], options: &WorldOptions) -> Self {
-        let sizes = World::sizes(members, joints, options).expect("sizes");
-        Self {
-            slots: vec![Slot::default(); sizes.slots],
-            touches: vec![Touch::NONE; sizes.touches],
-            joints: vec![JointState::default(); sizes.joints],
-            near: vec![Near::default(); sizes.near],
-            numbers: vec![f64::NAN; sizes.numbers],
-        }
-    }
-
-    fn lend(&mut self) -> WorldMemory<'_> {
-        WorldMemory {
-            slots: &mut self.slots,
-            touches: &mut self.touches,
-            joints: &mut self.joints,
-            near: &mut self.near,
-            numbers: &mut self.numbers,
-        }
-    }
-}
-
-/// What a march of a cube over a base tells.
+/// Results of the march of a cube over a base.
 #[derive(Debug, Default)]
 struct Dropped {
     restitution: f64,
@@ -117,7 +84,7 @@ fn dropped(cube: &[u8], base: &[u8], time_step: f64, tilt: f64) -> Dropped {
     let pairs = [Touching { nodes: Nodes::First, ..Touching::new(0, 1) }];
     let options = WorldOptions::default();
     let mut members = [Member::Free(&mut cube), Member::Held(&mut base, Pose::IDENTITY)];
-    let mut memory = Memory::of(&members, &options);
+    let mut memory = buffers(&members, &options);
     let mut world = World::new(&members, &pairs, &[], &options, memory.lend()).expect("a world");
     let start = world.energy(&members).expect("an energy");
     let (mut found, mut before) = (Dropped::default(), start);
@@ -197,7 +164,7 @@ fn pressed(file: &[u8], depth: f64, radius: Option<f64>) -> [f64; 2] {
     let pairs = [Touching { nodes: Nodes::First, ..Touching::new(0, 1) }];
     let options = WorldOptions { reach: Some(4e-3), sweeps: 5000, ..WorldOptions::default() };
     let mut members = [Member::Held(&mut body, Pose::IDENTITY), Member::Rigid(&mut tool)];
-    let mut memory = Memory::of(&members, &options);
+    let mut memory = buffers(&members, &options);
     let mut world = World::new(&members, &pairs, &[], &options, memory.lend()).expect("a world");
     let mut report = WorldReport::default();
     for step in 0..200 {
@@ -305,7 +272,7 @@ fn slid(
     let pairs = [Touching { nodes: Nodes::First, ..Touching::new(0, 1).with_friction(friction) }];
     let options = WorldOptions::default();
     let mut members = [Member::Free(&mut cube), Member::Held(&mut base, Pose::IDENTITY)];
-    let mut memory = Memory::of(&members, &options);
+    let mut memory = buffers(&members, &options);
     let mut world = World::new(&members, &pairs, &[], &options, memory.lend()).expect("a world");
     let (steps, each) = ((time / time_step).round() as usize, (every / time_step).round() as usize);
     let mut found = vec![];
@@ -358,7 +325,7 @@ fn an_impact_shorter_than_a_step_has_its_restitution_and_rests() {
         let pairs = [Touching { nodes: Nodes::First, ..Touching::new(0, 1).with_restitution(restitution) }];
         let options = WorldOptions { sweeps: 400, ..WorldOptions::default() };
         let mut members = [Member::Free(&mut cube), Member::Held(&mut base, Pose::IDENTITY)];
-        let mut memory = Memory::of(&members, &options);
+        let mut memory = buffers(&members, &options);
         let mut world = World::new(&members, &pairs, &[], &options, memory.lend()).expect("a world");
         for _ in 0..20 {
             let _ = world.step(&mut members).expect("a step");
@@ -373,7 +340,7 @@ fn an_impact_shorter_than_a_step_has_its_restitution_and_rests() {
         }
         // The same world with weight: it comes to rest, and its force is its weight.
         let options = WorldOptions { gravity: [0.0, 0.0, -9.81], ..options };
-        let mut memory = Memory::of(&members, &options);
+        let mut memory = buffers(&members, &options);
         let mut world = World::new(&members, &pairs, &[], &options, memory.lend()).expect("a world");
         let weight = 9.81 * body.mass;
         let steps = 1500;
@@ -446,7 +413,7 @@ fn chain(file: &[u8], links: usize, time_step: f64, time: f64, every: f64) -> (V
     let tip = Place::new(&[0.0, h].map(|y| node_at(&file, [0.2, y, h / 2.0])), &[0.5; 2]).expect("a place");
     let mut members: Vec<_> = bodies.iter_mut().map(Member::Free).collect();
     members.push(Member::Rigid(&mut ground));
-    let mut memory = Memory::with(&members, &joints, &options);
+    let mut memory = WorldBuffers::new(&World::sizes(&members, &joints, &options).expect("sizes"));
     let mut world = World::new(&members, &[], &joints, &options, memory.lend()).expect("a world");
     let energy = |world: &World<'_, f64>, members: &[Member<'_, '_, f64>]| {
         let height = |member: &Member<'_, '_, f64>| match member {
@@ -518,7 +485,7 @@ fn a_resting_block_gains_no_energy_and_is_saved() {
         ..WorldOptions::default()
     };
     let mut members = [Member::Free(&mut cube), Member::Held(&mut base, Pose::IDENTITY)];
-    let mut memory = Memory::of(&members, &options);
+    let mut memory = buffers(&members, &options);
     let mut world = World::new(&members, &pairs, &[], &options, memory.lend()).expect("a world");
     let total = |world: &World<'_, f64>, members: &[Member<'_, '_, f64>]| {
         let Member::Free(cube) = &members[0] else { unreachable!("the cube") };
@@ -602,7 +569,7 @@ fn held_by(
         |at: [f64; 3]| SurfacePoint { place: Place::node(node_at(&file, at)), position: at, distance: 0.0 };
     let watched = at(point);
     let mut members = [Member::Free(&mut body), Member::Rigid(&mut ground)];
-    let mut memory = Memory::with(&members, &joints, &options);
+    let mut memory = WorldBuffers::new(&World::sizes(&members, &joints, &options).expect("sizes"));
     let mut world = World::new(&members, &[], &joints, &options, memory.lend()).expect("a world");
     let (steps, each) = ((time / time_step).round() as usize, (every / time_step).round() as usize);
     let mut found = vec![];

@@ -14,7 +14,7 @@ use crate::failure::Failure;
 use crate::files::{open_or_map, outputs};
 use crate::looks::{Looks, is_vademecum, look};
 
-/// What stands at the path that a command was given.
+/// The kind of file at the path that a command was given.
 pub(crate) enum Given {
     /// A vademecum file, or what is refused when it is opened.
     File,

@@ -194,13 +194,17 @@ pub use show::static_field::StaticField;
 pub use show::stress::Tensor;
 pub use vademecum_format as format;
 pub use vademecum_format::BaseMotion;
+#[cfg(all(feature = "world", feature = "alloc"))]
+pub use world::room::WorldBuffers;
 #[cfg(feature = "world")]
 pub use world::{
     error::WorldError,
     joint::{Anchor, JointKind, JointState, WorldJoint},
     member::{Member, RigidShape},
+    options::{WorldOptions, WorldReport},
     patch::Near,
+    room::{WorldMemory, WorldSizes},
     slot::{Nodes, Slot, Touching},
     touch::Touch,
-    world::{World, WorldMemory, WorldOptions, WorldReport, WorldSizes},
+    world::World,
 };

@@ -2,8 +2,8 @@
 //! speed; what cannot be a member is refused by name.
 
 use vademecum_eval::{
-    Anchor, Body, BodyOptions, Field, JointKind, JointState, Member, Near, Place, Pose, RigidMotion,
-    RigidShape, Slot, Touch, Touching, World, WorldError, WorldJoint, WorldMemory, WorldOptions,
+    Anchor, Body, BodyOptions, Field, JointKind, Member, Place, Pose, RigidMotion, RigidShape, Touching,
+    World, WorldBuffers, WorldError, WorldJoint, WorldOptions,
 };
 use vademecum_format::File;
 
@@ -25,39 +25,12 @@ fn golden() -> Vec<(String, Vec<u8>)> {
 }
 
 /// Memory of a world.
-struct Memory {
-    slots: Vec<Slot>,
-    touches: Vec<Touch>,
-    joints: Vec<JointState>,
-    near: Vec<Near>,
-    numbers: Vec<f64>,
-}
-
-impl Memory {
-    fn of(
-        members: &[Member<'_, '_, f64>],
-        joints: &[WorldJoint],
-        options: &WorldOptions,
-    ) -> Result<Self, WorldError> {
-        let sizes = World::sizes(members, joints, options)?;
-        Ok(Self {
-            slots: vec![Slot::default(); sizes.slots],
-            touches: vec![Touch::NONE; sizes.touches],
-            joints: vec![JointState::default(); sizes.joints],
-            near: vec![Near::default(); sizes.near],
-            numbers: vec![f64::NAN; sizes.numbers],
-        })
-    }
-
-    fn lend(&mut self) -> WorldMemory<'_> {
-        WorldMemory {
-            slots: &mut self.slots,
-            touches: &mut self.touches,
-            joints: &mut self.joints,
-            near: &mut self.near,
-            numbers: &mut self.numbers,
-        }
-    }
+fn buffers(
+    members: &[Member<'_, '_, f64>],
+    joints: &[WorldJoint],
+    options: &WorldOptions,
+) -> Result<WorldBuffers, WorldError> {
+    World::sizes(members, joints, options).map(|sizes| WorldBuffers::new(&sizes))
 }
 
 /// Every golden file, thrown onto a plate at speeds up to the speed of light with steps of any length: a step
@@ -97,7 +70,7 @@ fn nothing_becomes_infinite_whatever_the_step_and_the_speed() {
                     sweeps: 20,
                     ..WorldOptions::default()
                 };
-                let Ok(mut memory) = Memory::of(&members, &[], &options) else {
+                let Ok(mut memory) = buffers(&members, &[], &options) else {
                     refused += 1;
                     continue;
                 };
@@ -143,7 +116,7 @@ fn what_cannot_be_is_refused() {
         assert!(matches!(flies, Err(WorldError::Member { member: 0, .. })), "{flies:?}");
     }
     let mut members = [Member::Free(&mut body), Member::Rigid(&mut plate)];
-    let mut memory = Memory::of(&members, &[], &options).expect("sizes");
+    let mut memory = buffers(&members, &[], &options).expect("sizes");
     let wrong_pairs = [
         Touching::new(0, 0),
         Touching::new(0, 2),
@@ -168,7 +141,7 @@ fn what_cannot_be_is_refused() {
     ];
     for joint in wrong_joints {
         let joints = [joint];
-        let mut memory = Memory::of(&members, &joints, &options).expect("sizes");
+        let mut memory = buffers(&members, &joints, &options).expect("sizes");
         let refused = World::new(&members, &[], &joints, &options, memory.lend()).err();
         assert_eq!(refused, Some(WorldError::Joint { joint: 0 }), "{joint:?}");
     }
@@ -179,7 +152,7 @@ fn what_cannot_be_is_refused() {
     // The same joint twice holds nothing more.
     let options = WorldOptions { gravity: [0.0, 0.0, -9.81], ..options };
     let joints = [WorldJoint::new(JointKind::Ball, [0, 1], [Anchor::Place(Place::node(0)), point]); 2];
-    let mut memory = Memory::of(&members, &joints, &options).expect("sizes");
+    let mut memory = buffers(&members, &joints, &options).expect("sizes");
     let mut world = World::new(&members, &[], &joints, &options, memory.lend()).expect("a world");
     let redundant = world.step(&mut members).err();
     assert_eq!(redundant, Some(WorldError::Redundant { joint: 1 }));

@@ -12,7 +12,7 @@ use vademecum_eval::Pose;
 /// Distance of anchors that meet, as a share of the size of the larger part.
 const NEAR: f64 = 1e-3;
 
-/// What joints need of the parts.
+/// Ports and sizes of the parts, for joints.
 pub(crate) struct Joined<'a> {
     pub file: &'a AssemblyFile,
     /// Ports of each part; none of a rigid body.

@@ -2,8 +2,8 @@
 
 use vademecum_build::progress::Listener;
 use vademecum_eval::{
-    Body, JointState, Member, Near, Nodes, RigidShape, Slot, Touch, Touching, World, WorldError, WorldMemory,
-    WorldOptions, WorldReport, WorldSizes,
+    Body, Member, Nodes, Pose, RigidShape, Touching, World, WorldBuffers, WorldError, WorldOptions,
+    WorldReport,
 };
 use vademecum_format::File;
 
@@ -15,7 +15,6 @@ use crate::world::joints::Joined;
 use crate::world::overlap::{Skin, overlap};
 use crate::world::parts::{Bound, Shape, Source, body_options, ports, read};
 use crate::world::rows::{add_pairs, add_positions, columns, nodes_in_space, outputs, potential};
-use vademecum_eval::Pose;
 
 /// Most steps of a run.
 const MAX_STEPS: f64 = 1e9;
@@ -158,7 +157,7 @@ pub fn run_world<S: WorldSink>(
     };
     let refused = |source| WorldRunError::World { subject: subject(file, &source), source };
     let sizes = World::sizes(&members, &joints, &world_options).map_err(refused)?;
-    let mut lent = Memory::new(&sizes);
+    let mut lent = WorldBuffers::new(&sizes);
     let world = World::new(&members, &pairs, &joints, &world_options, lent.lend());
     let mut world = world.map_err(refused)?;
 
@@ -279,31 +278,5 @@ fn subject(file: &AssemblyFile, error: &WorldError) -> String {
             file.joints.get(joint).map_or("a joint".into(), |entry| format!("joint `{}`", entry.name(joint)))
         }
         _ => "the world".into(),
-    }
-}
-
-/// Memory of a world.
-struct Memory {
-    slots: Vec<Slot>,
-    touches: Vec<Touch>,
-    joints: Vec<JointState>,
-    near: Vec<Near>,
-    numbers: Vec<f64>,
-}
-
-impl Memory {
-    fn new(sizes: &WorldSizes) -> Self {
-        Self {
-            slots: vec![Slot::default(); sizes.slots],
-            touches: vec![Touch::NONE; sizes.touches],
-            joints: vec![JointState::default(); sizes.joints],
-            near: vec![Near::default(); sizes.near],
-            numbers: vec![0.0; sizes.numbers],
-        }
-    }
-
-    fn lend(&mut self) -> WorldMemory<'_> {
-        let Self { slots, touches, joints, near, numbers } = self;
-        WorldMemory { slots, touches, joints, near, numbers }
     }
 }

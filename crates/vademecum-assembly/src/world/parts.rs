@@ -1,14 +1,13 @@
 //! Parts of a world: bodies of files and rigid bodies, read and bound.
 
 use vademecum_build::mesh::read_surface;
-use vademecum_build::store::read_regular;
 use vademecum_eval::{Body, BodyOptions, MAX_CONTACTS, Member, RigidBody, RigidMotion, RigidShape};
 use vademecum_format::{File, PortKind, PortRange, SectionKind};
-use vademecum_rewrite::{check_limited, default_limit, unpack};
 
 use crate::entries::RigidEntry;
 use crate::error::AssemblyError;
 use crate::file::{AssemblyFile, PartEntry};
+use crate::source::read_part;
 use crate::world::block::block;
 use crate::world::error::WorldRunError;
 use crate::world::mass::{is_closed, solid};
@@ -43,22 +42,10 @@ pub(crate) fn read(file: &AssemblyFile, i: usize) -> Result<Source, WorldRunErro
 }
 
 fn read_file(file: &AssemblyFile, i: usize) -> Result<Vec<u8>, WorldRunError> {
-    let entry = &file.parts[i];
-    let (part, path) = (entry.name.clone(), file.resolve(entry));
-    let bytes = match read_regular(&path) {
-        Ok(bytes) => bytes,
-        Err(source) => return Err(AssemblyError::Unreadable { part, path, source }.into()),
-    };
-    let limit = default_limit(bytes.len());
-    let unpacked = check_limited(&bytes, limit).and_then(|_| unpack(&bytes, limit));
-    let bytes = unpacked.map_err(|source| AssemblyError::Part { part: part.clone(), path, source })?;
+    let part = file.parts[i].name.clone();
+    let bytes = read_part(file, i)?;
     let opened = File::parse(&bytes).map_err(AssemblyError::from)?;
     let metadata = opened.metadata();
-    let found: String = metadata.mesh_hash.iter().map(|byte| format!("{byte:02x}")).collect();
-    if let Some(expected) = entry.hash.as_ref().filter(|expected| **expected != found) {
-        let words = format!("`{found}`, the hash of the mesh of this file");
-        return Err(file.refuse(&format!("part[{i}].hash"), format!("`{expected}`"), words).into());
-    }
     let kind =
         |found: &str| AssemblyError::Kind { part: part.clone(), found: found.into(), expected: EXPECTED };
     if opened.section(SectionKind::StrainSizes).is_some() {

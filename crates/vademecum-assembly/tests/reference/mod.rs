@@ -191,7 +191,7 @@ pub struct Pair<'b> {
     step: f64,
 }
 
-/// What a drop tells.
+/// Results of a drop.
 #[derive(Debug)]
 pub struct Rebound {
     pub restitution: f64,

@@ -57,12 +57,12 @@ impl Places<'_> {
     }
 }
 
-/// What holds a body as a whole, and what may move in it.
+/// Freedom of a body as a whole: its holds, and the motions they leave.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Freedom {
     /// Rigid motions of the whole body that nothing sees.
     pub rigid: usize,
-    /// What of `shift along x` … `turn about z` (through the middle of the body) nothing sees.
+    /// Motions among `shift along x` … `turn about z` (through the middle of the body) that nothing sees.
     pub named: Vec<&'static str>,
     /// The first constraint, held dof or stiffness that sees one of them.
     pub holder: Option<String>,

@@ -9,7 +9,7 @@ use crate::dynamics::{Modes, ModesError};
 use crate::fem::{Pencil, SymmetricMatrix};
 use crate::linalg::{product, symmetric_eigen, symmetric_part, transposed_product};
 
-/// What `found` has beside `known`: as many modes as it has more, orthonormal in the mass, and to `known`,
+/// Modes of `found` beside `known`: as many as it has more, orthonormal in the mass, and to `known`,
 /// with the eigenvalues of the pencil on their space. Both are orthonormal in the mass.
 ///
 /// # Errors

@@ -24,7 +24,7 @@ fn by_modes(basis: &[f64], r: usize, q: impl Fn(usize) -> f64) -> Moved {
 impl<T: Scalar> World<'_, T> {
     /// Rows of the joints halfway through the step, with the forces of the last step on them.
     pub(crate) fn set_up_joints(&mut self, members: &[Member<'_, '_, T>]) -> Result<(), WorldError> {
-        let stride = self.stride;
+        let stride = self.room.stride;
         for (j, joint) in self.joints.all.iter().enumerate() {
             let mut moved = [Moved::default(); 2];
             for side in 0..2 {
@@ -41,7 +41,7 @@ impl<T: Scalar> World<'_, T> {
                         .basis
                         .get_mut(start..start + ROWS * slot.r)
                         .ok_or(WorldError::Mismatch)?;
-                    joint::basis(body, &joint.anchors[side], self.work, out)?;
+                    joint::basis(body, &joint.anchors[side], self.room.work, out)?;
                     // Arms as the last step left the body: without the forces of the joints it would be
                     // elsewhere at the end of this one.
                     let zeta = body.state.zeta();
@@ -168,8 +168,9 @@ impl<T: Scalar> World<'_, T> {
         let Some(with) = self.joints.all.get(k) else { return 0.0 };
         let member = joint.members[s];
         let (Some(slot), Some(member)) = (self.slots.get(member), members.get(member)) else { return 0.0 };
-        let p = self.p.get(slot.first..slot.first + slot.n).unwrap_or_default();
-        let rows = self.joints.row(i, s, a, self.stride).iter().zip(self.joints.row(k, t, b, self.stride));
+        let p = self.room.p.get(slot.first..slot.first + slot.n).unwrap_or_default();
+        let rows =
+            self.joints.row(i, s, a, self.room.stride).iter().zip(self.joints.row(k, t, b, self.room.stride));
         let mut sum: f64 = rows.zip(p).map(|((a, b), p)| a * b * p).sum();
         if let Some(body) = member.elastic() {
             let frame = &slot.middle;
@@ -193,7 +194,6 @@ impl<T: Scalar> World<'_, T> {
         self.push_joints(|state| state.force);
         let (mut sweeps, mut change) = (0, 0.0);
         let most = if self.n_now == 0 { 12 } else { self.options.sweeps };
-        let mut holding = None;
         for turn in 0..most {
             let (swept, changed) = contacts(self);
             sweeps += swept.max(1);
@@ -203,18 +203,17 @@ impl<T: Scalar> World<'_, T> {
                 break;
             }
             // Cables that tighten or slacken change the matrix.
-            let mut slack = 0_u64;
-            for (j, (state, joint)) in self.joints.states.iter_mut().zip(self.joints.all).enumerate() {
+            let mut changed = turn == 0;
+            for (state, joint) in self.joints.states.iter_mut().zip(self.joints.all) {
                 if let JointKind::Cable { .. } = joint.kind {
-                    let first = state.first_row;
-                    let gap = self.joints.gaps.get(first).copied().unwrap_or(0.0);
-                    state.slack = gap > 0.0 && state.force[0] <= 0.0;
-                    slack = slack.wrapping_mul(31).wrapping_add(u64::from(state.slack) * (j as u64 + 1));
+                    let gap = self.joints.gaps.get(state.first_row).copied().unwrap_or(0.0);
+                    let slack = gap > 0.0 && state.force[0] <= 0.0;
+                    changed |= slack != state.slack;
+                    state.slack = slack;
                 }
             }
-            if holding != Some(slack) || turn == 0 {
+            if changed {
                 self.factorise(members)?;
-                holding = Some(slack);
             }
             let Joints { matrix, starts, offsets, gaps, .. } = &mut self.joints;
             joint::solve(matrix, starts, offsets, gaps);
@@ -248,9 +247,9 @@ impl<T: Scalar> World<'_, T> {
                 for (row, force) in
                     force.into_iter().enumerate().take(state.rows).filter(|&(_, force)| force != 0.0)
                 {
-                    let p = self.p.get(slot.first..slot.first + slot.n).unwrap_or_default();
-                    let x = self.x.get_mut(slot.first..slot.first + slot.n).unwrap_or_default();
-                    let start = ((2 * j + side) * ROWS + row) * self.stride;
+                    let p = self.room.p.get(slot.first..slot.first + slot.n).unwrap_or_default();
+                    let x = self.room.x.get_mut(slot.first..slot.first + slot.n).unwrap_or_default();
+                    let start = ((2 * j + side) * ROWS + row) * self.room.stride;
                     let own = self.joints.rows.get(start..start + slot.n).unwrap_or_default();
                     x.iter_mut().zip(p).zip(own).for_each(|((x, p), own)| *x += p * own * force);
                 }
@@ -278,8 +277,8 @@ impl<T: Scalar> World<'_, T> {
                 };
                 frames[side] = end_of(member, slot, self.time_step);
                 let Some(body) = member.elastic() else { continue };
-                let ahead = self.ahead.get(slot.ahead..).unwrap_or_default();
-                let x = self.x.get(slot.first..).unwrap_or_default();
+                let ahead = self.room.ahead.get(slot.ahead..).unwrap_or_default();
+                let x = self.room.x.get(slot.first..).unwrap_or_default();
                 let q =
                     |k: usize| ahead.get(k).map_or(0.0, |q| q.to_f64()) + x.get(k).copied().unwrap_or(0.0);
                 moved[side] = by_modes(self.joints.basis(j, side), slot.r, q);

@@ -76,7 +76,7 @@ pub(crate) fn node(patch: &ContactPatch<'_>, node: u32, amplitudes: &[f64]) -> [
     })
 }
 
-/// What the further modes leave out between two places of a body, without `ψ`.
+/// Residual flexibility between two places of a body beyond the further modes, without `ψ`.
 pub(crate) fn between<T: Scalar>(
     body: &Body<'_, T>,
     (patch, index): (&ContactPatch<'_>, &[u32]),

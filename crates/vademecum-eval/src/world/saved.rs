@@ -21,7 +21,7 @@ impl<T: Scalar> World<'_, T> {
     #[must_use]
     pub fn saved_len(&self) -> usize {
         let own = 2 + self.options.contacts * TOUCH + self.slots.len() * SLOT;
-        own + self.joints.all.len() * JOINT + self.statics.len()
+        own + self.joints.all.len() * JOINT + self.room.statics.len()
     }
 
     /// Writes contacts and joints as they are after the last step. With the states of the members
@@ -56,7 +56,7 @@ impl<T: Scalar> World<'_, T> {
         let numbers =
             states.flat_map(|state| state.force.into_iter().chain([f64::from(u8::from(state.broken))]));
         of_joints.iter_mut().zip(numbers).for_each(|(out, number)| *out = number);
-        rest.iter_mut().zip(&*self.statics).for_each(|(out, number)| *out = *number);
+        rest.iter_mut().zip(&*self.room.statics).for_each(|(out, number)| *out = *number);
         Ok(())
     }
 
@@ -115,7 +115,7 @@ impl<T: Scalar> World<'_, T> {
             let [force @ .., broken] = *saved;
             (state.force, state.broken) = (force, broken != 0.0);
         }
-        self.statics.iter_mut().zip(of_statics).for_each(|(number, saved)| *number = *saved);
+        self.room.statics.iter_mut().zip(of_statics).for_each(|(number, saved)| *number = *saved);
         Ok(())
     }
 }
