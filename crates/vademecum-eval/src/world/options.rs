@@ -3,7 +3,7 @@
 use crate::base::scalar::Scalar;
 use crate::world::error::WorldError;
 
-/// Options of a [`World`].
+/// Options of a [`World`](crate::World).
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct WorldOptions {
     /// Acceleration of gravity in space \[m/s²\]; it acts on free and on rigid members. A held body has a

@@ -12,7 +12,7 @@ use crate::world::rows::padded;
 use crate::world::slot::Slot;
 use crate::world::touch::Touch;
 
-/// Memory to lend to a [`World`].
+/// Memory to lend to a [`World`](crate::World).
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct WorldSizes {
     /// One for each member.
@@ -27,7 +27,8 @@ pub struct WorldSizes {
     pub numbers: usize,
 }
 
-/// Memory lent to a [`World`]: at least what [`World::sizes`] says. What is in it does not matter.
+/// Memory lent to a [`World`](crate::World): at least what [`World::sizes`](crate::World::sizes) says. Its
+/// contents do not matter.
 #[derive(Debug)]
 pub struct WorldMemory<'m> {
     /// Of the members.
