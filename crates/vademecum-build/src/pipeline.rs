@@ -2,7 +2,8 @@
 //!
 //! A road is a file of this folder and a function from the reduced model to a certified file: `exact`
 //! (modal superposition), `staged` (separated time steps at fixed parameters), `separated` (over live
-//! parameters), `large` (large displacements).
+//! parameters), `parametric` (a parametric reduced-order model of live regions), `large` (large
+//! displacements).
 
 mod context;
 mod error;
@@ -11,6 +12,7 @@ mod file;
 mod large;
 mod options;
 mod outcome;
+mod parametric;
 mod patch;
 mod plan;
 #[cfg(test)]
@@ -85,6 +87,9 @@ fn build_sized(
     if problem.is_large() {
         return large::build(context, problem, plan, watch);
     }
+    if problem.is_parametric() {
+        return parametric::build(context, problem, plan, watch);
+    }
     let mut model = ReducedModel::new(context, problem, &plan, watch)?;
     context.estimate_mesh_error(natural_modes(context, problem, &model), watch)?;
     if !context.prepared.exact {
@@ -115,6 +120,6 @@ fn natural_modes<'m>(
 /// and the problem leaves the number open.
 fn basis_sizes(problem: &Problem, space: &ParameterSpace) -> Vec<Option<usize>> {
     let asked = problem.basis.modes.is_some() || problem.basis_kind() == BasisKind::Modes;
-    let fixed = asked || !space.has_region_parameters();
+    let fixed = asked || problem.is_parametric() || !space.has_region_parameters();
     if fixed { vec![problem.basis.modes] } else { [8, 16, 32, 64].map(Some).to_vec() }
 }

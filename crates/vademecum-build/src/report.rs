@@ -74,6 +74,9 @@ pub struct CertificateReport {
     /// Whether the diagonal structure's figures are those of the strain structure.
     #[serde(skip)]
     pub large: bool,
+    /// Whether they are those of a parametric model over its box, whose floor is that of the basis alone.
+    #[serde(skip)]
+    pub parametric: bool,
     /// Allowed: floor_ratio × floor + absolute.
     pub floor_ratio: f64,
     /// See `floor_ratio`.
@@ -118,6 +121,7 @@ impl CertificateReport {
             block: None,
             chapter: None,
             large: false,
+            parametric: false,
             floor_ratio: tolerance.floor_ratio,
             absolute: tolerance.absolute,
             error: tolerance.error,
@@ -167,9 +171,9 @@ impl CertificateReport {
         let block = self.block.as_ref().is_some_and(|b| std::ptr::eq(b, s));
         let left =
             self.chapter.as_ref().is_some_and(|c| std::ptr::eq(&c.structure, s) && c.left_at.is_some());
-        if self.large {
-            // Its step has no spectral radius, and its energy is kept by construction. Its floor is that of
-            // the basis alone: no strain map of so few rows comes near it.
+        if self.large || self.parametric {
+            // The step of large displacements has no spectral radius, and its energy is kept by construction.
+            // The floor is that of the basis alone: neither a strain map nor modes of a box come near it.
             let known = s.trajectory_error.is_finite() && s.projection_floor.is_finite();
             let found =
                 [(!known, MissedPart::NotANumber), (s.trajectory_error > self.error, MissedPart::Ceiling)];
@@ -297,8 +301,18 @@ mod tests {
 
     fn holds(diagonal: Option<StructureReport>, block: Option<StructureReport>) -> bool {
         let (floor_ratio, absolute, error, map) = (1.1, 1e-6, 5e-2, 1e-6);
-        CertificateReport { diagonal, block, chapter: None, large: false, floor_ratio, absolute, error, map }
-            .holds()
+        CertificateReport {
+            diagonal,
+            block,
+            chapter: None,
+            large: false,
+            parametric: false,
+            floor_ratio,
+            absolute,
+            error,
+            map,
+        }
+        .holds()
     }
 
     #[test]
@@ -357,6 +371,7 @@ mod tests {
                 block: Some(block),
                 chapter: None,
                 large: false,
+                parametric: false,
                 floor_ratio: 1.1,
                 absolute: 1e-6,
                 error: 5e-2,

@@ -9,6 +9,9 @@ use vademecum_build::mesh::Mesh;
 use vademecum_build::store::{Kind, Outputs, open_regular, read_regular};
 use vademecum_eval::{Mapped, OpenError};
 use vademecum_format::{Codec, File, FormatError, Section, SectionKind};
+use vademecum_study::StudyError;
+use vademecum_study::live::{self, BodyAtValues};
+use vademecum_study::parameters::ParameterValue;
 
 use crate::arguments::{Limit, OutputArguments};
 use crate::console;
@@ -160,6 +163,33 @@ pub fn usable_bytes<'a>(
         return Ok(file);
     }
     Ok(file)
+}
+
+/// The body of a parametric model at values of its parameters; `None` of any other file.
+///
+/// # Errors
+/// [`StudyError`]: a parameter that there is not, a value outside of its range.
+pub(crate) fn at_values(
+    file: &File<'_>,
+    settings: &[ParameterValue],
+) -> Result<Option<BodyAtValues>, StudyError> {
+    live::at_values(file, settings, None)
+}
+
+/// The file that is stepped, and what is still to be set of it: of a parametric model the body at its values,
+/// and nothing.
+///
+/// # Errors
+/// [`StudyError::Format`]: none but of bytes that are no file.
+pub(crate) fn to_step<'a>(
+    file: File<'a>,
+    settings: &'a [ParameterValue],
+    body: Option<&'a BodyAtValues>,
+) -> Result<(File<'a>, &'a [ParameterValue]), StudyError> {
+    match body {
+        None => Ok((file, settings)),
+        Some(body) => Ok((File::parse(&body.bytes)?, &[])),
+    }
 }
 
 /// True of sections that stepping and showing the motion read; the others are for people.

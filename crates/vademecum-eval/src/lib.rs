@@ -102,6 +102,7 @@
 //! | `assembly` | [`Assembly`]: bodies joined at bind to one file | `full` |
 //! | `full`, by default | all that a file may hold; without it exact steps only, for boards | nothing |
 //! | `world` | [`World`]: bodies that touch, with friction | `full` |
+//! | `parametric` | [`Parametric`]: live stiffness and density of regions | `full` |
 //! | `mmap` | [`Mapped`]: a file mapped into memory | an operating system |
 //! | `unpack` | [`format::unpack_into`]: files that were packed to be shipped | `std` |
 //!
@@ -113,7 +114,13 @@
 #![no_std]
 // The pages link to what the features add; without them those links lead nowhere.
 #![cfg_attr(
-    not(all(feature = "alloc", feature = "assembly", feature = "mmap", feature = "unpack")),
+    not(all(
+        feature = "alloc",
+        feature = "assembly",
+        feature = "mmap",
+        feature = "parametric",
+        feature = "unpack"
+    )),
     allow(rustdoc::broken_intra_doc_links)
 )]
 
@@ -141,6 +148,9 @@ mod flight;
 
 #[cfg(feature = "assembly")]
 mod assembly;
+
+#[cfg(feature = "parametric")]
+mod parametric;
 
 mod body;
 
@@ -177,6 +187,12 @@ pub use body::tree::{SurfaceTree, TreeSizes};
 pub use flight::free::FreeBody;
 pub use flight::rigid::{RigidBody, RigidMotion};
 pub use motion::strain::{EnergyAccount, Training};
+#[cfg(feature = "parametric")]
+pub use parametric::{
+    error::ParametricError,
+    model::{Parametric, ParametricSizes, STEPPED_MODES},
+    tuned::Tuned,
+};
 pub use scene::cost::Cost;
 pub use scene::loads::Loads;
 pub use scene::scene::Scene;

@@ -134,7 +134,7 @@ macro_rules! kinds {
                 }
             }
 
-            /// True for a kind of the chapter's or the strain structure: the writer marks it required.
+            /// True for a kind that a reader has to know: the writer marks it required.
             pub(crate) const fn is_required(self) -> bool {
                 match self {
                     $(Self::$kind => required!($required),)+
@@ -398,6 +398,26 @@ kinds! {
     PatchResidual = 109: 13, optional, REAL, [Any, Of(9)];
     /// Distance `h` of two contacts from which on section 109 adds nothing between them \[m\], `f64 (1)`.
     ContactPatch = 110: 13, optional, F64, [Of(1)];
+    /// Live parameters of a parametric reduced-order model: role, live region, 1 if its range is walked in the
+    /// logarithm, smallest and largest value, value as built ([`LiveParameters`](crate::LiveParameters));
+    /// `f64 (any, 6)`. Since version 1.14, as all below.
+    LiveParameters = 111: 14, required, F64, [Any, Of(6)];
+    /// Names of the live parameters, UTF-8, one a line.
+    LiveNames = 112: 14, required, U8, [Any];
+    /// `BᵀK_qB` \[1/s²\] of what is not live and of each live region at scale 1, the lower triangle row by
+    /// row; they sum to the diagonal matrix of the eigenvalues; `f64 (1 + live regions, r(r+1)/2)`.
+    LiveStiffness = 113: 14, required, F64, [Any, Any];
+    /// `BᵀM_qB` of the same, if a density is live; they sum to the identity;
+    /// `f64 (1 + live regions, r(r+1)/2)`.
+    LiveMass = 114: 14, required, F64, [Any, Any];
+    /// Live region of each region of the mesh, counted from 1; 0 of those that are not live; `u32 (any)`.
+    LiveRegions = 115: 14, required, U32, [Any];
+    /// Terms of the scale of the residual flexibility at each loadable node: node, two live regions, share of
+    /// the second, and weight; `f64 (any, 5)`.
+    LiveResidual = 116: 14, optional, F64, [Any, Of(5)];
+    /// Points of the parameters' box at which a build measured: each its values, 1 if it trained the basis,
+    /// and the relative error of trajectories there; `f64 (any, parameters + 2)`.
+    LiveCertificate = 117: 14, optional, F64, [Any, Any];
 }
 
 impl SectionKind {
@@ -416,7 +436,13 @@ impl SectionKind {
     /// True for a kind that the strain structure cannot be stepped without.
     #[must_use]
     pub const fn is_strain(self) -> bool {
-        self.is_required() && !self.is_chapter()
+        self.is_required() && !self.is_chapter() && !self.is_live()
+    }
+
+    /// True for a kind of a parametric reduced-order model.
+    #[must_use]
+    pub const fn is_live(self) -> bool {
+        self.is_required() && self as u32 >= Self::LiveParameters as u32
     }
 
     /// Its number in the file.

@@ -10,7 +10,7 @@ pub const MAGIC: [u8; 8] = [0x89, 0x56, 0x44, 0x4D, 0x0D, 0x0A, 0x1A, 0x0A];
 pub const MAJOR: u16 = 1;
 /// Highest minor version this crate knows; any is read. A file is written in the lowest that knows all it
 /// holds.
-pub const MINOR: u16 = 13;
+pub const MINOR: u16 = 14;
 /// Bytes of the header, of a directory entry, and the alignment of sections.
 pub const BLOCK: usize = 64;
 /// Most sections of a file.

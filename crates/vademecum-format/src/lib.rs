@@ -74,6 +74,7 @@ mod fuse;
 mod indices;
 mod kind;
 mod layout;
+mod live;
 mod metadata;
 mod names;
 mod parameter;
@@ -99,6 +100,7 @@ pub use element::{Codec, Element};
 pub use error::{FormatError, Quantity};
 pub use kind::{CHAPTER_AXIS, CHAPTER_CERTIFICATE, SectionKind};
 pub use layout::{BLOCK, MAGIC, MAJOR, MAX_SECTIONS, MINOR};
+pub use live::{LIVE_COLUMNS, LiveError, LiveParameters, MAX_LIVE, MAX_LIVE_REGIONS};
 pub use metadata::{
     Axis, AxisKind, AxisRole, Certificate, MAX_AXES, MAX_METADATA, MAX_MODES, MAX_NODES, MAX_PARAMETERS,
     MAX_REGIONS, MAX_TERMS, Metadata, StructureCertificate,

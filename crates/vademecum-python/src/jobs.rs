@@ -207,7 +207,7 @@ pub fn modes(
     watched(py, Told { progress, warn: false }, |listener| {
         let problem = problem.problem()?;
         let mesh_error = mesh_error.then_some(DiscRequest::Radius(disc));
-        json(&natural_modes(&problem, Some(count), mesh_error, listener)?.0)
+        json(&natural_modes(&problem, Some(count), mesh_error, &[], listener)?.0)
     })
 }
 

@@ -269,6 +269,9 @@ pub enum StudyError {
         /// Cause.
         source: FileError,
     },
+    /// A parametric model that cannot be set.
+    #[error(transparent)]
+    Model(#[from] vademecum_eval::ParametricError),
     /// The file has no live parameter of this name.
     #[error("the file has no live parameter `{name}`; known: {known}")]
     NoParameter {

@@ -25,8 +25,9 @@ use channel::{ResponsePoint, Side, place, row};
 
 use crate::contents::{lines, numbers};
 use crate::error::{FileError, StudyError};
+use crate::live::prepared_at;
 use crate::near::FAR;
-use crate::parameters::setting;
+use crate::parameters::{ParameterValue, setting};
 use crate::player::{Playable, elastic, elastic_with_fields, with_body};
 use crate::verify::file_nodes;
 
@@ -520,7 +521,8 @@ pub struct ResponseError {
     pub worst_by_modes: f64,
 }
 
-/// Compares the response of a file with complex solves of the problem it was built from.
+/// Compares the response of a file with complex solves of the problem it was built from, at these values of
+/// the live parameters of a parametric model.
 ///
 /// # Errors
 /// As [`frequency_response`]; [`StudyError::ModalDamping`]: a problem with damping ratios, which are no
@@ -529,11 +531,12 @@ pub fn compare_response(
     file: &File<'_>,
     options: &SceneOptions,
     question: &ResponseRequest,
-    problem: &Problem,
+    (problem, values): (&Problem, &[ParameterValue]),
     listener: &dyn Listener,
 ) -> Result<ResponseError, StudyError> {
     let found = frequency_response(file, options, question)?;
-    let prepared = prepare(problem, &mut Stopwatch::new(listener), listener)?;
+    let mut prepared = prepare(problem, &mut Stopwatch::new(listener), listener)?;
+    prepared_at(&mut prepared, values)?;
     if !prepared.ratios.is_empty() {
         return Err(StudyError::ModalDamping);
     }

@@ -15,6 +15,7 @@ pub mod fmu;
 pub mod free_run;
 pub mod frf;
 mod large_motion;
+pub mod live;
 pub mod log_scale;
 pub mod modes;
 mod near;

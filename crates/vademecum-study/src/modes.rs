@@ -6,6 +6,7 @@ use std::path::Path;
 use faer::Mat;
 use serde::Serialize;
 use vademecum_build::dynamics::{lowest_modes, numerical_damping};
+use vademecum_build::fem::Pencil;
 use vademecum_build::field::read_npy;
 use vademecum_build::input::Problem;
 use vademecum_build::mesh::Mesh;
@@ -14,6 +15,8 @@ use vademecum_build::prepared::{Body, prepare, proposed_time_step};
 use vademecum_build::progress::{Listener, Stopwatch};
 
 use crate::error::StudyError;
+use crate::live::prepared_at;
+use crate::parameters::ParameterValue;
 
 /// The lowest natural modes of a problem, one number per mode in each list.
 #[derive(Clone, Debug, Serialize)]
@@ -107,7 +110,8 @@ impl Shapes {
 pub const COUNT: usize = 12;
 
 /// The `count` lowest modes, 12 or as many as there are without a number, and their shapes; the
-/// discretisation error of the lowest six, and of the displacement under a traction, where it is asked for.
+/// discretisation error of the lowest six, and of the displacement under a traction, where it is asked for;
+/// at these values of live parameters, and those of the problem otherwise.
 ///
 /// # Errors
 /// [`StudyError::Build`]: a problem that cannot be computed with, modes that do not converge.
@@ -115,11 +119,16 @@ pub fn natural_modes(
     problem: &Problem,
     count: Option<usize>,
     mesh_error: Option<DiscRequest>,
+    settings: &[ParameterValue],
     listener: &dyn Listener,
 ) -> Result<(NaturalModes, Shapes), StudyError> {
-    let prepared = prepare(problem, &mut Stopwatch::new(listener), listener)?;
+    let mut prepared = prepare(problem, &mut Stopwatch::new(listener), listener)?;
+    prepared_at(&mut prepared, settings)?;
     listener.stage("natural modes");
-    let pencil = prepared.body.model.pencil();
+    let space = &prepared.space;
+    let scaled =
+        (!settings.is_empty()).then(|| space.setting(&space.nominal()).pencil(prepared.body.model.pencil()));
+    let pencil = scaled.as_ref().unwrap_or(prepared.body.model.pencil());
     let count = count.unwrap_or(COUNT.min(pencil.n_elastic()));
     let modes = lowest_modes(pencil, &prepared.symbolic, count)?;
     let mesh_error = mesh_error
@@ -140,7 +149,7 @@ pub fn natural_modes(
     };
     let numerical: Vec<_> = modes.eigenvalues.iter().zip(&material_damping).map(damping).collect();
     let added = numerical.iter().zip(&material_damping).map(|(n, m)| n.ratio.map(|r| r - m));
-    let (free_mass, participation) = participation(&prepared.body, &modes.vectors);
+    let (free_mass, participation) = participation(&prepared.body, pencil, &modes.vectors);
     // A direction in which everything is held has no mass to share.
     let share = |factors: &[f64; 3]| {
         std::array::from_fn(|c| if free_mass[c] > 0.0 { factors[c] * factors[c] / free_mass[c] } else { 0.0 })
@@ -164,7 +173,7 @@ pub fn natural_modes(
 }
 
 /// Mass that is free along each axis, and the participation factors of modes.
-fn participation(body: &Body, vectors: &Mat<f64>) -> ([f64; 3], Vec<[f64; 3]>) {
+fn participation(body: &Body, pencil: &Pencil, vectors: &Mat<f64>) -> ([f64; 3], Vec<[f64; 3]>) {
     let n = body.n_dof();
     let dofs = body.model.dofs();
     let mut translations = Mat::zeros(n, 3);
@@ -173,7 +182,7 @@ fn participation(body: &Body, vectors: &Mat<f64>) -> ([f64; 3], Vec<[f64; 3]>) {
         dofs.restrict_into(&along, translations.col_as_slice_mut(c));
     }
     let mut moved = Mat::zeros(n, 3);
-    body.model.pencil().mass().mul_into(translations.as_ref(), moved.as_mut());
+    pencil.mass().mul_into(translations.as_ref(), moved.as_mut());
     let (mass, factors) = (translations.transpose() * &moved, vectors.transpose() * &moved);
     let free_mass = std::array::from_fn(|c| mass[(c, c)]);
     let participation = (0..vectors.ncols()).map(|k| std::array::from_fn(|c| factors[(k, c)])).collect();

@@ -81,6 +81,12 @@ pub(crate) fn setting(options: &SceneOptions, metadata: &Metadata<'_>, space: &P
     setting.step.time_step = options.time_step.unwrap_or(metadata.time_step);
     setting.step.alpha = options.alpha.unwrap_or(setting.step.alpha);
     setting.step.beta = options.beta.unwrap_or(setting.step.beta);
+    if metadata.active_parameters().is_empty() {
+        // Fixed: at the values of the problem, or at those that a parametric model was set to.
+        setting.step.stiffness *= options.stiffness;
+        setting.step.density *= options.density;
+        return setting;
+    }
     (setting.step.stiffness, setting.step.density) = (options.stiffness, options.density);
     setting.stiffness.iter_mut().zip(options.regions.stiffness()).for_each(|(scale, &asked)| *scale = asked);
     setting.density.iter_mut().zip(options.regions.density()).for_each(|(scale, &asked)| *scale = asked);

@@ -62,7 +62,7 @@ pub fn measure(witness: &Witness, folder: &Path, ask_calculix: bool) -> Found {
     let source = repository().join(format!("tests/witnesses/{name}.toml"));
     std::fs::copy(&source, &path).unwrap_or_else(|error| panic!("{}: {error}", source.display()));
     let problem = Problem::read(&path).unwrap_or_else(|error| panic!("{error}"));
-    let (modes, shapes) = natural_modes(&problem, Some(witness.count), None, &Silent).expect("modes");
+    let (modes, shapes) = natural_modes(&problem, Some(witness.count), None, &[], &Silent).expect("modes");
     let prepared = prepare(&problem, &mut Stopwatch::new(&Silent), &Silent).expect("a model");
     let (displacement, stress) = static_answer(&prepared, witness.thermal.as_ref()).unwrap_or_default();
     let mesh = shapes.mesh().clone();

@@ -26,7 +26,7 @@ fn beam() -> Problem {
 
 #[test]
 fn effective_masses_are_those_of_a_cantilever() {
-    let (modes, _) = natural_modes(&beam(), Some(12), None, &Silent).expect("modes");
+    let (modes, _) = natural_modes(&beam(), Some(12), None, &[], &Silent).expect("modes");
     // All of the beam but half of its first elements, which the clamp holds.
     let whole = 1.0 * 0.03 * 0.04 * 7800.0;
     for mass in modes.free_mass {
@@ -63,7 +63,7 @@ fn shapes_are_written_and_are_their_own_best_match() {
     let folder = tempfile::tempdir().expect("a folder");
     let path = |name: &str| folder.path().join(name);
     std::fs::write(path("beam.toml"), BEAM).expect("written");
-    let (modes, shapes) = natural_modes(&beam(), Some(4), None, &Silent).expect("modes");
+    let (modes, shapes) = natural_modes(&beam(), Some(4), None, &[], &Silent).expect("modes");
     let fields = shapes.fields();
     let longest = |field: &[f64]| {
         let lengths = field.as_chunks::<3>().0.iter().map(|u| u.iter().map(|x| x * x).sum::<f64>().sqrt());

@@ -275,6 +275,7 @@ fn the_certificate_refuses_the_counterexample_and_other_schemes_take_it() {
             block,
             chapter: None,
             large: false,
+            parametric: false,
             floor_ratio: 1.1,
             absolute: 1e-6,
             error: 5e-2,

@@ -76,14 +76,14 @@ fn modes_and_what_they_leave_out_answer_as_the_full_order_does() {
     let half = 0.5 * highest.expect("a response").highest_mode_hz;
     for quantity in [Quantity::Displacement, Quantity::Velocity] {
         let asked = question(quantity, half);
-        let error = compare_response(&file, &options, &asked, &problem, &Silent).expect("compared");
+        let error = compare_response(&file, &options, &asked, (&problem, &[]), &Silent).expect("compared");
         assert!(error.frequencies == 50 && error.rms < 1e-3, "{quantity:?}: {error:?}");
         assert!(error.rms_by_modes > error.rms, "{error:?}");
     }
     // A pattern that swings.
     let asked =
         ResponseRequest { input: Channel::Named("gravity".into()), ..question(Quantity::Displacement, half) };
-    let error = compare_response(&file, &options, &asked, &problem, &Silent).expect("compared");
+    let error = compare_response(&file, &options, &asked, (&problem, &[]), &Silent).expect("compared");
     assert!(error.rms < 1e-3, "{error:?}");
 }
 
@@ -107,7 +107,7 @@ range = [1e-6, 1e-4]
         let mut options = SceneOptions::default();
         parameters::set(&mut options, file.metadata(), &values).expect("known");
         let asked = question(Quantity::Displacement, 300.0);
-        let error = compare_response(&file, &options, &asked, &problem, &Silent).expect("compared");
+        let error = compare_response(&file, &options, &asked, (&problem, &[]), &Silent).expect("compared");
         assert!(error.rms < 1e-3, "{values:?}: {error:?}");
     }
 }
@@ -130,7 +130,7 @@ scale = "log"
         let set = ParameterValue { name: "tip stiffness".into(), value };
         parameters::set(&mut options, file.metadata(), &[set]).expect("known");
         let asked = question(Quantity::Displacement, 100.0);
-        let error = compare_response(&file, &options, &asked, &problem, &Silent).expect("compared");
+        let error = compare_response(&file, &options, &asked, (&problem, &[]), &Silent).expect("compared");
         assert!(error.rms < 1e-2, "{value}: {error:?}");
     }
 }
@@ -231,7 +231,7 @@ fn damping_ratios_are_not_compared_with_a_matrix() {
     let file = File::parse(&bytes).expect("a file");
     let options = SceneOptions::default();
     let asked = question(Quantity::Displacement, 100.0);
-    let error = compare_response(&file, &options, &asked, &problem, &Silent);
+    let error = compare_response(&file, &options, &asked, (&problem, &[]), &Silent);
     assert!(matches!(error, Err(StudyError::ModalDamping)), "{error:?}");
     // At the first peak a mode of damping ratio ζ answers 1/(2ζ) times as much as at rest.
     let of = |frequency: f64| {
@@ -286,7 +286,7 @@ fn the_truncated_modes_follow_a_force_with_the_time_constant_of_the_damping() {
         let found = frequency_response(&file, &options, &asked).expect("a response");
         assert!(found.by_modes_alone.is_empty());
         asked.frequencies = frequencies([1.0, 0.5 * found.highest_mode_hz], 25, false);
-        compare_response(&file, &options, &asked, problem, &Silent).expect("compared")
+        compare_response(&file, &options, &asked, (problem, &[]), &Silent).expect("compared")
     };
     let none = built(&text("0.0"));
     let undamped = compared(&none, None);
@@ -319,7 +319,7 @@ fn between_two_points_the_static_remainder_comes_from_the_factor_or_is_said_to_b
         };
         let alone = frequency_response(&file, &options, &asked).expect("a response").by_modes_alone;
         let asked = ResponseRequest { outputs: vec![at(0.3)], ..asked };
-        (compare_response(&file, &options, &asked, &problem, &Silent).expect("compared"), alone)
+        (compare_response(&file, &options, &asked, (&problem, &[]), &Silent).expect("compared"), alone)
     };
     let (error, alone) = compared("");
     assert!(alone == [0] && error.rms == error.rms_by_modes, "{error:?} {alone:?}");

@@ -31,6 +31,9 @@ pub enum CertificateError {
     /// A corner lies outside the separated solution.
     #[error("a corner of the box lies outside the separated solution")]
     Parametric(#[from] ParametricError),
+    /// The parametric model that was built cannot be set to a point of the box.
+    #[error("a point of the box")]
+    Model(#[from] vademecum_eval::ParametricError),
     /// The evaluator refuses a corner of the box.
     #[error("the evaluator refuses a value of a live parameter")]
     Parameter(#[from] ParameterError),

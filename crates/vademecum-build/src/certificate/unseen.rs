@@ -71,7 +71,7 @@ impl UnseenLoads {
 
     /// The same loads, marched for a first period of so many steps at least if the problem left the steps
     /// open.
-    pub(super) fn over(&self, period: f64) -> Self {
+    pub(crate) fn over(&self, period: f64) -> Self {
         let steps = if self.open { self.steps.max(period.ceil() as usize) } else { self.steps };
         Self { loads: self.loads.clone(), steps, open: self.open }
     }

@@ -30,6 +30,7 @@ impl Draft {
             // Without the ratios a reader would step with less damping.
             required: self.kind.is_chapter()
                 || self.kind.is_strain()
+                || self.kind.is_live()
                 || matches!(self.kind, SectionKind::DampingRatios | SectionKind::DampingRows),
             shape: self.shape,
             decoded_length: self.bytes.len() as u64,

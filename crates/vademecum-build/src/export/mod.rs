@@ -5,6 +5,7 @@
 mod curve;
 mod draft;
 mod factor;
+mod live;
 mod mesh_error;
 mod order;
 mod patch;
@@ -16,6 +17,8 @@ mod stress;
 
 pub use draft::Draft;
 pub(crate) use factor::factor_sections;
+pub use live::PointMeasured;
+pub(crate) use live::{RegionForms, live_certificate, live_sections};
 pub(crate) use mesh_error::mesh_error_section;
 pub use order::NodeOrder;
 pub(crate) use patch::patch_sections;

@@ -95,7 +95,7 @@ pub struct Problem {
     pub large: Option<LargeEntry>,
     /// The form of the stage maps in the file.
     #[serde(default)]
-    pub(crate) representation: Representation,
+    pub(crate) representation: Option<Representation>,
     /// Options of the canonical one.
     pub canonical: Option<ChapterEntry>,
     /// Source of the mesh.
@@ -254,9 +254,9 @@ impl Problem {
     /// The time scheme: the one asked for, or else exact steps where modes move apart, and Bathe's where the
     /// file needs stages.
     pub fn scheme(&self) -> SchemeKind {
-        let stages = self.representation == Representation::Canonical
+        let stages = self.representation == Some(Representation::Canonical)
             || self.basis.kind == Some(BasisKind::Pod)
-            || self.parameters.iter().any(|parameter| parameter.region != "*");
+            || (!self.is_parametric() && self.parameters.iter().any(|parameter| parameter.region != "*"));
         let usual = if stages { SchemeKind::Bathe {} } else { SchemeKind::Exact {} };
         self.time.scheme.unwrap_or(usual)
     }
@@ -269,6 +269,12 @@ impl Problem {
         self.basis.kind.unwrap_or(if modes { BasisKind::Modes } else { BasisKind::Ritz })
     }
 
+    /// True for live regions by a parametric reduced-order model.
+    pub fn is_parametric(&self) -> bool {
+        let regional = self.parameters.iter().any(|parameter| parameter.region != "*");
+        regional && self.representation == Some(Representation::Parametric)
+    }
+
     /// True for a free body: a problem with a mesh that nothing holds.
     pub fn is_free(&self) -> bool {
         self.supports.is_empty() && self.mesh.matrices.is_none() && !self.is_held_by_attachments()
@@ -276,7 +282,7 @@ impl Problem {
 
     /// Options of the chapter's representation, if it is asked for.
     pub fn chapter(&self) -> Option<ChapterEntry> {
-        let asked = self.representation == Representation::Canonical;
+        let asked = self.representation == Some(Representation::Canonical);
         asked.then(|| self.canonical.clone().unwrap_or_default())
     }
 }

@@ -57,6 +57,9 @@ pub enum BuildError {
     /// The separated solution over the parameters failed.
     #[error("the separated solution over the parameters")]
     Parametric(#[from] ParametricError),
+    /// The parametric model that was built cannot be set to values of its parameters.
+    #[error("the parametric reduced-order model")]
+    Model(#[from] vademecum_eval::ParametricError),
     /// The problem asks for the chapter's representation, which another crate builds.
     #[error("`representation = \"chapter\"` is built by the crate `vademecum-chapter`")]
     OtherCrate,

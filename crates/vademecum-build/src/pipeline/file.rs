@@ -98,7 +98,8 @@ pub fn encode_file<'d>(
         diagonal,
         block,
         others,
-        parameters: Some(&prepared.space),
+        // Those of a parametric model are in sections of their own.
+        parameters: (!problem.is_parametric()).then_some(&prepared.space),
         separation,
         certificate,
         mode_table: table_matrix(&modes(context, basis)),

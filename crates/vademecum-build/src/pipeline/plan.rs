@@ -78,7 +78,8 @@ pub(super) fn check_model(
 /// True where a file gets the residual flexibility, if its basis is diagonal.
 pub(super) fn wants_residual(problem: &Problem, prepared: &Prepared) -> bool {
     let diagonal = problem.chapter().is_none() && problem.basis_kind() != BasisKind::Pod;
-    problem.output.residual.unwrap_or(prepared.exact) && diagonal && !prepared.space.has_region_parameters()
+    let apart = problem.is_parametric() || !prepared.space.has_region_parameters();
+    problem.output.residual.unwrap_or(prepared.exact) && diagonal && apart
 }
 
 /// Bytes while the residual flexibility is computed: matrices, what marches, modes, and its own. Its time is

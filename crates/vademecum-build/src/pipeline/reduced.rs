@@ -50,9 +50,23 @@ impl ReducedModel {
     ) -> Result<Self, BuildError> {
         let BuildContext { prepared, full, runs, kept, .. } = *context;
         kept.listener.note(&format!("estimate: {}", in_words(plan)));
-        let patch = PatchPlan::new(context, problem)?;
         let find = || find_basis(problem, prepared, full, runs, kept);
-        let (mut basis, snapshots) = watch.stage("snapshots and basis", find)?;
+        let found = watch.stage("snapshots and basis", find)?;
+        Self::of_basis(context, problem, found, watch)
+    }
+
+    /// The same of a basis that was found, with the number of snapshots behind it.
+    ///
+    /// # Errors
+    /// [`BuildError`], by stage.
+    pub(super) fn of_basis(
+        context: &BuildContext<'_>,
+        problem: &Problem,
+        (mut basis, snapshots): (Basis, usize),
+        watch: &mut Stopwatch<'_>,
+    ) -> Result<Self, BuildError> {
+        let BuildContext { prepared, .. } = *context;
+        let patch = PatchPlan::new(context, problem)?;
         let dampers = prepared.body.model.pencil().dampers();
         if let Some(eigenvalues) = basis.eigenvalues.as_deref().filter(|_| !dampers.is_empty()) {
             uncouple(|modes| dampers.along(modes), eigenvalues, &mut basis.vectors)

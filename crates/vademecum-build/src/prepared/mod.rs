@@ -3,6 +3,7 @@
 mod attachments;
 mod body;
 mod body_error;
+mod design;
 mod gauge;
 mod heat;
 mod inertia;
@@ -19,10 +20,12 @@ mod time_step;
 
 pub use body::{Body, Probe, Support, read_mesh};
 pub use body_error::BodyError;
+pub(crate) use design::Design;
 pub use matrices::MatricesError;
 pub(crate) use matrices::MatrixModel;
 pub use means::FactorPrecision;
 pub(crate) use means::Means;
+pub(crate) use parameters::LiveRegions;
 pub use parameters::{LiveParameter, ParameterSpace, Setting};
 pub use ports::Port;
 pub use proposed::{STEPS_PER_PERIOD, proposed_time_step};
@@ -118,6 +121,13 @@ impl Prepared {
         let damping = dampers.project(vectors);
         let ratio = |(k, value): (usize, &f64)| self.ratios.of(k) + 0.5 * damping[(k, k)] / value.sqrt();
         ModalRatios(eigenvalues.iter().enumerate().map(ratio).collect())
+    }
+
+    /// Takes these values of the live parameters, one for each, for those of the problem file. Matrices stay
+    /// those of the problem file; [`ParameterSpace::setting`] tells what they are scaled by.
+    pub fn set_nominal(&mut self, values: &[f64]) {
+        self.space.set_nominal(values);
+        self.step = self.space.setting(values).step;
     }
 
     /// The scheme of the file.

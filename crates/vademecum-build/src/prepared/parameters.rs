@@ -60,6 +60,19 @@ pub struct Setting {
     pub density: Vec<f64>,
 }
 
+/// Regions whose stiffness or density is live.
+#[derive(Clone, Debug)]
+pub(crate) struct LiveRegions {
+    /// Number of each region of the mesh among them, counted from 1; 0 of those that are not live.
+    pub(crate) of_mesh: Vec<u32>,
+    /// As many as there are.
+    pub(crate) count: usize,
+    /// True if a density is live.
+    pub(crate) density: bool,
+    /// Parameters that scale a single region.
+    pub(crate) factors: usize,
+}
+
 impl ParameterSpace {
     /// Resolves the parameters of a problem on its mesh.
     ///
@@ -96,7 +109,8 @@ impl ParameterSpace {
         let space = Self { parameters, n_regions: mesh.regions.len(), fixed };
         // One axis for θ, and at most one for each live region factor.
         let regional = space.parameters.iter().filter(|p| region_of(p.role).is_some()).count();
-        if regional > 0 && (space.n_regions > MAX_REGIONS || regional >= MAX_AXES) {
+        let separated = regional > 0 && !problem.is_parametric();
+        if separated && (space.n_regions > MAX_REGIONS || regional >= MAX_AXES) {
             let path = problem.place("parameter");
             return Err(BodyError::TooManyRegions { path, regions: space.n_regions, regional });
         }
@@ -119,6 +133,25 @@ impl ParameterSpace {
         self.parameters.iter().any(|p| region_of(p.role).is_some())
     }
 
+    /// The live regions, in the order of the mesh.
+    pub(crate) fn live_regions(&self) -> LiveRegions {
+        let of = |p: &LiveParameter| region_of(p.role).map(|region| region as usize);
+        let is_live = |region: usize| self.parameters.iter().any(|p| of(p) == Some(region));
+        let mut count = 0;
+        let number = |region: usize| {
+            count += u32::from(is_live(region));
+            if is_live(region) { count } else { 0 }
+        };
+        let of_mesh = (0..self.n_regions).map(number).collect();
+        let density = |p: &LiveParameter| matches!(p.role, ParameterRole::RegionDensity { .. });
+        LiveRegions {
+            of_mesh,
+            count: count as usize,
+            density: self.parameters.iter().any(density),
+            factors: self.parameters.iter().filter(|p| of(p).is_some()).count(),
+        }
+    }
+
     /// Range of a region's stiffness (or density) factor, if it is live.
     pub(crate) fn region_range(&self, region: usize, density: bool) -> Option<(f64, f64)> {
         let fits = |role: ParameterRole| match role {
@@ -132,6 +165,11 @@ impl ParameterSpace {
     /// The values of the problem file.
     pub fn nominal(&self) -> Vec<f64> {
         self.parameters.iter().map(|p| p.nominal).collect()
+    }
+
+    /// Takes these values for those of the problem file.
+    pub(super) fn set_nominal(&mut self, values: &[f64]) {
+        self.parameters.iter_mut().zip(values).for_each(|(own, &value)| own.nominal = value);
     }
 
     /// Inputs of the responses; names and nominal values are not among them.
@@ -329,7 +367,7 @@ fn assign(step: &mut StepParameters, parameter: &LiveParameter, value: f64) {
     }
 }
 
-fn region_of(role: ParameterRole) -> Option<u32> {
+pub(super) fn region_of(role: ParameterRole) -> Option<u32> {
     match role {
         ParameterRole::RegionStiffness { region } | ParameterRole::RegionDensity { region } => Some(region),
         _ => None,

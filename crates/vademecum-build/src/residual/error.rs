@@ -2,6 +2,7 @@
 
 use crate::dynamics::ModesError;
 use crate::fem::FactorError;
+use crate::linalg::NoConvergence;
 use crate::progress::Cancelled;
 
 /// Why there is no residual.
@@ -13,6 +14,9 @@ pub enum ResidualError {
     /// No natural modes.
     #[error("natural modes")]
     Modes(#[from] ModesError),
+    /// A reduced matrix is not definite.
+    #[error("the residual flexibility over the box")]
+    Reduced(#[from] NoConvergence),
     /// On request.
     #[error("the residual of the loadable nodes")]
     Cancelled(#[from] Cancelled),

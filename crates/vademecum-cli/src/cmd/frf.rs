@@ -16,7 +16,7 @@ use vademecum_study::parameters::{self, ParameterValue};
 use crate::arguments::{Limit, OutputArguments, setting};
 use crate::console::Console;
 use crate::failure::{Cause, Failure};
-use crate::files::{chart_kind, is_stepped, usable_file, write_chart};
+use crate::files::{at_values, chart_kind, is_stepped, to_step, usable_file, write_chart};
 use crate::given::{Given, outputs_of};
 use crate::pictures::{Series, response_chart};
 use crate::print::print_json;
@@ -152,7 +152,9 @@ impl Frf {
             }
             error => Failure::from(error).about(&self.file),
         };
-        parameters::set(&mut options, file.metadata(), &self.set).map_err(about)?;
+        let set_body = at_values(&file, &self.set).map_err(about)?;
+        let (file, settings) = to_step(file, &self.set, set_body.as_ref()).map_err(about)?;
+        parameters::set(&mut options, file.metadata(), settings).map_err(about)?;
         let quantity = self.quantity.quantity();
         let mut grid = frequencies(self.range, self.points as usize, self.log);
         if !self.no_poles {
@@ -195,10 +197,14 @@ impl Frf {
             write_chart(&outputs, path, chart)?;
         }
         let grid = question.frequencies.clone();
+        let values = set_body.as_ref().map_or(&[][..], |body| &body.values);
         let compared = match (&problem, self.compare) {
             (Some(problem), Some(count)) => {
                 question.frequencies = frequencies(self.range, count as usize, self.log);
-                Some(compare_response(&file, &options, &question, problem, console).map_err(about)?)
+                Some(
+                    compare_response(&file, &options, &question, (problem, values), console)
+                        .map_err(about)?,
+                )
             }
             _ => None,
         };

@@ -8,8 +8,9 @@ use vademecum_build::progress::Listener;
 use vademecum_build::store::Kind;
 use vademecum_deck::{FullOrder, LeftOut, System, is_deck, read};
 use vademecum_study::modes::{COUNT, NaturalModes, natural_modes};
+use vademecum_study::parameters::ParameterValue;
 
-use crate::arguments::{DeckArguments, OutputArguments, positive};
+use crate::arguments::{DeckArguments, OutputArguments, positive, setting};
 use crate::console::Console;
 use crate::failure::{Cause, Failure};
 use crate::files::{outputs, write_fields};
@@ -24,6 +25,7 @@ use crate::print::{print_json, print_left_out};
   vademecum modes beam.toml --mesh-error              frequencies without discretisation error, estimated
   vademecum modes beam.toml --shapes modes.vtu        every mode as a field, for ParaView
   vademecum modes beam.toml --assurance measured.npy  modal assurance against the modes of another program
+  vademecum modes beam.toml --set \"tip stiffness=1.5\"   a live parameter at another value
   vademecum modes bracket.inp                         a deck as it is, in its own units
 The effective mass of a mode is the share of the free mass that a shaken support feels in it, along x, y, z.")]
 pub(crate) struct Modes {
@@ -48,6 +50,9 @@ pub(crate) struct Modes {
     /// compliance.
     #[arg(long, value_name = "R", requires = "mesh_error", value_parser = positive, allow_negative_numbers = true)]
     disc: Option<f64>,
+    /// Set a live parameter of the problem, by its name; may be given several times.
+    #[arg(long, value_name = "NAME=VALUE", value_parser = setting, conflicts_with = "mesh_error")]
+    set: Vec<ParameterValue>,
     /// Print JSON.
     #[arg(long)]
     json: bool,
@@ -82,6 +87,7 @@ impl Modes {
             &problem,
             self.count,
             self.mesh_error.then_some(DiscRequest::Radius(self.disc)),
+            &self.set,
             console,
         )?;
         let assurance = self.assurance.as_deref().map(|file| shapes.assurance(file)).transpose()?;
@@ -119,8 +125,9 @@ struct DeckModesOutput<'a> {
 impl Modes {
     /// The natural frequencies of a deck as it is.
     fn run_deck(&self, console: &Console) -> Result<(), Failure> {
-        if self.mesh_error || self.assurance.is_some() {
-            let error = "`--mesh-error` and `--assurance` need a problem file; `vademecum init` writes one";
+        if self.mesh_error || self.assurance.is_some() || !self.set.is_empty() {
+            let error =
+                "`--mesh-error`, `--assurance` and `--set` need a problem file; `vademecum init` writes one";
             return Err(Failure::new(Cause::Usage, error));
         }
         let outputs = outputs(&self.outputs, &[Some(&self.problem)], None);

@@ -22,7 +22,7 @@ use vademecum_study::{FileError, StudyError, run};
 use crate::arguments::{Limit, OutputArguments, StructureArgument, positive, setting};
 use crate::console::Console;
 use crate::failure::{Cause, Failure};
-use crate::files::{chart_kind, is_stepped, usable_file, write_chart};
+use crate::files::{at_values, chart_kind, is_stepped, to_step, usable_file, write_chart};
 use crate::given::{Given, outputs_of};
 use crate::pictures::{Drawn, Panel, Series, Thinned, panels_chart};
 use crate::print::print_json;
@@ -125,6 +125,9 @@ impl Run {
             !shown.probes.is_empty() || (shown.fields_every > 0 && shown.fields == FieldChoice::Body);
         let wanted = |kind| is_stepped(kind) && (inside || kind != SectionKind::InteriorBasis);
         let file = usable_file(&self.file, &mapped, wanted, self.limit, &mut memory)?;
+        let about = |error: StudyError| Failure::of_study(error, &self.file, scenario_file);
+        let set_body = at_values(&file, &self.set).map_err(about)?;
+        let (file, settings) = to_step(file, &self.set, set_body.as_ref()).map_err(about)?;
         let mut options = self.structure.options();
         (options.scene.time_step, options.scene.terms) = (self.time_step, self.terms);
         options.long = self.long;
@@ -132,8 +135,7 @@ impl Run {
             console
                 .note("`--terms` has no effect: without live parameters the file has no terms to leave out");
         }
-        let about = |error: StudyError| Failure::of_study(error, &self.file, scenario_file);
-        parameters::set(&mut options.scene, file.metadata(), &self.set).map_err(about)?;
+        parameters::set(&mut options.scene, file.metadata(), settings).map_err(about)?;
         let unread = |error: FileError| Failure::file(&self.file, error);
         let run = run::Run::bind(&file, options, &scenario, console).map_err(about)?;
         let geometry = run.geometry().map_err(unread)?;

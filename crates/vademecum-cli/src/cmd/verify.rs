@@ -7,6 +7,7 @@ use vademecum_build::mesh_error::{DiscRequest, MeshEstimate, estimate};
 use vademecum_build::prepared::prepare;
 use vademecum_build::progress::Stopwatch;
 use vademecum_study::StudyError;
+use vademecum_study::live::prepared_at;
 use vademecum_study::parameters::{self, ParameterValue};
 use vademecum_study::scenario::Scenario;
 use vademecum_study::soundness::check_file;
@@ -15,7 +16,7 @@ use vademecum_study::verify::{Figures, verify};
 use crate::arguments::{Limit, StructureArgument, positive, setting};
 use crate::console::Console;
 use crate::failure::Failure;
-use crate::files::{is_stepped, open, read_file, usable_file};
+use crate::files::{at_values, is_stepped, open, read_file, to_step, usable_file};
 use crate::mesh_error;
 use crate::print::{print_json, print_large_verification, print_verification};
 
@@ -136,12 +137,17 @@ impl Verify {
         let mapped = open(&self.file)?;
         let mut memory = vec![];
         let file = usable_file(&self.file, &mapped, is_stepped, self.limit, &mut memory)?;
+        let about = |error: StudyError| Failure::of_study(error, &self.file, scenario_file);
+        let set_body = at_values(&file, &self.set).map_err(about)?;
+        let (file, settings) = to_step(file, &self.set, set_body.as_ref()).map_err(about)?;
         let mut options = self.structure.options();
         options.long = self.long;
-        let about = |error: StudyError| Failure::of_study(error, &self.file, scenario_file);
-        parameters::set(&mut options.scene, file.metadata(), &self.set).map_err(about)?;
+        parameters::set(&mut options.scene, file.metadata(), settings).map_err(about)?;
         let mut watch = Stopwatch::new(console);
-        let prepared = prepare(&problem, &mut watch, console)?;
+        let mut prepared = prepare(&problem, &mut watch, console)?;
+        if let Some(body) = &set_body {
+            prepared_at(&mut prepared, &body.values).map_err(about)?;
+        }
         let verified = verify(&file, &options, &problem, &prepared, &scenario, console).map_err(about)?;
         let disc = self.mesh.then_some(DiscRequest::Radius(self.disc));
         let estimated = disc.map(|disc| estimate(&prepared, None, disc, console)).transpose();

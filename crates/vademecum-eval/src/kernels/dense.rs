@@ -55,6 +55,7 @@ pub(crate) fn add_scaled(out: &mut [f64], s: f64, x: &[f64]) {
 }
 
 /// `out += A B`, `A` of `k` columns, `B` of `n`.
+#[cfg(feature = "assembly")]
 pub(crate) fn add_product(out: &mut [f64], a: &[f64], k: usize, b: &[f64], n: usize) {
     for (out, a) in out.chunks_exact_mut(n.max(1)).zip(a.chunks_exact(k.max(1))) {
         for (&a, b) in a.iter().zip(b.chunks_exact(n.max(1))) {
@@ -66,6 +67,7 @@ pub(crate) fn add_product(out: &mut [f64], a: &[f64], k: usize, b: &[f64], n: us
 }
 
 /// `out += Aᵀ B`, `A` of `k` columns, `B` of `n`, with as many rows.
+#[cfg(feature = "assembly")]
 pub(crate) fn add_transposed_product(out: &mut [f64], a: &[f64], k: usize, b: &[f64], n: usize) {
     for (a, b) in a.chunks_exact(k.max(1)).zip(b.chunks_exact(n.max(1))) {
         for (out, &a) in out.chunks_exact_mut(n.max(1)).zip(a) {
@@ -84,6 +86,7 @@ pub(crate) fn apply(a: &[f64], x: &[f64], out: &mut [f64]) {
 }
 
 /// `out += Aᵀ x`, a row of `A` for each number of `x`.
+#[cfg(feature = "assembly")]
 pub(crate) fn add_transposed(a: &[f64], x: &[f64], out: &mut [f64]) {
     let n = out.len();
     for (i, &x) in x.iter().enumerate() {
@@ -179,6 +182,7 @@ pub(crate) fn solve_lower_rows(l: &[f64], n: usize, x: &mut [f64], columns: usiz
 }
 
 /// `X ← L⁻ᵀ X` for a matrix of `n` rows and `columns` columns.
+#[cfg(feature = "assembly")]
 pub(crate) fn solve_upper_rows(l: &[f64], n: usize, x: &mut [f64], columns: usize) {
     for i in (0..n).rev() {
         let own = row(l, i, n);
@@ -196,6 +200,7 @@ pub(crate) fn solve_upper_rows(l: &[f64], n: usize, x: &mut [f64], columns: usiz
 ///
 /// # Errors
 /// A column without a pivot.
+#[cfg(feature = "assembly")]
 pub(crate) fn eliminate(a: &mut [f64], n: usize, b: &mut [f64]) -> Result<(), usize> {
     for k in 0..n {
         let size = |i: &usize| at(a, i * n + k).abs();

@@ -4,7 +4,7 @@
 //! make it diagonal (Golub and Van Loan 2013, §8.3). Eigenvectors are products of reflections and rotations,
 //! so they are orthonormal to rounding, those of equal eigenvalues too.
 
-use super::dense::{add_scaled, apply, at, dot, row, row_mut, set};
+use super::dense::{add_scaled, at, dot, row, row_mut, set};
 
 /// Steps of QL for one eigenvalue; two are usual.
 const STEPS: usize = 60;
@@ -59,7 +59,7 @@ pub(crate) fn symmetric_eigen(
 }
 
 /// Reflections `I − β v vᵀ` of the columns left of each trailing block; `v` stays in the row above it.
-fn reduce(
+pub(super) fn reduce(
     a: &mut [f64],
     n: usize,
     diagonal: &mut [f64],
@@ -120,8 +120,13 @@ fn accumulate(a: &[f64], n: usize, betas: &[f64], vectors: &mut [f64]) {
     }
 }
 
-/// QL on a tridiagonal matrix; rotations turn rows of `vectors`.
-fn diagonalise(d: &mut [f64], e: &mut [f64], vectors: &mut [f64], n: usize) -> Result<(), NoConvergence> {
+/// QL on a tridiagonal matrix; rotations turn rows of `vectors`, which may be empty.
+pub(super) fn diagonalise(
+    d: &mut [f64],
+    e: &mut [f64],
+    vectors: &mut [f64],
+    n: usize,
+) -> Result<(), NoConvergence> {
     for l in 0..n {
         let mut steps = 0;
         loop {
@@ -203,6 +208,7 @@ fn sort(values: &mut [f64], vectors: &mut [f64], n: usize) {
 
 /// `out = f(A) x` of the symmetric matrix with these eigenvalues and eigenvectors; `between` is as long as
 /// `x`.
+#[cfg(feature = "assembly")]
 pub(crate) fn of_matrix(
     (values, vectors): (&[f64], &[f64]),
     f: impl Fn(f64) -> f64,
@@ -210,7 +216,7 @@ pub(crate) fn of_matrix(
     between: &mut [f64],
     out: &mut [f64],
 ) {
-    apply(vectors, x, between);
+    super::dense::apply(vectors, x, between);
     between.iter_mut().zip(values).for_each(|(x, &value)| *x *= f(value));
     out.fill(0.0);
     super::dense::add_transposed(vectors, between, out);
@@ -220,6 +226,7 @@ pub(crate) fn of_matrix(
 mod tests {
     extern crate std;
 
+    use super::super::dense::apply;
     use super::*;
     use std::vec;
     use std::vec::Vec;

@@ -2,9 +2,11 @@
 //! small dense matrices.
 
 pub(crate) mod coordinates;
-#[cfg(feature = "assembly")]
+#[cfg(any(feature = "assembly", feature = "parametric"))]
 pub(crate) mod dense;
-#[cfg(feature = "assembly")]
+#[cfg(any(feature = "assembly", feature = "parametric"))]
 pub(crate) mod eigen;
 pub(crate) mod kernel;
+#[cfg(feature = "parametric")]
+pub(crate) mod lowest;
 pub(crate) mod strain;

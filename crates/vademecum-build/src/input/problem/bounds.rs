@@ -4,7 +4,7 @@
 //! Bounds of size come from the file format or stand far above what a build ends with; how much a machine
 //! holds is another question, asked when the model is known (`limits`, `pipeline`).
 
-use vademecum_format::MAX_PARAMETERS;
+use vademecum_format::{MAX_LIVE, MAX_PARAMETERS};
 
 use super::{ParameterKind, Problem, ProblemError};
 use crate::limits::MAGNITUDE;
@@ -88,10 +88,10 @@ impl Problem {
             "at most 1000: every force is a sum of three directions",
         )?;
         self.require_with(
-            self.parameters.len() <= MAX_PARAMETERS,
+            self.parameters.len() <= if self.is_parametric() { MAX_LIVE } else { MAX_PARAMETERS },
             "parameter",
             || format!("a list of {}", self.parameters.len()),
-            "at most 16 live parameters, the most a vademecum file holds",
+            "at most 16 live parameters, or 1024 beside `representation = \"parametric\"`",
         )
     }
 

@@ -6,26 +6,29 @@ use serde::Deserialize;
 use serde_json::Value;
 
 /// The form of the stage maps in the file.
-#[derive(Clone, Copy, Debug, Default, Deserialize, PartialEq, Eq, JsonSchema)]
+#[derive(Clone, Copy, Debug, Deserialize, PartialEq, Eq, JsonSchema)]
 #[serde(rename_all = "lowercase")]
-#[schemars(transform = with_chapter)]
+#[schemars(transform = with_aliases)]
 pub(crate) enum Representation {
     /// The state enters as the vector it is.
-    #[default]
+    #[serde(alias = "separated")]
     Block,
+    /// One basis for all values of live regions, whose modes are found as they are set.
+    Parametric,
     /// The chapter's: every state coordinate, the load's magnitude and its position are axes.
     #[serde(alias = "chapter")]
     Canonical,
 }
 
-/// Adds the alias, which the derive leaves out.
-fn with_chapter(schema: &mut Schema) {
-    if let Some(Value::Array(choices)) = schema.get_mut("oneOf") {
-        let canonical = choices.iter().find(|choice| choice["const"] == "canonical").cloned();
-        if let Some(mut chapter) = canonical {
-            chapter["const"] = "chapter".into();
-            choices.push(chapter);
-        }
+/// Adds the aliases, which the derive leaves out.
+fn with_aliases(schema: &mut Schema) {
+    let Some(Value::Array(choices)) = schema.get_mut("oneOf") else { return };
+    for (own, alias) in [("canonical", "chapter"), ("block", "separated")] {
+        let named = choices.iter().find(|choice| choice["const"] == own).cloned();
+        choices.extend(named.map(|mut choice| {
+            choice["const"] = alias.into();
+            choice
+        }));
     }
 }
 

@@ -301,7 +301,7 @@ impl Problem {
         }
         let found = if self.mesh.matrices.is_some() {
             "true beside `mesh.matrices`, which do not know the mass of held displacements"
-        } else if self.representation == Representation::Canonical {
+        } else if self.representation == Some(Representation::Canonical) {
             "true beside `representation = \"chapter\"`, which takes no load patterns"
         } else if self.parameters.iter().any(|p| p.kind == ParameterKind::Density) {
             "true beside a live density, which the inertia of a moving body follows and a load pattern does not"
@@ -327,7 +327,7 @@ impl Problem {
     fn check_reactions(&self) -> Result<(), ProblemError> {
         let found = if self.mesh.matrices.is_some() {
             "true beside `mesh.matrices`, whose rows are the free dofs alone"
-        } else if self.representation == Representation::Canonical {
+        } else if self.representation == Some(Representation::Canonical) {
             "true beside `representation = \"chapter\"`"
         } else if self.basis.kind == Some(BasisKind::Pod) {
             "true beside `basis.kind = \"pod\"`, whose vectors do not move apart"
@@ -410,16 +410,17 @@ impl Problem {
             "a scheme such as `{ name = \"bathe\" }`, or the basis \"ritz\" or \"modes\", whose vectors move apart",
         )?;
         self.require(
-            self.representation != Representation::Canonical,
+            self.representation != Some(Representation::Canonical),
             key,
             Words("exact, beside `representation = \"chapter\"`"),
             "a scheme such as `{ name = \"bathe\" }`: stage maps need stages",
         )?;
         self.require(
-            self.parameters.iter().all(|p| p.region == "*"),
+            self.is_parametric() || self.parameters.iter().all(|p| p.region == "*"),
             key,
             Words("exact, beside a live parameter of a region"),
-            "a scheme such as `{ name = \"bathe\" }`: a region's stiffness or density turns the modes",
+            "`representation = \"parametric\"`, or a scheme such as `{ name = \"bathe\" }`: a region's stiffness \
+             or density turns the modes",
         )
     }
 
@@ -547,7 +548,7 @@ pub(super) fn positive(value: f64) -> bool {
 
 impl Problem {
     pub(super) fn check_chapter(&self) -> Result<(), ProblemError> {
-        let asked = self.representation == Representation::Canonical;
+        let asked = self.representation == Some(Representation::Canonical);
         self.require(
             !asked || self.parameters.is_empty(),
             "representation",

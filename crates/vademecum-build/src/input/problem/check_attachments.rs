@@ -238,7 +238,7 @@ impl Problem {
             return Ok(());
         } else if self.mesh.matrices.is_some() {
             "beside `mesh.matrices`, which have no elements"
-        } else if self.representation == Representation::Canonical {
+        } else if self.representation == Some(Representation::Canonical) {
             "beside `representation = \"chapter\"`"
         } else if self.is_large() {
             "beside `model = \"large-displacement\"`"

@@ -28,7 +28,7 @@ impl Problem {
         let scaled = |kind| kind == ParameterKind::Stiffness;
         let found = if self.is_large() {
             "beside `model = \"large-displacement\"`, whose strain it is not"
-        } else if self.representation == Representation::Canonical {
+        } else if self.representation == Some(Representation::Canonical) {
             "beside `representation = \"chapter\"`, which takes no load patterns"
         } else if self.parameters.iter().any(|parameter| scaled(parameter.kind)) {
             "beside a live stiffness, which the force of a load pattern does not follow"

@@ -18,7 +18,7 @@ impl Problem {
             return self.require(self.large.is_none(), "large", Words("a table"), expected);
         } else if self.mesh.matrices.is_some() {
             "large-displacement beside `mesh.matrices`, which are linear"
-        } else if self.representation == Representation::Canonical {
+        } else if self.representation == Some(Representation::Canonical) {
             "large-displacement beside `representation = \"chapter\"`"
         } else if self.time.scheme.is_some() {
             "large-displacement beside `time.scheme`: such a file has a scheme of its own"

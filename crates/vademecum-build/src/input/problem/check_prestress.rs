@@ -50,7 +50,7 @@ impl Problem {
         let scaled = |kind| matches!(kind, ParameterKind::Stiffness | ParameterKind::Density);
         let found = if self.mesh.matrices.is_some() {
             "beside `mesh.matrices`, which have no elements with a stress"
-        } else if self.representation == Representation::Canonical {
+        } else if self.representation == Some(Representation::Canonical) {
             "beside `representation = \"chapter\"`"
         } else if self.is_large() {
             "beside `model = \"large-displacement\"`, whose motion starts from the body without load"

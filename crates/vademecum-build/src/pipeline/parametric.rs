@@ -1,0 +1,370 @@
+//! Live regions by a parametric reduced-order model: one basis for the whole box, reduced matrices of each
+//! region, and the exact step of the modes at any point of the box.
+
+use faer::{Mat, MatRef};
+use vademecum_eval::{Parametric, SceneOptions, StructureChoice};
+use vademecum_format::File;
+
+use super::exact::damping_section;
+use super::file::{CertifiedFile, FileStep, encode_file, ratios_of};
+use super::reduced::ReducedModel;
+use super::{BuildContext, BuildError, Built};
+use crate::basis::{Basis, ModePool, basis_of_pool, modes_of_sample, pool_modes};
+use crate::certificate::{
+    Candidate, CertificateError, StructureMeasured, StructureReport, certify_exact, kept_certificate,
+};
+use crate::dynamics::{FirstMode, lowest_modes};
+use crate::export::{Draft, PointMeasured, RegionForms, live_certificate, live_sections};
+use crate::input::Problem;
+use crate::linalg::symmetric_eigen;
+use crate::parallel;
+use crate::prepared::{Design, LiveRegions};
+use crate::progress::{Quiet, Stopwatch};
+use crate::report::{BuildPlan, CertificateReport};
+use crate::residual::{ScaleTerm, residual_traces, scale_terms};
+use crate::store::Inputs;
+
+/// Sizes of the basis, smallest first.
+const SIZES: [usize; 9] = [32, 48, 64, 96, 128, 192, 256, 384, 512];
+/// Fresh points at which frequencies choose the first size that is tried.
+const PROBED: usize = 8;
+/// Frequencies that are compared there.
+const FREQUENCIES: usize = 4;
+/// Share of the tolerance that a basis should keep while it is small, and the size from which on the whole
+/// tolerance will do: up to there the time to set it is short.
+const EASY: f64 = 0.05;
+/// See [`EASY`].
+const LARGE: usize = 256;
+/// Samples at which the residual flexibility is fitted, at most.
+const RESIDUAL_SAMPLES: usize = 41;
+
+/// A basis with all that a file has beside its modes.
+struct Sized {
+    model: ReducedModel,
+    forms: RegionForms,
+    scales: Vec<ScaleTerm>,
+}
+
+/// Builds the file: the smallest basis that keeps the tolerance at fresh points of the box.
+pub(super) fn build(
+    context: &BuildContext<'_>,
+    problem: &Problem,
+    plan: BuildPlan,
+    watch: &mut Stopwatch<'_>,
+) -> Result<Built, BuildError> {
+    let BuildContext { prepared, kept, .. } = *context;
+    let regions = &prepared.space.live_regions();
+    let design = &Design::new(&prepared.space);
+    kept.listener.note(&format!(
+        "live regions: a parametric reduced-order model from natural modes at {} points of the box, {} a point; \
+         `representation = \"separated\"` separates the time step instead",
+        design.trained.len(),
+        modes_of_sample(prepared, regions.factors)
+    ));
+    let pool = watch.stage("modes over the box", || pool_modes(prepared, design, regions.factors, kept))?;
+    let first = first_size(context, problem, (&pool, design), regions, watch)?;
+    let most = pool.singular_values.len();
+    let mut sizes: Vec<usize> = match problem.basis.modes {
+        Some(asked) => vec![asked.min(most)],
+        None => SIZES.into_iter().filter(|&size| size >= first && size < most).chain([most]).collect(),
+    };
+    sizes.truncate(3);
+    let last = sizes.len() - 1;
+    for (place, &size) in sizes.iter().enumerate() {
+        let mut sized = Sized::new(context, problem, (&pool, size), (regions, design), watch)?;
+        context.estimate_mesh_error(None, watch)?;
+        let certified = certified(context, problem, (&mut sized, regions), design, watch)?;
+        if certified.certificate.holds() || place == last {
+            let basis = (&sized.model.basis, pool.pooled);
+            return Ok(certified.reported(context, problem, basis, plan, watch));
+        }
+        kept.listener.note(&format!("{size} vectors do not keep the tolerance"));
+    }
+    unreachable!("there is a last size")
+}
+
+/// Scales of what is not live, of each live region, and their mean, at values of the parameters.
+fn scales_at(context: &BuildContext<'_>, regions: &LiveRegions, values: &[f64]) -> Vec<f64> {
+    let setting = context.prepared.space.setting(values);
+    let mut scales = vec![1.0; 1 + regions.count];
+    for (region, &live) in regions.of_mesh.iter().enumerate().filter(|(_, live)| **live > 0) {
+        scales[live as usize] = setting.stiffness[region];
+    }
+    let mean = scales[1..].iter().sum::<f64>() / regions.count as f64;
+    scales.push(mean);
+    scales
+}
+
+/// The size at which frequencies of fresh points are found well enough for the tolerance of trajectories.
+fn first_size(
+    context: &BuildContext<'_>,
+    problem: &Problem,
+    (pool, design): (&ModePool, &Design),
+    regions: &LiveRegions,
+    watch: &mut Stopwatch<'_>,
+) -> Result<usize, BuildError> {
+    if problem.basis.modes.is_some() {
+        return Ok(0);
+    }
+    let prepared = context.prepared;
+    let nominal = prepared.body.model.pencil();
+    let count = FREQUENCIES.min(nominal.n_elastic());
+    let most = pool.singular_values.len();
+    watch.stage("size of the basis", || {
+        let basis = basis_of_pool(prepared, pool, most)?;
+        let forms = RegionForms::new(prepared, regions, basis.vectors.as_ref());
+        // Leading vectors of the pool in the coordinates of the whole basis: `BᵀMV`.
+        let mut image = Mat::zeros(prepared.body.n_dof(), most);
+        nominal.mass().mul_into(pool.vectors.as_ref(), image.as_mut());
+        let leading = basis.vectors.transpose() * image;
+        let points: Vec<&Vec<f64>> =
+            design.fresh.iter().step_by(design.fresh.len().div_ceil(PROBED)).collect();
+        let exact = |at: usize| -> Result<Vec<f64>, BuildError> {
+            let setting = prepared.space.setting(points[at]);
+            Ok(lowest_modes(&setting.pencil(nominal), &prepared.symbolic, count)?.eigenvalues)
+        };
+        let exact = if prepared.symbolic.is_spread() {
+            (0..points.len()).map(exact).collect::<Result<Vec<_>, _>>()?
+        } else {
+            parallel::try_map(points.len(), &exact)?
+        };
+        for size in SIZES.into_iter().filter(|&size| size < most) {
+            let mut worst: f64 = 0.0;
+            for (values, exact) in points.iter().zip(&exact) {
+                let found = eigenvalues(context, (&forms, regions), leading.subcols(0, size), values)?;
+                let errors = exact.iter().zip(&found).map(|(exact, found)| (found / exact - 1.0).abs());
+                worst = errors.fold(worst, f64::max);
+            }
+            // Three periods of the first mode: a phase error of 3·2π·½ of that of its eigenvalue.
+            let (error, tolerance) = (10.0 * worst, problem.tolerance.error);
+            if error <= EASY * tolerance || (size >= LARGE && error <= tolerance) {
+                return Ok(size);
+            }
+        }
+        Ok(most)
+    })
+}
+
+/// Lowest eigenvalues of leading vectors at values of the parameters.
+fn eigenvalues(
+    context: &BuildContext<'_>,
+    (forms, regions): (&RegionForms, &LiveRegions),
+    leading: MatRef<'_, f64>,
+    values: &[f64],
+) -> Result<Vec<f64>, BuildError> {
+    let setting = context.prepared.space.setting(values);
+    let scales = scales_at(context, regions, values);
+    let stiffness = leading.transpose() * forms.stiffness_at(&scales) * leading;
+    let mass = match &forms.mass {
+        None => leading.transpose() * leading,
+        Some(mass) => {
+            let mut sum = Mat::zeros(leading.nrows(), leading.nrows());
+            for (form, scale) in mass.iter().zip(density_scales(&setting.density, regions)) {
+                sum += form * faer::Scale(scale);
+            }
+            leading.transpose() * sum * leading
+        }
+    };
+    let lower = mass.llt(faer::Side::Lower).map_err(|_| no_convergence())?;
+    let mut half = stiffness;
+    faer::linalg::triangular_solve::solve_lower_triangular_in_place(lower.L(), half.as_mut(), faer::Par::Seq);
+    let mut turned = half.transpose().to_owned();
+    faer::linalg::triangular_solve::solve_lower_triangular_in_place(
+        lower.L(),
+        turned.as_mut(),
+        faer::Par::Seq,
+    );
+    let symmetric = crate::linalg::symmetric_part(turned.as_ref());
+    let (found, _) = symmetric_eigen(symmetric.as_ref()).map_err(crate::basis::BasisError::from)?;
+    let scale = setting.step.stiffness / setting.step.density;
+    Ok(found.into_iter().map(|value| scale * value).collect())
+}
+
+fn no_convergence() -> BuildError {
+    let what = "the reduced mass";
+    crate::basis::BasisError::NoConvergence(crate::linalg::NoConvergence { what }).into()
+}
+
+fn density_scales(density: &[f64], regions: &LiveRegions) -> Vec<f64> {
+    let mut scales = vec![1.0; 1 + regions.count];
+    for (region, &live) in regions.of_mesh.iter().enumerate().filter(|(_, live)| **live > 0) {
+        scales[live as usize] = density[region];
+    }
+    scales
+}
+
+impl Sized {
+    fn new(
+        context: &BuildContext<'_>,
+        problem: &Problem,
+        (pool, size): (&ModePool, usize),
+        (regions, design): (&LiveRegions, &Design),
+        watch: &mut Stopwatch<'_>,
+    ) -> Result<Self, BuildError> {
+        let prepared = context.prepared;
+        let find = || {
+            let basis = basis_of_pool(prepared, pool, size)?;
+            let forms = RegionForms::new(prepared, regions, basis.vectors.as_ref());
+            Ok::<_, BuildError>((basis, forms))
+        };
+        let (basis, forms) = watch.stage("reduced matrices", find)?;
+        let mut model = ReducedModel::of_basis(context, problem, (basis, pool.pooled), watch)?;
+        model.add_residual(context, problem, watch)?;
+        let scales = if model.has_residual {
+            let fit = || residual_scales(context, (&model.basis, &forms), (regions, design));
+            watch.stage("residual flexibility over the box", fit)?
+        } else {
+            vec![]
+        };
+        Ok(Self { model, forms, scales })
+    }
+}
+
+/// How the residual flexibility of each loadable node follows the parameters.
+fn residual_scales(
+    context: &BuildContext<'_>,
+    (basis, forms): (&Basis, &RegionForms),
+    (regions, design): (&LiveRegions, &Design),
+) -> Result<Vec<ScaleTerm>, BuildError> {
+    let BuildContext { prepared, order, kept, .. } = *context;
+    let nodes = &order.nodes[..order.n_load];
+    let stride = design.trained.len().div_ceil(RESIDUAL_SAMPLES);
+    let points: Vec<&Vec<f64>> = design.trained.iter().step_by(stride).collect();
+    let inputs = |inputs: Inputs| inputs.value(&points).with(basis).indices(nodes);
+    let terms: Vec<Vec<f64>> = kept.stage("residual-over-box", inputs, || -> Result<_, BuildError> {
+        let mut samples = vec![];
+        for (at, values) in points.iter().enumerate() {
+            let scales = scales_at(context, regions, values);
+            let mut setting = prepared.space.setting(values);
+            (setting.step.stiffness, setting.step.density) = (1.0, 1.0);
+            let pencil = setting.pencil(prepared.body.model.pencil());
+            let reduced = forms.stiffness_at(&scales);
+            let basis = (basis.vectors.as_ref(), reduced.as_ref());
+            let quiet = Quiet(kept.listener);
+            let Some(traces) = residual_traces(prepared, &pencil, basis, nodes, &quiet)? else {
+                return Ok(vec![]);
+            };
+            samples.push((scales, traces));
+            let stopped = |cancelled| BuildError::Residual(crate::residual::ResidualError::from(cancelled));
+            kept.listener.checkpoint(at + 1, points.len()).map_err(stopped)?;
+        }
+        let terms = scale_terms(&prepared.body, nodes, (&regions.of_mesh, regions.count), &samples);
+        Ok(terms.into_iter().map(|term| term.to_vec()).collect())
+    })?;
+    Ok(terms.into_iter().filter_map(|term| term.try_into().ok()).collect())
+}
+
+/// The file with what was measured of it at fresh points of the box.
+fn certified(
+    context: &BuildContext<'_>,
+    problem: &Problem,
+    (sized, regions): (&mut Sized, &LiveRegions),
+    design: &Design,
+    watch: &mut Stopwatch<'_>,
+) -> Result<CertifiedFile, BuildError> {
+    let Sized { model, forms, scales } = sized;
+    let prepared = context.prepared;
+    let basis = &model.basis;
+    let live = live_sections(&prepared.space.parameters, regions, forms, scales);
+    let damping = damping_section(&ratios_of(prepared, basis), basis.n_modes());
+    let sections: Vec<&Draft> = model.sections.iter().chain(&live).chain(&damping).collect();
+    let bytes = encode_file(context, problem, basis, FileStep::unmeasured(None), sections.iter().copied())?;
+    let measure = || measured(context, (&bytes, basis), design);
+    let (measured, points) = watch.stage("certificate over the box", measure)?;
+    note_points(context, &points);
+    let of_points = live_certificate(&points);
+    let step = FileStep::measured(None, &measured, &StructureMeasured::default());
+    let sections = sections.into_iter().chain([&of_points]);
+    let bytes = watch.stage("encode", || encode_file(context, problem, basis, step, sections))?;
+    let certificate = CertificateReport {
+        diagonal: Some(StructureReport::measured(&measured)),
+        parametric: true,
+        ..CertificateReport::within(&problem.tolerance)
+    };
+    Ok(CertifiedFile { bytes, certificate, separation: None, large: None })
+}
+
+fn note_points(context: &BuildContext<'_>, points: &[PointMeasured]) {
+    let mut errors: Vec<f64> = points.iter().map(|point| point.error).collect();
+    errors.sort_by(f64::total_cmp);
+    let at = |share: f64| errors[((errors.len() - 1) as f64 * share).round() as usize];
+    context.kept.listener.note(&format!(
+        "relative error of trajectories at {} points that trained nothing, the worst load of each: {:.1e} in the \
+         median, {:.1e} in 95 %, {:.1e} at worst",
+        points.len(),
+        at(0.5),
+        at(0.95),
+        at(1.0)
+    ));
+}
+
+/// The worst of all points, and each point.
+fn measured(
+    context: &BuildContext<'_>,
+    (bytes, basis): (&[u8], &Basis),
+    design: &Design,
+) -> Result<(StructureMeasured, Vec<PointMeasured>), BuildError> {
+    let BuildContext { prepared, kept, .. } = *context;
+    let done = std::sync::atomic::AtomicUsize::new(0);
+    let at = |place: usize| -> Result<StructureMeasured, CertificateError> {
+        let values = &design.fresh[place];
+        let inputs = |inputs: Inputs| inputs.value(&(values, bytes.len())).with(basis).with(context.unseen);
+        let march = || Ok::<_, CertificateError>(vec![measured_at(context, (bytes, basis), values)?]);
+        let found = kept_certificate(kept, &format!("certificate-point-{}", place + 1), inputs, march)?;
+        let finished = 1 + done.fetch_add(1, std::sync::atomic::Ordering::Relaxed);
+        kept.listener.checkpoint(finished, design.fresh.len())?;
+        Ok(found.into_iter().next().expect("one structure was measured"))
+    };
+    let found = if prepared.symbolic.is_spread() {
+        (0..design.fresh.len()).map(at).collect::<Result<Vec<_>, _>>()?
+    } else {
+        parallel::try_map(design.fresh.len(), &at)?
+    };
+    let points = design.fresh.iter().zip(&found).map(|(values, found)| PointMeasured {
+        values: values.clone(),
+        trained: design.trained.contains(values),
+        error: found.certificate.trajectory_error,
+    });
+    let points = points.collect();
+    let worst = found.into_iter().reduce(StructureMeasured::worse).expect("a design has fresh points");
+    Ok((worst, points))
+}
+
+/// The file at values of its parameters, beside the solution of the full model there.
+fn measured_at(
+    context: &BuildContext<'_>,
+    (bytes, basis): (&[u8], &Basis),
+    values: &[f64],
+) -> Result<StructureMeasured, CertificateError> {
+    let BuildContext { prepared, unseen, order, kept, .. } = *context;
+    let file = File::parse(bytes)?;
+    let model = Parametric::new(&file)?;
+    let modes = model.usual_modes();
+    let sizes = model.sizes(modes)?;
+    let (mut memory, mut work) = (vec![0.0; sizes.memory], vec![0.0; sizes.work.max(sizes.write_work)]);
+    let tuned = model.solve(values, modes, &mut memory, &mut work)?;
+    let mut lent = vec![0; sizes.bytes];
+    let file = tuned.write(&model, &mut lent, &mut work)?;
+    let r = basis.n_modes();
+    let shapes = MatRef::from_column_major_slice(tuned.shapes(), r, modes);
+    let eigenvalues = tuned.eigenvalues().to_vec();
+    let own = Basis {
+        vectors: &basis.vectors * shapes,
+        stiffness: Mat::from_fn(modes, modes, |i, j| if i == j { eigenvalues[i] } else { 0.0 }),
+        eigenvalues: Some(eigenvalues.clone()),
+        energy: vec![],
+        singular_values: vec![],
+    };
+    let setting = prepared.space.setting(values);
+    let pencil = setting.pencil(prepared.body.model.pencil());
+    let rayleigh = setting.rayleigh();
+    let decay = |lambda: f64, _| prepared.ratios.decay(&rayleigh, &eigenvalues, lambda);
+    let period = FirstMode::find(&pencil, &prepared.symbolic)?.period();
+    let unseen = &unseen.over(period / setting.step.time_step);
+    let options = SceneOptions { structure: StructureChoice::Exact, ..SceneOptions::default() };
+    let candidate = Candidate { bytes: file.bytes(), basis: &own, options: &options };
+    let none = basis.vectors.subcols(0, 0);
+    let model = (&pencil, &prepared.symbolic, none);
+    let nodes = (order, prepared.body.model.dofs());
+    certify_exact(&candidate, nodes, model, &decay, unseen, &Quiet(kept.listener))
+}

@@ -1,0 +1,9 @@
+//! Parametric reduced-order models: bodies with live stiffness and density of regions, set to values in lent
+//! memory, each time as the bytes of an ordinary file.
+
+pub(crate) mod error;
+pub(crate) mod model;
+pub(crate) mod residual;
+pub(crate) mod rows;
+pub(crate) mod tuned;
+pub(crate) mod write;

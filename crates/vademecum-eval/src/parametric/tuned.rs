@@ -1,0 +1,144 @@
+//! A parametric model at values of its parameters: modes, the file they give, and states carried over.
+
+use crate::base::lend::Lender;
+use crate::kernels::dense::{add_scaled, apply, at, dot};
+use crate::parametric::error::ParametricError;
+use crate::parametric::model::Parametric;
+use crate::parametric::residual::Statics;
+use crate::parametric::write::{Filler, Planned, planned};
+use vademecum_format::{Certificate, File, MAX_PARAMETERS, Metadata, Parameter, SectionKind, encode_filled};
+
+/// The lowest modes of a parametric model at values of its parameters.
+#[derive(Clone, Copy, Debug)]
+pub struct Tuned<'m> {
+    pub(crate) values: &'m [f64],
+    pub(crate) eigenvalues: &'m [f64],
+    pub(crate) shapes: &'m [f64],
+    /// Cholesky's factor of the reduced stiffness.
+    pub(crate) lower: &'m [f64],
+    /// The reduced mass, if a density is live.
+    pub(crate) mass: &'m [f64],
+    /// Factor on the density of the whole body.
+    pub(crate) density: f64,
+}
+
+impl<'m> Tuned<'m> {
+    pub(crate) const fn memory_len(model: &Parametric<'_>, modes: usize) -> usize {
+        let r = model.live.n_modes;
+        let squares = if model.live.mass.is_some() { 2 } else { 1 };
+        model.live.len() + modes + modes * r + squares * r * r
+    }
+
+    pub(crate) fn write_work(model: &Parametric<'_>, modes: usize) -> usize {
+        let (r, metadata) = (model.live.n_modes, model.file.metadata());
+        let statics = if model.file.section(SectionKind::ContactResidual).is_some() {
+            let rows = 3 * metadata.n_load_nodes as usize;
+            let rows = rows + metadata.n_probes as usize + metadata.n_patterns as usize;
+            Statics::len(rows, r, modes) + metadata.n_load_nodes as usize
+        } else {
+            0
+        };
+        statics + 6 * (r + modes) + 2 * r
+    }
+
+    /// Values of the parameters.
+    #[must_use]
+    pub const fn values(&self) -> &'m [f64] {
+        self.values
+    }
+
+    /// Squares of the angular frequencies of the stepped modes \[rad²/s²\], ascending.
+    #[must_use]
+    pub const fn eigenvalues(&self) -> &'m [f64] {
+        self.eigenvalues
+    }
+
+    /// Shapes of the stepped modes along the basis, a row of `r` numbers each, orthonormal in the mass.
+    #[must_use]
+    pub const fn shapes(&self) -> &'m [f64] {
+        self.shapes
+    }
+
+    /// Writes the body at these values as an ordinary file and opens it. Lends [`ParametricSizes::bytes`] and
+    /// [`ParametricSizes::write_work`](crate::ParametricSizes::write_work). `O(rows r m)`, and with residual
+    /// flexibility `O(nodes r²)`.
+    ///
+    /// [`ParametricSizes::bytes`]: crate::ParametricSizes::bytes
+    ///
+    /// # Errors
+    /// [`ParametricError::LentMemory`], [`ParametricError::Format`]: sections that are compressed.
+    pub fn write<'b>(
+        &self,
+        model: &Parametric<'_>,
+        bytes: &'b mut [u8],
+        work: &mut [f64],
+    ) -> Result<File<'b>, ParametricError> {
+        let modes = self.eigenvalues.len();
+        let sizes = model.sizes(modes)?;
+        let short = |what, found, needed| ParametricError::LentMemory { what, found, needed };
+        if bytes.len() < sizes.bytes {
+            return Err(short("bytes of the file", bytes.len(), sizes.bytes));
+        }
+        if work.len() < sizes.write_work {
+            return Err(short("numbers of work", work.len(), sizes.write_work));
+        }
+        let scales = model.scales(self.values);
+        let mut room = Planned::NONE;
+        let sections = planned(&model.file, modes, &mut room)?;
+        let metadata = Metadata {
+            n_modes: modes as u32,
+            time_step: scales.time_step,
+            alpha: scales.alpha,
+            beta: scales.beta,
+            n_parameters: 0,
+            parameters: [Parameter::UNUSED; MAX_PARAMETERS],
+            certificate: Certificate::default(),
+            ..*model.file.metadata()
+        };
+        let mut filler = Filler::new(model, self, &scales, work)?;
+        let fill = |kind, place: &mut [u8]| filler.fill(kind, place);
+        let length = encode_filled(&metadata, sections, fill, bytes)?;
+        let bytes: &'b [u8] = bytes;
+        Ok(File::parse(bytes.get(..length).unwrap_or_default())?)
+    }
+
+    /// Carries modal coordinates (or their rates) from other values of the parameters to these, by the
+    /// projection `q' = X'ᵀ M X q` with the mass of these values: of all motions that these modes have, the
+    /// nearest in the mass. It never adds kinetic energy where densities stay. Lends `2 r` numbers of work.
+    ///
+    /// # Errors
+    /// [`ParametricError::LentMemory`].
+    pub fn carry(
+        &self,
+        from: &Tuned<'_>,
+        coordinates: &[f64],
+        out: &mut [f64],
+        work: &mut [f64],
+    ) -> Result<(), ParametricError> {
+        let r = self.shapes.len().checked_div(self.eigenvalues.len()).unwrap_or(0);
+        let found = work.len();
+        let short = |_| ParametricError::LentMemory { what: "numbers of work", found, needed: 2 * r };
+        let mut lender = Lender::new(work);
+        let (along, weighted) = (lender.take(r).map_err(short)?, lender.take(r).map_err(short)?);
+        along.fill(0.0);
+        for (shape, &q) in from.shapes.chunks_exact(r.max(1)).zip(coordinates) {
+            add_scaled(along, q, shape);
+        }
+        if self.mass.is_empty() {
+            weighted.iter_mut().zip(&*along).for_each(|(to, from)| *to = self.density * from);
+        } else {
+            apply(self.mass, along, weighted);
+        }
+        for (k, out) in out.iter_mut().enumerate() {
+            let shape = self.shapes.get(k * r..(k + 1) * r).unwrap_or_default();
+            *out = dot(shape, weighted);
+        }
+        Ok(())
+    }
+
+    /// Frequency of stepped mode `k` \[Hz\]; 0 of one that there is not.
+    #[must_use]
+    pub fn frequency(&self, k: usize) -> f64 {
+        libm::sqrt(at(self.eigenvalues, k)) / core::f64::consts::TAU
+    }
+}
