@@ -1,4 +1,4 @@
-//! The golden files: small files of format versions 1.0, 1.1, 1.3, 1.5 to 1.7 and 1.9 to 1.13 made from
+//! The golden files: small files of format versions 1.0, 1.1, 1.3, 1.5 to 1.7 and 1.9 to 1.14 made from
 //! numbers alone, the same bytes on every machine with IEEE 754 arithmetic. No logarithm, power or cosine is
 //! taken on the way: libraries round those differently; `+ − × ÷ √` they do not.
 
@@ -175,6 +175,62 @@ fn patch(bytes: &[u8]) -> Vec<u8> {
     out
 }
 
+/// The file as a parametric model of two live regions, one of them of live density, beside what is not live.
+fn parametric(bytes: &[u8]) -> Vec<u8> {
+    use SectionKind as S;
+    let file = File::parse(bytes).expect("a file");
+    let numbers = |kind| -> Vec<f64> {
+        file.section(kind).expect("a section").numbers().expect("raw").iter().collect()
+    };
+    let (lambda, nodes) = (numbers(S::Eigenvalues), file.metadata().n_load_nodes as usize);
+    let r = lambda.len();
+    // Shares of the regions on the diagonal; beside it they cancel.
+    let triangle = |share: f64, off: f64, diagonal: &[f64]| -> Vec<f64> {
+        let entry = |i: usize, j: usize| if i == j { share * diagonal[i] } else { off * diagonal[j] };
+        (0..r).flat_map(|i| (0..=i).map(move |j| entry(i, j))).collect()
+    };
+    let matrices = |diagonal: &[f64]| -> Vec<f64> {
+        let rows = [(0.25, 0.0), (0.25, 0.0625), (0.5, -0.0625)];
+        rows.into_iter().flat_map(|(share, off)| triangle(share, off, diagonal)).collect()
+    };
+    let parameters = [
+        [1.0, 0.0, 1.0, 0.5, 2.0, 1.0],
+        [1.0, 1.0, 1.0, 0.25, 4.0, 1.0],
+        [3.0, 1.0, 0.0, 0.5, 1.5, 1.0],
+        [5.0, 0.0, 0.0, 0.0, 1e-4, 1e-6],
+    ];
+    let terms = (0..nodes).flat_map(|node| {
+        let own = (1 + node % 2) as f64;
+        [[node as f64, own, own, 0.0, 0.75], [node as f64, own, 3.0, 0.5, 0.25]]
+    });
+    let terms: Vec<f64> = terms.flatten().collect();
+    let points = [[2.0, 0.25, 1.0, 1e-6, 0.0, 0.015625], [1.0, 1.0, 1.0, 1e-6, 1.0, 0.00390625]];
+    let little = |values: &[f64]| values.iter().flat_map(|x| x.to_le_bytes()).collect::<Vec<u8>>();
+    let names = b"stiffness of the root\nstiffness of the tip\ndensity of the tip\nbeta".to_vec();
+    let packed = (r * (r + 1) / 2) as u64;
+    let regions: Vec<u8> = [1_u32, 2].iter().flat_map(|region| region.to_le_bytes()).collect();
+    let more = [
+        (S::LiveParameters, Element::F64, [4, 6, 1], little(parameters.as_flattened())),
+        (S::LiveNames, Element::U8, [names.len() as u64, 1, 1], names),
+        (S::LiveStiffness, Element::F64, [3, packed, 1], little(&matrices(&lambda))),
+        (S::LiveMass, Element::F64, [3, packed, 1], little(&matrices(&vec![1.0; r]))),
+        (S::LiveRegions, Element::U32, [2, 1, 1], regions),
+        (S::LiveResidual, Element::F64, [2 * nodes as u64, 5, 1], little(&terms)),
+        (S::LiveCertificate, Element::F64, [2, 6, 1], little(points.as_flattened())),
+    ];
+    let is_kept = |section: &Section<'_>| !matches!(section.kind(), S::StaticBound | S::BoundMap);
+    let kept = file.sections().filter(is_kept).map(SectionInput::from);
+    let live = raw_sections(&more)
+        .into_iter()
+        .map(|section| SectionInput { required: section.kind.is_live(), ..section });
+    let inputs: Vec<SectionInput<'_>> = kept.chain(live).collect();
+    let mut metadata = *file.metadata();
+    (metadata.n_parameters, metadata.parameters[0]) = (0, Parameter::UNUSED);
+    let mut out = vec![0; encoded_len(&metadata, &inputs).expect("a length")];
+    encode_into(&metadata, &inputs, &mut out).expect("written");
+    out
+}
+
 /// A file with two lines about repairs more.
 fn with_repairs(bytes: &[u8]) -> Vec<u8> {
     let text =
@@ -277,6 +333,7 @@ pub fn all() -> Vec<(&'static str, Vec<u8>)> {
         ("dashpots.vdm", with_dashpots(&reactions(&exact), &[4.0, -2.0, 16.0, 0.0, 8.0, 32.0])),
         ("ports.vdm", ports(&exact)),
         ("patch.vdm", patch(&exact)),
+        ("parametric.vdm", parametric(&exact)),
         ("reactions.vdm", reactions(&exact)),
         ("base.vdm", base(&exact)),
         ("bent.vdm", bent(&body(LAYOUT, 6).file(&bathe(), &STEP, Element::F64), &[])),

@@ -190,7 +190,8 @@ pub use motion::strain::{EnergyAccount, Training};
 #[cfg(feature = "parametric")]
 pub use parametric::{
     error::ParametricError,
-    model::{Parametric, ParametricSizes, STEPPED_MODES},
+    model::{Parametric, STEPPED_MODES},
+    solve::ParametricSizes,
     tuned::Tuned,
 };
 pub use scene::cost::Cost;

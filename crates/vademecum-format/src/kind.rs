@@ -398,9 +398,9 @@ kinds! {
     PatchResidual = 109: 13, optional, REAL, [Any, Of(9)];
     /// Distance `h` of two contacts from which on section 109 adds nothing between them \[m\], `f64 (1)`.
     ContactPatch = 110: 13, optional, F64, [Of(1)];
-    /// Live parameters of a parametric reduced-order model: role, live region, 1 if its range is walked in the
-    /// logarithm, smallest and largest value, value as built ([`LiveParameters`](crate::LiveParameters));
-    /// `f64 (any, 6)`. Since version 1.14, as all below.
+    /// Live parameters of a parametric reduced-order model: role, live region, 1 if its range is walked in
+    /// the logarithm, smallest and largest value, value as built
+    /// ([`LiveParameters`](crate::LiveParameters)); `f64 (any, 6)`. Since version 1.14, as all below.
     LiveParameters = 111: 14, required, F64, [Any, Of(6)];
     /// Names of the live parameters, UTF-8, one a line.
     LiveNames = 112: 14, required, U8, [Any];

@@ -41,6 +41,7 @@ impl Keep {
                 | S::Repairs
                 | S::StructureFigures
                 | S::MeshError
+                | S::LiveCertificate
         );
         let surface = matches!(
             kind,
@@ -87,6 +88,7 @@ impl Keep {
                 | S::PatchPairs
                 | S::PatchResidual
                 | S::ContactPatch
+                | S::LiveResidual
         );
         match self {
             Self::Probes => !(inside || surface || for_people),

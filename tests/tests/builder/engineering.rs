@@ -93,7 +93,7 @@ fn a_whole_free_cylinder() {
     let text = std::fs::read_to_string(repository().join("tests/witnesses/fv41.toml")).expect("a problem");
     let (text, _) = text.split_once("[[support]]").expect("supports to leave out");
     let problem = Problem::parse(text, "fv41.toml", folder.path().into()).expect("a problem");
-    let (modes, shapes) = natural_modes(&problem, Some(64), None, &Silent).expect("modes");
+    let (modes, shapes) = natural_modes(&problem, Some(64), None, &[], &Silent).expect("modes");
     let mesh = shapes.mesh();
     // Those in which no point moves along the circle.
     let along = |shape: &[f64]| {

@@ -20,6 +20,7 @@ mod natural_modes;
 mod needless;
 mod oracles;
 mod parameters;
+mod parametric;
 mod patch;
 mod projection;
 mod quadrangles;

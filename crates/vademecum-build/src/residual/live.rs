@@ -29,8 +29,8 @@ const NEIGHBOURS: usize = 8;
 /// Sweeps of the fit.
 const SWEEPS: usize = 400;
 
-/// A term of the scale of a node: the node's place, two live regions, share of the second, weight. Region 0 is
-/// what is not live, and one past the last stands for the mean of all.
+/// A term of the scale of a node: the node's place, two live regions, share of the second, weight. Region 0
+/// is what is not live, and one past the last stands for the mean of all.
 pub(crate) type ScaleTerm = [f64; 5];
 
 /// Traces of the residual flexibility outside of a basis, at each node; none where entries of the inverse are

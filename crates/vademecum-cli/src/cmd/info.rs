@@ -85,6 +85,8 @@ struct Contents {
     axes: Vec<AxisReport>,
     canonical: Option<CanonicalAxes>,
     parameters: Vec<ParameterReport>,
+    /// Points of their box at which a parametric model was measured.
+    parameter_points: Vec<PointReport>,
     load_patterns: Vec<String>,
     probes: Vec<String>,
     /// None of a body with supports.
@@ -129,6 +131,33 @@ struct ParameterReport {
     lower: f64,
     upper: f64,
     nominal: f64,
+}
+
+/// A point of the box of live parameters.
+#[derive(serde::Serialize)]
+struct PointReport {
+    values: Vec<f64>,
+    trained: bool,
+    trajectory_error: f64,
+}
+
+/// Live parameters: those of the metadata, and those of a parametric model.
+fn parameters(file: &File<'_>) -> Vec<ParameterReport> {
+    let live = file.live_parameters().ok().flatten();
+    let of_model = live.iter().flat_map(|live| live.iter());
+    let own = file.metadata().active_parameters().iter().copied();
+    own.chain(of_model).map(|parameter| ParameterReport::from(&parameter)).collect()
+}
+
+fn parameter_points(file: &File<'_>) -> Result<Vec<PointReport>, FileError> {
+    let Some(section) = file.section(SectionKind::LiveCertificate) else { return Ok(vec![]) };
+    let columns = section.shape()[1] as usize;
+    let rows = numbers(file, SectionKind::LiveCertificate)?;
+    let point = |row: &[f64]| {
+        let (values, last) = row.split_last_chunk::<2>()?;
+        Some(PointReport { values: values.to_vec(), trained: last[0] != 0.0, trajectory_error: last[1] })
+    };
+    Ok(rows.chunks_exact(columns.max(2)).filter_map(point).collect())
 }
 
 impl From<&Axis<'_>> for AxisReport {
@@ -438,7 +467,8 @@ impl Info {
             terms: certificate.terms,
             canonical: canonical.as_ref().map(CanonicalAxes::new),
             axes: m.active_axes().iter().map(AxisReport::from).collect(),
-            parameters: m.active_parameters().iter().map(ParameterReport::from).collect(),
+            parameters: parameters(file),
+            parameter_points: parameter_points(file)?,
             load_patterns: lines(file, SectionKind::PatternNames)?,
             probes: lines(file, SectionKind::ProbeNames)?,
             free_body: FreeReport::of(file),

@@ -151,8 +151,8 @@ fn orthonormalise(before: &[f64], n: usize, x: &mut [f64]) -> Result<(), NoConve
     Ok(())
 }
 
-/// Elimination of `T − λ` with row pivots: multipliers in `lower`, negative ones below 2 where rows were
-/// exchanged are told by `second`, which holds the second upper diagonal.
+/// Elimination of `T − λ` with row pivots: multipliers in `lower`, 4 above their value where rows were
+/// exchanged, and the upper diagonals in the others.
 fn eliminate(
     (diagonal, off): (&[f64], &[f64]),
     shift: f64,

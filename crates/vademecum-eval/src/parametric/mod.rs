@@ -5,5 +5,6 @@ pub(crate) mod error;
 pub(crate) mod model;
 pub(crate) mod residual;
 pub(crate) mod rows;
+pub(crate) mod solve;
 pub(crate) mod tuned;
 pub(crate) mod write;

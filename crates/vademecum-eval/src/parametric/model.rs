@@ -1,28 +1,11 @@
 //! A parametric reduced-order model, and its modes at values of its parameters.
 
-use crate::base::lend::Lender;
-use crate::kernels::dense::{at, factor, set, solve_lower_rows, solve_upper, symmetrise, transpose};
-use crate::kernels::lowest::{lowest_eigen, lowest_work};
+use crate::kernels::dense::{at, set};
 use crate::parametric::error::ParametricError;
-use crate::parametric::tuned::Tuned;
-use crate::parametric::write::{Planned, planned};
-use vademecum_format::{File, LiveParameters, Parameter, ParameterRole, filled_len};
+use vademecum_format::{File, LiveParameters, Parameter, ParameterRole};
 
 /// Stepped modes, unless others are asked for.
 pub const STEPPED_MODES: usize = 32;
-
-/// Memory to lend for a parametric model.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct ParametricSizes {
-    /// Bytes of the file at given values.
-    pub bytes: usize,
-    /// Numbers that modes at given values keep.
-    pub memory: usize,
-    /// Numbers of work while modes are found.
-    pub work: usize,
-    /// Numbers of work while the file is written, or a state is carried.
-    pub write_work: usize,
-}
 
 /// A parametric reduced-order model: a body of `r` basis vectors with matrices `K(κ) = Σ κ_q k_q` and
 /// `M(ρ) = Σ ρ_q m_q` of its live regions.
@@ -119,29 +102,6 @@ impl<'f> Parametric<'f> {
         values.iter_mut().zip(self.parameters()).for_each(|(value, own)| *value = own.nominal);
     }
 
-    /// Memory to lend for this number of stepped modes.
-    ///
-    /// # Errors
-    /// [`ParametricError::Modes`], [`ParametricError::Format`].
-    pub fn sizes(&self, modes: usize) -> Result<ParametricSizes, ParametricError> {
-        let r = self.n_basis();
-        if modes == 0 || modes > r {
-            return Err(ParametricError::Modes { found: modes, most: r });
-        }
-        let memory = Tuned::memory_len(self, modes);
-        let work = r * r + if self.live.mass.is_some() { r * r } else { 0 } + lowest_work(r, modes);
-        let write_work = Tuned::write_work(self, modes);
-        Ok(ParametricSizes { bytes: self.bytes_len(modes)?, memory, work, write_work })
-    }
-
-    fn bytes_len(&self, modes: usize) -> Result<usize, ParametricError> {
-        let mut metadata = *self.file.metadata();
-        metadata.n_modes = modes as u32;
-        let mut room = Planned::NONE;
-        let sections = planned(&self.file, modes, &mut room)?;
-        Ok(filled_len(&metadata, sections)?)
-    }
-
     /// Scales of these values.
     pub(crate) fn scales<'v>(&self, values: &'v [f64]) -> Scales<'v> {
         let metadata = self.file.metadata();
@@ -181,7 +141,7 @@ impl<'f> Parametric<'f> {
     }
 
     /// `Σ scale_q a_q` as a full matrix; scales are of the stiffness, or of the density.
-    fn combine(&self, scales: &Scales<'_>, packed: &[[u8; 8]], density: bool, out: &mut [f64]) {
+    pub(crate) fn combine(&self, scales: &Scales<'_>, packed: &[[u8; 8]], density: bool, out: &mut [f64]) {
         let r = self.n_basis();
         out.fill(0.0);
         for (region, own) in packed.chunks_exact((r * (r + 1) / 2).max(1)).enumerate() {
@@ -198,75 +158,5 @@ impl<'f> Parametric<'f> {
                 set(out, j * r + i, at(out, i * r + j));
             }
         }
-    }
-
-    /// The lowest modes at values of all parameters. Lends [`ParametricSizes::memory`] and
-    /// [`ParametricSizes::work`]; `work` is free again afterwards. `O(r³)`.
-    ///
-    /// # Errors
-    /// [`ParametricError`]: values out of the box, memory that is too short, matrices that are not definite.
-    pub fn solve<'m>(
-        &self,
-        values: &[f64],
-        modes: usize,
-        memory: &'m mut [f64],
-        work: &mut [f64],
-    ) -> Result<Tuned<'m>, ParametricError> {
-        let (r, count) = (self.n_basis(), self.n_parameters());
-        let sizes = self.sizes(modes)?;
-        let short = |what, found, needed| ParametricError::LentMemory { what, found, needed };
-        let (found, needed) = (memory.len(), sizes.memory);
-        let memory = memory.get_mut(..needed).ok_or(short("numbers of memory", found, needed))?;
-        let (found, needed) = (work.len(), sizes.work);
-        let work = work.get_mut(..needed).ok_or(short("numbers of work", found, needed))?;
-        if values.len() != count {
-            return Err(ParametricError::Index { index: values.len(), count });
-        }
-        for (index, (parameter, &found)) in self.parameters().zip(values).enumerate() {
-            let Parameter { lower, upper, .. } = parameter;
-            if !(lower..=upper).contains(&found) {
-                return Err(ParametricError::Range { index, found, lower, upper });
-            }
-        }
-        let cut = |_| ParametricError::NoConvergence;
-        let mut lender = Lender::new(memory);
-        let own_values = lender.take(count).map_err(cut)?;
-        own_values.copy_from_slice(values);
-        let eigenvalues = lender.take(modes).map_err(cut)?;
-        let shapes = lender.take(modes * r).map_err(cut)?;
-        let lower = lender.take(r * r).map_err(cut)?;
-        let mass = lender.take(if self.live.mass.is_some() { r * r } else { 0 }).map_err(cut)?;
-
-        let mut lender = Lender::new(work);
-        let stiffness = lender.take(r * r).map_err(cut)?;
-        let mass_factor = lender.take(mass.len()).map_err(cut)?;
-        let eigen = lender.rest();
-        let scales = self.scales(values);
-        self.combine(&scales, self.live.stiffness, false, stiffness);
-        lower.copy_from_slice(stiffness);
-        factor(lower, r, 0.0).map_err(|_| ParametricError::NoConvergence)?;
-        if let Some(packed) = self.live.mass {
-            self.combine(&scales, packed, true, mass);
-            mass_factor.copy_from_slice(mass);
-            factor(mass_factor, r, 0.0).map_err(|_| ParametricError::NoConvergence)?;
-            solve_lower_rows(mass_factor, r, stiffness, r);
-            transpose(stiffness, r);
-            solve_lower_rows(mass_factor, r, stiffness, r);
-            symmetrise(stiffness, r);
-        }
-        lowest_eigen(stiffness, r, eigenvalues, shapes, eigen).map_err(|_| ParametricError::NoConvergence)?;
-        if self.live.mass.is_some() {
-            shapes.chunks_exact_mut(r.max(1)).for_each(|shape| solve_upper(mass_factor, r, shape));
-        } else {
-            // `BᵀMB` is the identity times the density of the whole body.
-            let scale = 1.0 / libm::sqrt(scales.density);
-            shapes.iter_mut().for_each(|x| *x *= scale);
-            eigenvalues.iter_mut().for_each(|value| *value /= scales.density);
-        }
-        if !eigenvalues.iter().all(|value| *value > 0.0 && value.is_finite()) {
-            return Err(ParametricError::NoConvergence);
-        }
-        let density = scales.density;
-        Ok(Tuned { values: own_values, eigenvalues, shapes, lower, mass, density })
     }
 }

@@ -1,5 +1,5 @@
-//! Residual flexibility at values of the parameters: the modes of the basis that are not stepped, exactly, and
-//! the part outside of the basis, scaled.
+//! Residual flexibility at values of the parameters: the modes of the basis that are not stepped, exactly,
+//! and the part outside of the basis, scaled.
 //!
 //! With the factor `A = L Lᵀ` of the reduced stiffness, rows `a`, `b` over the basis and `a'`, `b'` over the
 //! stepped modes, the modes that are not stepped answer by `a (A⁻¹ − X Λ⁻¹ Xᵀ) bᵀ = (L⁻¹a)·(L⁻¹b) − a'Λ⁻¹b'`.

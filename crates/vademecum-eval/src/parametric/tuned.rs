@@ -1,12 +1,8 @@
-//! A parametric model at values of its parameters: modes, the file they give, and states carried over.
+//! A parametric model at values of its parameters: modes, and states carried over.
 
 use crate::base::lend::Lender;
 use crate::kernels::dense::{add_scaled, apply, at, dot};
 use crate::parametric::error::ParametricError;
-use crate::parametric::model::Parametric;
-use crate::parametric::residual::Statics;
-use crate::parametric::write::{Filler, Planned, planned};
-use vademecum_format::{Certificate, File, MAX_PARAMETERS, Metadata, Parameter, SectionKind, encode_filled};
 
 /// The lowest modes of a parametric model at values of its parameters.
 #[derive(Clone, Copy, Debug)]
@@ -23,24 +19,6 @@ pub struct Tuned<'m> {
 }
 
 impl<'m> Tuned<'m> {
-    pub(crate) const fn memory_len(model: &Parametric<'_>, modes: usize) -> usize {
-        let r = model.live.n_modes;
-        let squares = if model.live.mass.is_some() { 2 } else { 1 };
-        model.live.len() + modes + modes * r + squares * r * r
-    }
-
-    pub(crate) fn write_work(model: &Parametric<'_>, modes: usize) -> usize {
-        let (r, metadata) = (model.live.n_modes, model.file.metadata());
-        let statics = if model.file.section(SectionKind::ContactResidual).is_some() {
-            let rows = 3 * metadata.n_load_nodes as usize;
-            let rows = rows + metadata.n_probes as usize + metadata.n_patterns as usize;
-            Statics::len(rows, r, modes) + metadata.n_load_nodes as usize
-        } else {
-            0
-        };
-        statics + 6 * (r + modes) + 2 * r
-    }
-
     /// Values of the parameters.
     #[must_use]
     pub const fn values(&self) -> &'m [f64] {
@@ -57,49 +35,6 @@ impl<'m> Tuned<'m> {
     #[must_use]
     pub const fn shapes(&self) -> &'m [f64] {
         self.shapes
-    }
-
-    /// Writes the body at these values as an ordinary file and opens it. Lends [`ParametricSizes::bytes`] and
-    /// [`ParametricSizes::write_work`](crate::ParametricSizes::write_work). `O(rows r m)`, and with residual
-    /// flexibility `O(nodes r²)`.
-    ///
-    /// [`ParametricSizes::bytes`]: crate::ParametricSizes::bytes
-    ///
-    /// # Errors
-    /// [`ParametricError::LentMemory`], [`ParametricError::Format`]: sections that are compressed.
-    pub fn write<'b>(
-        &self,
-        model: &Parametric<'_>,
-        bytes: &'b mut [u8],
-        work: &mut [f64],
-    ) -> Result<File<'b>, ParametricError> {
-        let modes = self.eigenvalues.len();
-        let sizes = model.sizes(modes)?;
-        let short = |what, found, needed| ParametricError::LentMemory { what, found, needed };
-        if bytes.len() < sizes.bytes {
-            return Err(short("bytes of the file", bytes.len(), sizes.bytes));
-        }
-        if work.len() < sizes.write_work {
-            return Err(short("numbers of work", work.len(), sizes.write_work));
-        }
-        let scales = model.scales(self.values);
-        let mut room = Planned::NONE;
-        let sections = planned(&model.file, modes, &mut room)?;
-        let metadata = Metadata {
-            n_modes: modes as u32,
-            time_step: scales.time_step,
-            alpha: scales.alpha,
-            beta: scales.beta,
-            n_parameters: 0,
-            parameters: [Parameter::UNUSED; MAX_PARAMETERS],
-            certificate: Certificate::default(),
-            ..*model.file.metadata()
-        };
-        let mut filler = Filler::new(model, self, &scales, work)?;
-        let fill = |kind, place: &mut [u8]| filler.fill(kind, place);
-        let length = encode_filled(&metadata, sections, fill, bytes)?;
-        let bytes: &'b [u8] = bytes;
-        Ok(File::parse(bytes.get(..length).unwrap_or_default())?)
     }
 
     /// Carries modal coordinates (or their rates) from other values of the parameters to these, by the

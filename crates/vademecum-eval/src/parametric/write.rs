@@ -122,6 +122,19 @@ pub(crate) fn planned<'p>(
     Ok(room.0.get(..count).unwrap_or_default())
 }
 
+/// Numbers of work of a [`Filler`].
+pub(crate) fn write_work(model: &Parametric<'_>, modes: usize) -> usize {
+    let (r, metadata) = (model.live.n_modes, model.file.metadata());
+    let statics = if model.file.section(S::ContactResidual).is_some() {
+        let rows = 3 * metadata.n_load_nodes as usize;
+        let rows = rows + metadata.n_probes as usize + metadata.n_patterns as usize;
+        Statics::len(rows, r, modes) + metadata.n_load_nodes as usize
+    } else {
+        0
+    };
+    statics + 6 * (r + modes) + 2 * r
+}
+
 /// Writes the sections.
 pub(crate) struct Filler<'w, 'f> {
     model: &'w Parametric<'f>,
@@ -144,7 +157,7 @@ impl<'w, 'f> Filler<'w, 'f> {
     ) -> Result<Self, ParametricError> {
         let (r, m, metadata) = (model.n_basis(), tuned.eigenvalues.len(), model.file.metadata());
         let found = work.len();
-        let needed = Tuned::write_work(model, m);
+        let needed = write_work(model, m);
         let short = |_| ParametricError::LentMemory { what: "numbers of work", found, needed };
         let mut lender = Lender::new(work);
         let row = lender.take(2 * r).map_err(short)?;

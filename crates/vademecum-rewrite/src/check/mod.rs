@@ -8,6 +8,7 @@ mod dashpots;
 mod embedded;
 mod factor;
 mod geometry;
+mod live;
 mod matrices;
 mod names;
 mod patch;
@@ -105,6 +106,7 @@ pub fn check_limited(bytes: &[u8], limit: u64) -> Result<CheckReport, RewriteErr
     dashpots::check(&raw)?;
     ports::check(&raw)?;
     patch::check(&raw)?;
+    live::check(&raw)?;
     strain::check(&raw)?;
     stress::check(&raw)?;
     reactions::check(&raw)?;

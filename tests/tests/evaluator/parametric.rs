@@ -1,0 +1,245 @@
+//! Live regions of a parametric reduced-order model: modes, files and states at values of the parameters,
+//! against dense matrices, and a built body against the full model at corners of its box.
+
+use faer::linalg::solvers::DenseSolveCore as _;
+use faer::{Mat, Side};
+use vademecum_build::input::Problem;
+use vademecum_build::pipeline::{BuildOptions, build};
+use vademecum_build::prepared::prepare;
+use vademecum_build::progress::{Silent, Stopwatch};
+use vademecum_eval::{Parametric, ParametricError};
+use vademecum_format::{File, SectionKind as S};
+use vademecum_study::live::{at_values, prepared_at};
+use vademecum_study::modes::natural_modes;
+use vademecum_study::parameters::ParameterValue;
+use vademecum_study::player::PlayOptions;
+use vademecum_study::scenario::Scenario;
+use vademecum_study::verify::{Figures, verify};
+use vademecum_tests::golden;
+
+/// A beam of two regions on eight divisions; both stiffnesses and the step are live.
+const BEAM: &str = r#"
+representation = "parametric"
+[mesh]
+block = { lengths = [1.0, 0.1, 0.12], divisions = [8, 1, 1], order = "quadratic" }
+[[mesh.region]]
+name = "tip"
+on = { fraction = { axis = "x", side = "max", fraction = 0.5 } }
+[[material]]
+young = 2.1e9
+poisson = 0.3
+density = 1200.0
+[damping]
+ratio = 0.02
+[[support]]
+on = { group = "x_min" }
+[load]
+surface = { group = "z_max" }
+[time]
+step = 1e-3
+[basis]
+modes = 40
+[tolerance]
+steps = 200
+[[parameter]]
+name = "root"
+kind = "stiffness"
+region = "body"
+range = [0.25, 4.0]
+scale = "log"
+[[parameter]]
+name = "tip"
+kind = "stiffness"
+region = "tip"
+range = [0.25, 4.0]
+scale = "log"
+[[parameter]]
+name = "step"
+kind = "time-step"
+range = [0.5e-3, 2e-3]
+"#;
+
+fn problem(text: &str) -> Problem {
+    Problem::parse(text, "beam.toml", std::path::PathBuf::new()).expect("a problem")
+}
+
+fn numbers(file: &File<'_>, kind: S) -> Vec<f64> {
+    file.section(kind).expect("a section").numbers().expect("raw").iter().collect()
+}
+
+/// Sum of the packed matrices of a section at these scales.
+fn dense(file: &File<'_>, kind: S, scales: &[f64]) -> Mat<f64> {
+    let r = file.metadata().n_modes as usize;
+    let packed = numbers(file, kind);
+    Mat::from_fn(r, r, |i, j| {
+        let (i, j) = (i.max(j), i.min(j));
+        let place = i * (i + 1) / 2 + j;
+        scales.iter().enumerate().map(|(q, scale)| scale * packed[q * r * (r + 1) / 2 + place]).sum()
+    })
+}
+
+/// The file at these values with so many modes.
+fn set(file: &File<'_>, values: &[f64], modes: usize) -> Result<Vec<u8>, ParametricError> {
+    let model = Parametric::new(file)?;
+    let sizes = model.sizes(modes)?;
+    let (mut memory, mut work) = (vec![f64::NAN; sizes.memory], vec![f64::NAN; sizes.work]);
+    let tuned = model.solve(values, modes, &mut memory, &mut work)?;
+    let (mut bytes, mut work) = (vec![0xff; sizes.bytes], vec![f64::NAN; sizes.write_work]);
+    let length = tuned.write(&model, &mut bytes, &mut work)?.bytes().len();
+    assert_eq!(length, sizes.bytes);
+    Ok(bytes)
+}
+
+#[test]
+fn at_the_values_as_built_the_file_is_what_it_was() {
+    let bytes = golden::named("parametric.vdm");
+    let file = File::parse(&bytes).expect("a file");
+    let model = Parametric::new(&file).expect("a model");
+    let mut values = vec![0.0; model.n_parameters()];
+    model.nominal_into(&mut values);
+    let found = set(&file, &values, 3).expect("set");
+    let found = File::parse(&found).expect("a file");
+    assert!(found.live_parameters().expect("none").is_none());
+    for kind in [S::Eigenvalues, S::SurfaceBasis, S::ProbeRows, S::ContactResidual, S::PairResidual] {
+        let (own, theirs) = (numbers(&found, kind), numbers(&file, kind));
+        let largest = theirs.iter().fold(0.0, |m: f64, x| m.max(x.abs()));
+        assert_eq!(own.len(), theirs.len());
+        // A mode has no sign.
+        let sized = |x: f64| if kind == S::PairResidual { x } else { x.abs() };
+        for (a, b) in own.iter().zip(&theirs) {
+            assert!((sized(*a) - sized(*b)).abs() < 1e-12 * largest, "{kind}: {a} beside {b}");
+        }
+    }
+    let [own, theirs] = [&found, &file].map(|file| file.metadata().time_step);
+    assert_eq!(own, theirs);
+}
+
+#[test]
+fn modes_and_static_answers_are_those_of_the_reduced_matrices() {
+    let bytes = golden::named("parametric.vdm");
+    let file = File::parse(&bytes).expect("a file");
+    let values = [0.5, 3.0, 1.25, 5e-5];
+    let stiffness = dense(&file, S::LiveStiffness, &[1.0, 0.5, 3.0]);
+    let mass = dense(&file, S::LiveMass, &[1.0, 1.0, 1.25]);
+    let lower = mass.llt(Side::Lower).expect("definite");
+    let mut half = stiffness.clone();
+    lower.L().solve_lower_triangular_in_place(half.as_mut());
+    let mut whole = half.transpose().to_owned();
+    lower.L().solve_lower_triangular_in_place(whole.as_mut());
+    let expected = whole.self_adjoint_eigenvalues(Side::Lower).expect("eigenvalues");
+
+    let found = set(&file, &values, 2).expect("set");
+    let found = File::parse(&found).expect("a file");
+    assert_eq!(found.metadata().n_modes, 2);
+    assert_eq!(found.metadata().beta, 5e-5);
+    let lambda = numbers(&found, S::Eigenvalues);
+    for (found, expected) in lambda.iter().zip(&expected) {
+        assert!((found / expected - 1.0).abs() < 1e-12, "{found} beside {expected}");
+    }
+    // Modes and what stands beside them are the whole answer of the basis, and the rest scaled.
+    let nodes = file.metadata().n_load_nodes as usize;
+    let (rows, shown) = (numbers(&file, S::SurfaceBasis), numbers(&found, S::SurfaceBasis));
+    let (built, residual) = (numbers(&file, S::ContactResidual), numbers(&found, S::ContactResidual));
+    let inverse = stiffness.llt(Side::Lower).expect("definite").inverse();
+    for node in 0..nodes {
+        let own = if node % 2 == 0 { 0.5 } else { 3.0 };
+        let mean = 0.5 * (0.5 + 3.0);
+        let scale = 0.75 / own + 0.25 / (0.5 * own + 0.5 * mean);
+        for (place, (i, j)) in [(0, 0), (0, 1), (0, 2), (1, 1), (1, 2), (2, 2)].into_iter().enumerate() {
+            let row = |c: usize| Mat::from_fn(3, 1, |k, _| rows[3 * (3 * node + c) + k]);
+            let whole = (row(i).transpose() * &inverse * row(j))[(0, 0)] + scale * built[6 * node + place];
+            let modal = |k: usize| shown[2 * (3 * node + i) + k] * shown[2 * (3 * node + j) + k] / lambda[k];
+            let found = modal(0) + modal(1) + residual[6 * node + place];
+            assert!((found - whole).abs() < 1e-11 * built[0], "{node}: {found} beside {whole}");
+        }
+    }
+}
+
+#[test]
+fn settings_are_checked_and_change_nothing_when_they_are_refused() {
+    use ParametricError as E;
+    let bytes = golden::named("parametric.vdm");
+    let file = File::parse(&bytes).expect("a file");
+    let model = Parametric::new(&file).expect("a model");
+    let names: Vec<&str> = model.parameters().map(|p| p.name).collect();
+    assert_eq!(names, ["stiffness of the root", "stiffness of the tip", "density of the tip", "beta"]);
+    assert_eq!(model.find("beta"), Some(3));
+    let mut values = [1.0, 1.0, 1.0, 1e-6];
+    let before = values;
+    assert_eq!(model.set(&mut values, &[(0, 1.5), (4, 1.0)]), Err(E::Index { index: 4, count: 4 }));
+    assert_eq!(model.set(&mut values, &[(0, 1.5), (0, 1.0)]), Err(E::Twice { index: 0 }));
+    let range = |found| E::Range { index: 1, found, lower: 0.25, upper: 4.0 };
+    assert_eq!(model.set(&mut values, &[(0, 1.5), (1, 4.5)]), Err(range(4.5)));
+    assert!(model.set(&mut values, &[(1, f64::NAN)]).is_err());
+    assert_eq!(values, before);
+    model.set(&mut values, &[(0, 1.5), (3, 2e-5)]).expect("set");
+    assert_eq!(values, [1.5, 1.0, 1.0, 2e-5]);
+    assert_eq!(set(&file, &[1.0, 9.0, 1.0, 0.0], 2).err(), Some(range(9.0)));
+    assert_eq!(model.sizes(4).err(), Some(E::Modes { found: 4, most: 3 }));
+    assert_eq!(model.sizes(0).err(), Some(E::Modes { found: 0, most: 3 }));
+    let sizes = model.sizes(2).expect("sizes");
+    let short = model.solve(&values, 2, &mut [], &mut vec![0.0; sizes.work]);
+    let needed = sizes.memory;
+    assert_eq!(short.err(), Some(E::LentMemory { what: "numbers of memory", found: 0, needed }));
+    let other = golden::named("patch.vdm");
+    let other = File::parse(&other).expect("a file");
+    assert_eq!(Parametric::new(&other).err(), Some(E::NotParametric));
+}
+
+#[test]
+fn a_state_carried_to_other_values_gains_no_kinetic_energy() {
+    let bytes = golden::named("parametric.vdm");
+    let file = File::parse(&bytes).expect("a file");
+    let model = Parametric::new(&file).expect("a model");
+    let sizes = model.sizes(2).expect("sizes");
+    let mut memory = [vec![0.0; sizes.memory], vec![0.0; sizes.memory], vec![0.0; sizes.memory]];
+    let mut work = vec![0.0; sizes.work.max(sizes.write_work)];
+    let [first, second, third] = &mut memory;
+    let soft = model.solve(&[0.5, 0.25, 1.0, 0.0], 2, first, &mut work).expect("solved");
+    let stiff = model.solve(&[2.0, 4.0, 1.0, 0.0], 2, second, &mut work).expect("solved");
+    let rates = [0.75, -0.5];
+    let (mut carried, mut back) = ([0.0; 2], [0.0; 2]);
+    stiff.carry(&soft, &rates, &mut carried, &mut work).expect("carried");
+    let energy = |q: &[f64; 2]| 0.5 * (q[0] * q[0] + q[1] * q[1]);
+    assert!(energy(&carried) <= energy(&rates) * (1.0 + 1e-14), "{carried:?}");
+    assert!(energy(&carried) > 0.5 * energy(&rates));
+    // To the same values and back nothing is lost.
+    let same = model.solve(&[0.5, 0.25, 1.0, 0.0], 2, third, &mut work).expect("solved");
+    same.carry(&soft, &rates, &mut back, &mut work).expect("carried");
+    assert!(back.iter().zip(rates).all(|(a, b)| (a - b).abs() < 1e-13), "{back:?}");
+}
+
+#[test]
+fn a_built_beam_follows_the_full_model_to_corners_that_trained_nothing() {
+    let problem = problem(BEAM);
+    let built = build(&problem, &BuildOptions::default(), &Silent).expect("built").kept().expect("kept");
+    let file = File::parse(&built.bytes).expect("a file");
+    assert_eq!(file.metadata().active_parameters().len(), 0);
+    let points = numbers(&file, S::LiveCertificate);
+    assert!(points.chunks_exact(5).all(|point| point[3] == 0.0 && point[4] < 5e-3), "{points:?}");
+
+    let scenario =
+        "duration = 0.2\n[[contact]]\npoint = [0.9, 0.03, 0.12]\nforce = [0.0, 4.0, -9.0]\nend = 0.08\n";
+    let scenario = Scenario::parse(scenario, "push.toml").expect("a scenario");
+    for [root, tip] in [[0.25, 4.0], [4.0, 0.3], [0.7, 1.9]] {
+        let value = |name: &str, value: f64| ParameterValue { name: name.into(), value };
+        let asked = [value("root", root), value("tip", tip), value("step", 1e-3)];
+        let body = at_values(&file, &asked, None).expect("set").expect("a model");
+        let at = File::parse(&body.bytes).expect("a file");
+        let lambda = numbers(&at, S::Eigenvalues);
+        let (exact, _) = natural_modes(&problem, Some(4), None, &asked, &Silent).expect("modes");
+        for (value, exact) in lambda.iter().zip(&exact.frequencies_hz) {
+            let hertz = value.sqrt() / std::f64::consts::TAU;
+            assert!((hertz / exact - 1.0).abs() < 1e-5, "{hertz} beside {exact} at {root}, {tip}");
+        }
+        let mut prepared = prepare(&problem, &mut Stopwatch::new(&Silent), &Silent).expect("prepared");
+        prepared_at(&mut prepared, &body.values).expect("values of the problem");
+        let options = PlayOptions::default();
+        let found = verify(&at, &options, &problem, &prepared, &scenario, &Silent).expect("verified");
+        let Figures::Linear(figures) = found.figures else { panic!("a linear body") };
+        let error = figures.truth.total_error;
+        assert!(error < 2e-3, "{error:e} at {root}, {tip}");
+        let contact = figures.truth.contact_error.expect("a contact");
+        assert!(contact < 1e-2, "{contact:e} under the contact at {root}, {tip}");
+    }
+}
