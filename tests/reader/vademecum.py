@@ -28,7 +28,9 @@ MeshError""".split()
 MODELS = "Compliance EmbeddedNodes EmbeddedWeights EmbeddedTriangles DampingRows Quadrangles".split()
 PORTS = """PortNames PortTable PortFrames PortNodes PortFacets PortRows PortCompliance PortInertia PortResidual
 PortProbes PortPatterns ProbeMotions ContactModes PatchPairs PatchResidual ContactPatch""".split()
+LIVE = "LiveParameters LiveNames LiveStiffness LiveMass LiveRegions LiveResidual LiveCertificate".split()
 KINDS = dict(enumerate(NAMES, start=1)) | dict(enumerate(MODELS, start=75)) | dict(enumerate(PORTS, start=95))
+KINDS |= dict(enumerate(LIVE, start=111))
 
 
 class Refused(Exception):
