@@ -15,8 +15,8 @@ pub use entries::{BoxEntry, ContactEntry, NodesEntry, OutputEntry, RigidEntry, W
 pub use error::AssemblyError;
 pub use file::{AssemblyFile, JointEntry, JointKind, PartEntry};
 pub use world::{
-    GivenPart, PartBytes, PartPoint, WorldPlan, WorldRow, WorldRunError, WorldRunOptions, WorldRunReport,
-    WorldSavedError, WorldSimulation, WorldSink, run_world,
+    GivenPart, PartBytes, PartPoint, PartSurface, WorldPlan, WorldRow, WorldRunError, WorldRunOptions,
+    WorldRunReport, WorldSavedError, WorldSimulation, WorldSink, run_world,
 };
 
 use vademecum_build::mesh::{Mesh, hash};

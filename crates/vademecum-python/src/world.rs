@@ -329,7 +329,9 @@ impl PyWorld {
     /// a port that is a frame, "part.port", a rigid body, "part", or, second, "ground". `at` is the point in
     /// space where a rigid body or the ground is held; `length` in m, and `stiffness` in N/m, are those of a
     /// cable; ports farther apart than `distance` in m are refused.
-    #[pyo3(signature = (kind, first, second, *, at=None, length=None, stiffness=None, distance=None, name=None))]
+    #[pyo3(signature = (
+        kind, first, second, *, at=None, length=None, stiffness=None, distance=None, name=None,
+    ))]
     #[expect(clippy::too_many_arguments, reason = "keywords of Python")]
     fn join(
         &self,
@@ -435,7 +437,7 @@ impl PyWorld {
     ) -> PyResult<Bound<'py, PyAny>> {
         let mut locked = self.moving(py)?;
         let (part, world) = locked.part(part)?;
-        let count = world.surface(part).map_or(0, |(nodes, _)| nodes.len());
+        let count = world.surface(part).map_or(0, |surface| surface.nodes.len());
         filled::<f64>(py, &[count, 3], out, |slice| {
             world.nodes_into(part, slice.as_chunks_mut().0).map_err(failed)
         })
@@ -446,14 +448,13 @@ impl PyWorld {
         let mut locked = self.moving(py)?;
         let (part, world) = locked.part(part)?;
         let triangles =
-            world.surface(part).map_or(vec![], |(_, triangles)| triangles.as_flattened().to_vec());
+            world.surface(part).map_or(vec![], |surface| surface.triangles.as_flattened().to_vec());
         let count = triangles.len() / 3;
         owned(py, triangles, &[count, 3])
     }
 
     /// Reads the placement of a part: position of the origin of its coordinates in m, and its rotation, a
     /// quaternion, the real part first.
-    #[expect(clippy::type_complexity, reason = "two arrays for Python")]
     fn pose<'py>(&self, py: Python<'py>, part: &str) -> PyResult<(Bound<'py, PyAny>, Bound<'py, PyAny>)> {
         let mut locked = self.moving(py)?;
         let (part, world) = locked.part(part)?;
@@ -588,7 +589,6 @@ impl PyWorld {
     }
 
     /// Reads the reduced coordinates of a part and their velocity, one number per mode each.
-    #[expect(clippy::type_complexity, reason = "two arrays for Python")]
     fn coordinates<'py>(
         &self,
         py: Python<'py>,

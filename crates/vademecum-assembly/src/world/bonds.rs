@@ -8,7 +8,7 @@ use crate::file::AssemblyFile;
 use crate::world::error::WorldRunError;
 use crate::world::joints::Joined;
 use crate::world::overlap::{Skin, overlap};
-use crate::world::parts::{Shape, ports};
+use crate::world::parts::{PartSurface, ports};
 
 /// Pairs that may touch, and joints.
 pub(crate) struct Bonds {
@@ -20,7 +20,7 @@ pub(crate) struct Bonds {
 pub(crate) fn bonds(
     file: &AssemblyFile,
     opened: &[Option<File<'_>>],
-    shapes: &[Shape],
+    shapes: &[PartSurface],
 ) -> Result<Bonds, WorldRunError> {
     let skin = |part: usize| {
         let pose = Pose::new(file.parts[part].position, file.parts[part].rotation);

@@ -154,7 +154,7 @@ fn all_nodes<'n>(
 ) -> Result<&'n [[f64; 3]], WorldRunError> {
     let mut rest = &mut *nodes;
     for part in 0..world.file().parts.len() {
-        let count = world.surface(part).map_or(0, |(nodes, _)| nodes.len());
+        let count = world.surface(part).map_or(0, |surface| surface.nodes.len());
         let (own, behind) = rest.split_at_mut(count);
         world.nodes_into(part, own)?;
         rest = behind;
@@ -176,10 +176,10 @@ fn steps(file: &AssemblyFile, time_step: f64) -> Result<usize, WorldRunError> {
 fn plan(world: &WorldSimulation, steps: usize) -> WorldPlan {
     let (mut triangles, mut part_of_node) = (vec![], vec![]);
     for part in 0..world.file().parts.len() {
-        let Some((nodes, own)) = world.surface(part) else { continue };
+        let Some(surface) = world.surface(part) else { continue };
         let first = part_of_node.len() as u32;
-        triangles.extend(own.iter().map(|triangle| triangle.map(|node| first + node)));
-        part_of_node.extend(std::iter::repeat_n(part as f64, nodes.len()));
+        triangles.extend(surface.triangles.iter().map(|triangle| triangle.map(|node| first + node)));
+        part_of_node.extend(std::iter::repeat_n(part as f64, surface.nodes.len()));
     }
     let columns = columns(world.file());
     WorldPlan { steps, time_step: world.time_step(), columns, triangles, part_of_node }

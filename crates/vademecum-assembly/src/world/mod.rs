@@ -14,6 +14,6 @@ mod simulation;
 
 pub use error::WorldRunError;
 pub use march::{WorldPlan, WorldRow, WorldRunOptions, WorldRunReport, WorldSink, run_world};
-pub use parts::{GivenPart, PartBytes};
+pub use parts::{GivenPart, PartBytes, PartSurface};
 pub use saved::WorldSavedError;
 pub use simulation::{PartPoint, WorldSimulation};

@@ -117,10 +117,14 @@ fn check(part: &str, opened: &File<'_>) -> Result<(), AssemblyError> {
 }
 
 /// Nodes and triangles of a surface.
-type Skin = (Vec<[f64; 3]>, Vec<[u32; 3]>);
+type SurfaceArrays = (Vec<[f64; 3]>, Vec<[u32; 3]>);
 
 /// The surface that the entry of a rigid body names.
-fn surface(file: &AssemblyFile, entry: &PartEntry, rigid: &RigidEntry) -> Result<Skin, WorldRunError> {
+fn surface(
+    file: &AssemblyFile,
+    entry: &PartEntry,
+    rigid: &RigidEntry,
+) -> Result<SurfaceArrays, WorldRunError> {
     Ok(match (&rigid.surface, rigid.block) {
         (Some(path), _) => {
             let read = read_surface(&file.folder.join(path), rigid.scale);
@@ -134,7 +138,7 @@ fn surface(file: &AssemblyFile, entry: &PartEntry, rigid: &RigidEntry) -> Result
 
 fn shell(
     file: &AssemblyFile,
-    (nodes, triangles): Skin,
+    (nodes, triangles): SurfaceArrays,
     density: Option<f64>,
     i: usize,
 ) -> Result<Shell, WorldRunError> {
@@ -259,14 +263,17 @@ fn start(entry: &PartEntry, body: &RigidBody) -> RigidMotion {
 }
 
 /// Surface of a part at rest, in its own coordinates.
-pub(crate) struct Shape {
+#[derive(Clone, Debug)]
+pub struct PartSurface {
+    /// Nodes \[m\].
     pub nodes: Vec<[f64; 3]>,
+    /// Triangles, counterclockwise from outside.
     pub triangles: Vec<[u32; 3]>,
 }
 
-impl Shape {
+impl PartSurface {
     /// Of a part.
-    pub fn of(source: &Source, opened: Option<&File<'_>>) -> Result<Self, AssemblyError> {
+    pub(crate) fn of(source: &Source, opened: Option<&File<'_>>) -> Result<Self, AssemblyError> {
         let opened = match (source, opened) {
             (Source::Rigid(shell), _) => {
                 return Ok(Self { nodes: shell.nodes.clone(), triangles: shell.triangles.clone() });

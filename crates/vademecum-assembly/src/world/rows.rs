@@ -6,7 +6,7 @@ use vademecum_eval::{Field, Member, OutputError, Place, Pose, Touch, Touching};
 use crate::error::AssemblyError;
 use crate::file::AssemblyFile;
 use crate::world::overlap::Skin;
-use crate::world::parts::{Bound, Shape};
+use crate::world::parts::{Bound, PartSurface};
 
 /// A place whose position is shown.
 pub(crate) enum Shown {
@@ -22,7 +22,7 @@ pub(crate) enum Shown {
 pub(crate) fn outputs(
     file: &AssemblyFile,
     bound: &[Bound<'_>],
-    shapes: &[Shape],
+    shapes: &[PartSurface],
 ) -> Result<Vec<(usize, Shown)>, AssemblyError> {
     let each = file.outputs.iter().enumerate().map(|(i, output)| {
         let part = file.part(&output.part).expect("was checked");
@@ -43,7 +43,7 @@ pub(crate) fn outputs(
                 Shown::Place(located.place, located.position)
             }
             (Bound::Rigid(_), Some(point)) => {
-                let Shape { nodes, triangles } = &shapes[part];
+                let PartSurface { nodes, triangles } = &shapes[part];
                 Shown::Point(Skin { nodes: nodes.clone(), triangles }.nearest(point).1)
             }
         };
@@ -123,7 +123,7 @@ pub(crate) fn potential(members: &[Member<'_, '_, f64>], gravity: [f64; 3]) -> f
 /// Nodes of the surface of a part in space.
 pub(crate) fn nodes_of(
     member: &Member<'_, '_, f64>,
-    shape: &Shape,
+    shape: &PartSurface,
     out: &mut [[f64; 3]],
 ) -> Result<(), OutputError> {
     let moved = out.as_flattened_mut();

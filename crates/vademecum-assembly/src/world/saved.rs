@@ -104,7 +104,8 @@ impl WorldSimulation {
         bytes
     }
 
-    /// Takes back what [`WorldSimulation::save`] of a world of the same parts, pairs, joints and options gave.
+    /// Takes back what [`WorldSimulation::save`] of a world of the same parts, pairs, joints and options
+    /// gave.
     ///
     /// # Errors
     /// [`WorldSavedError`]; nothing has changed then.

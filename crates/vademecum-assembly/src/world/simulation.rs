@@ -12,7 +12,7 @@ use crate::error::AssemblyError;
 use crate::file::{AssemblyFile, GROUND};
 use crate::world::bonds::{Bonds, bonds};
 use crate::world::error::{WorldRunError, subject};
-use crate::world::parts::{Bound, GivenPart, Shape, Source, read};
+use crate::world::parts::{Bound, GivenPart, PartSurface, Source, read};
 use crate::world::rows::{Shown, nodes_of, outputs, position, potential};
 
 /// Files and rigid bodies, and memory of the bodies of the files.
@@ -56,7 +56,7 @@ pub struct WorldSimulation {
     file: AssemblyFile,
     parts: PartsCell,
     world: WorldCell,
-    shapes: Vec<Shape>,
+    shapes: Vec<PartSurface>,
     shown: Vec<(usize, Shown)>,
     time_step: f64,
     steps: u64,
@@ -90,8 +90,9 @@ impl WorldSimulation {
             let bind = |source| WorldRunError::Bind { part: part.name.clone(), source };
             memory.push(vec![0.0; length.map_err(bind)?]);
         }
-        let shapes = sources.iter().zip(&opened).map(|(source, opened)| Shape::of(source, opened.as_ref()));
-        let shapes: Vec<Shape> = shapes.collect::<Result<_, _>>()?;
+        let shapes =
+            sources.iter().zip(&opened).map(|(source, opened)| PartSurface::of(source, opened.as_ref()));
+        let shapes: Vec<PartSurface> = shapes.collect::<Result<_, _>>()?;
         let bonds = bonds(&file, &opened, &shapes)?;
         drop(opened);
         let parts = Parts { sources, memory: MutBorrow::new(memory) };
@@ -162,10 +163,10 @@ impl WorldSimulation {
         self.steps as f64 * self.time_step
     }
 
-    /// Nodes \[m\], in the coordinates of the part, and triangles of the surface of a part at rest.
+    /// The surface of a part at rest; `None` if there is no such part.
     #[must_use]
-    pub fn surface(&self, part: usize) -> Option<(&[[f64; 3]], &[[u32; 3]])> {
-        self.shapes.get(part).map(|shape| (&*shape.nodes, &*shape.triangles))
+    pub fn surface(&self, part: usize) -> Option<&PartSurface> {
+        self.shapes.get(part)
     }
 
     /// Pairs that may touch, and joints, in the order of the file.
@@ -227,8 +228,8 @@ impl WorldSimulation {
         self.with_member(part, |member| pose_of(member))
     }
 
-    /// Velocity in space \[m/s\] of a place of a free part or of a point of a rigid body that moves; of a held
-    /// part that of its deformation alone.
+    /// Velocity in space \[m/s\] of a place of a free part or of a point of a rigid body that moves; of a
+    /// held part that of its deformation alone.
     ///
     /// # Errors
     /// [`WorldRunError::Output`].

@@ -89,8 +89,8 @@ impl<'m> RigidShape<'m> {
         Some(())
     }
 
-    /// Takes back what [`RigidShape::motion`] gave, bit by bit. `None`, and nothing changes, if a number is not
-    /// finite or the attitude has not length one.
+    /// Takes back what [`RigidShape::motion`] gave, bit by bit. `None`, and nothing changes, if a number is
+    /// not finite or the attitude has not length one.
     pub fn restore(&mut self, motion: RigidMotion) -> Option<()> {
         let length: f64 = motion.attitude.iter().map(|x| x * x).sum();
         if !motion.is_finite() || libm::fabs(length - 1.0) > UNIT {
