@@ -111,13 +111,6 @@ impl Kept {
             })
         }
     }
-
-    fn moves(&self) -> bool {
-        match self {
-            Self::Held(..) | Self::Free(_) => true,
-            Self::Rigid(shape) => shape.body().is_some(),
-        }
-    }
 }
 
 fn attitude_of(attitude: [f64; 4]) -> [f64; 4] {
@@ -245,9 +238,7 @@ impl Listed<'_> {
             Some((kind_of(joint).ok()?, [joint.first as usize, joint.second as usize]))
         };
         let moves = |i: usize| {
-            // SAFETY: as the caller promises.
-            let kept = self.members.get(i).map(|member| unsafe { Kept::of(member) });
-            kept.is_some_and(|kept| kept.is_ok_and(|kept| kept.moves()))
+            self.members.get(i).is_some_and(|member| !member.body.is_null() || member.mass.mass > 0.0)
         };
         let options = options_of(self.options);
         let sizes = sizing.sizes::<T>(self.joints.len(), joint, moves, &options)?;

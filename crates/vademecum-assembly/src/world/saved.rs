@@ -138,7 +138,6 @@ impl WorldSimulation {
                         if restored != Restored::AsSaved {
                             return Err(WorldSavedError::Other);
                         }
-                        body.clear();
                     }
                     Member::Rigid(shape) => {
                         let motion = motion_of(&Reader(own).numbers(own.len() / 8)?);
