@@ -181,7 +181,8 @@ pub struct OutputEntry {
 
 impl OutputEntry {
     /// Name of its columns.
-    pub(crate) fn name(&self) -> &str {
+    #[must_use]
+    pub fn name(&self) -> &str {
         self.name.as_deref().unwrap_or(&self.part)
     }
 }

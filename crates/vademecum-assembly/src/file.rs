@@ -149,7 +149,8 @@ impl JointEntry {
     }
 
     /// Its name, or its kind with its number.
-    pub(crate) fn name(&self, index: usize) -> String {
+    #[must_use]
+    pub fn name(&self, index: usize) -> String {
         self.name.clone().unwrap_or_else(|| format!("{}{}", self.kind.word(), index + 1))
     }
 }
@@ -171,6 +172,33 @@ impl AssemblyFile {
     pub fn parse(text: &str, path: &str, folder: PathBuf) -> Result<Self, TomlError> {
         let file: Self = toml_file::parse(text, path)?;
         let file = Self { text: text.into(), folder, path: path.into(), ..file };
+        file.check()?;
+        Ok(file)
+    }
+
+    /// A world that no file describes; messages name it `path`.
+    ///
+    /// # Errors
+    /// [`TomlError`], as for [`AssemblyFile::read`].
+    pub fn of_world(
+        path: &str,
+        world: WorldEntry,
+        parts: Vec<PartEntry>,
+        (joints, contacts): (Vec<JointEntry>, Vec<ContactEntry>),
+    ) -> Result<Self, TomlError> {
+        let file = Self {
+            format: 1,
+            title: String::new(),
+            step: None,
+            parts,
+            joints,
+            world: Some(world),
+            contacts,
+            outputs: vec![],
+            text: String::new(),
+            folder: PathBuf::new(),
+            path: path.into(),
+        };
         file.check()?;
         Ok(file)
     }

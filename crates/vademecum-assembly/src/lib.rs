@@ -14,7 +14,10 @@ mod world;
 pub use entries::{BoxEntry, ContactEntry, NodesEntry, OutputEntry, RigidEntry, WorldEntry};
 pub use error::AssemblyError;
 pub use file::{AssemblyFile, JointEntry, JointKind, PartEntry};
-pub use world::{WorldPlan, WorldRow, WorldRunError, WorldRunOptions, WorldRunReport, WorldSink, run_world};
+pub use world::{
+    GivenPart, PartBytes, PartPoint, PartSurface, WorldPlan, WorldRow, WorldRunError, WorldRunOptions,
+    WorldRunReport, WorldSavedError, WorldSimulation, WorldSink, run_world,
+};
 
 use vademecum_build::mesh::{Mesh, hash};
 use vademecum_eval::{Assembly, AssemblyOptions, End, Joint, Part, Pose};

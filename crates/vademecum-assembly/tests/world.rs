@@ -8,12 +8,13 @@ mod reference;
 use std::path::PathBuf;
 
 use reference::{FullBody, Pair};
+use vademecum_assembly::{AssemblyFile, GivenPart, WorldSavedError, WorldSimulation};
 use vademecum_build::input::Problem;
 use vademecum_build::pipeline::{BuildOptions, build};
 use vademecum_build::progress::Silent;
 use vademecum_eval::{
     Anchor, Body, BodyOptions, Field, JointKind, Member, Nodes, Place, Pose, RigidMotion, RigidShape,
-    SurfacePoint, Touching, World, WorldBuffers, WorldJoint, WorldOptions, WorldReport,
+    SceneOptions, SurfacePoint, Touching, World, WorldBuffers, WorldJoint, WorldOptions, WorldReport,
 };
 use vademecum_format::{File, SectionKind};
 
@@ -541,6 +542,73 @@ fn a_resting_block_gains_no_energy_and_is_saved() {
     assert!(ends[0] == ends[1]);
     saved[0] = 1e9;
     assert!(world.restore(&saved).is_err());
+}
+
+/// A cube on a held block, and a rigid die above, with all that the world borrows.
+#[test]
+fn a_world_that_owns_its_parts_is_saved_led_and_restored() {
+    let cube =
+        "[mesh]\nblock = { lengths = [0.08, 0.08, 0.08], divisions = [2, 2, 2], order = \"linear\" }\n";
+    let (cube, base) = (
+        built(&problem(cube, RUBBER, 8, false)),
+        built(&problem(BASE, &format!("{RUBBER}{HELD}"), 8, false)),
+    );
+    let text = "format = 1\n[world]\ntime = 1.0\nstep = 1e-3\ngravity = [0.0, 0.0, -9.81]\n\
+                [[part]]\nname = \"cube\"\nfile = \"given\"\nposition = [0.04, 0.04, 0.081]\n\
+                [[part]]\nname = \"base\"\nfile = \"given\"\nrotation = [0.6, 0.0, 0.0, 0.8]\nposition = [0.1792, 0.0256, 0.0]\n\
+                [[part]]\nname = \"die\"\nrigid = { box = { lengths = [0.02, 0.02, 0.02] }, density = 500.0 }\n\
+                position = [0.0, 0.05, 0.09]\nspin = [1.0, 2.0, 3.0]\n\
+                [[contact]]\nbetween = [\"cube\", \"base\"]\nfriction = 0.3\n\
+                [[contact]]\nbetween = [\"die\", \"base\"]\n[[output]]\npart = \"cube\"\n";
+    let file = AssemblyFile::parse(text, "world.toml", PathBuf::new()).expect("a world");
+    let given = |bytes: &Vec<u8>| GivenPart::File(Box::new(bytes.clone()), SceneOptions::default());
+    let parts = || vec![given(&cube), given(&base), GivenPart::Named];
+    let mut world = WorldSimulation::new(file.clone(), parts()).expect("a world");
+    let march = |world: &mut WorldSimulation, steps: usize| {
+        for _ in 0..steps {
+            let report = world.step().expect("a step");
+            assert!(report.converged && report.left_out == 0, "{report:?}");
+        }
+    };
+    let touches = |world: &WorldSimulation| {
+        world.with_touches(|touches| touches.iter().any(|touch| touch.pressure() > 0.0))
+    };
+    while !touches(&world) {
+        march(&mut world, 1);
+        assert!(world.time() < 0.1, "the cube falls by 1 mm");
+    }
+    let saved = world.save();
+    let all = |world: &mut WorldSimulation| {
+        let shown = world.outputs().expect("outputs")[0];
+        let die = world.motion(2).expect("a rigid body that moves");
+        let energy = world.energy().expect("an energy");
+        (shown.map(f64::to_bits), die, energy.map(f64::to_bits), world.time().to_bits())
+    };
+    let mut ends = vec![];
+    for _ in 0..2 {
+        world.restore(&saved).expect("restored");
+        assert!(world.save() == saved);
+        march(&mut world, 60);
+        ends.push(all(&mut world));
+    }
+    assert!(ends[0] == ends[1]);
+
+    // A host leads the base; what is refused changes nothing.
+    let pose = Pose::new([0.0, 0.0, 1e-4], [0.8, 0.0, 0.0, 0.6]);
+    assert!(world.lead(1, pose).is_some() && world.pose(1) == Some(pose));
+    assert!(world.lead(0, pose).is_none() && world.lead(2, pose).is_none() && world.motion(1).is_none());
+    let now = world.save();
+    for (wrong, expected) in
+        [(&saved[1..], WorldSavedError::Untagged), (&saved[..saved.len() - 8], WorldSavedError::Other)]
+    {
+        assert_eq!(world.restore(wrong), Err(expected));
+        assert!(world.save() == now);
+    }
+    world.restore(&saved).expect("restored");
+    assert!(world.pose(1) != Some(pose), "the base stands where it was saved");
+    let mut other = WorldSimulation::new(file, parts()).expect("a world");
+    other.restore(&now).expect("the state of a world of the same parts");
+    assert!(other.save() == now);
 }
 
 /// The joint of a body.

@@ -80,6 +80,10 @@ typedef enum VdmStatus {
    The bytes are no saved state of this body.
    */
   VDM_STATE = -8,
+  /*
+   The world cannot have this member, pair or joint, or an option is not finite or negative.
+   */
+  VDM_WORLD = -9,
 } VdmStatus;
 
 /*
@@ -130,6 +134,10 @@ typedef enum VdmNamed {
    Supports whose reactions the file gives.
    */
   VDM_SUPPORTS = 3,
+  /*
+   Ports, where joints of a world hold.
+   */
+  VDM_PORTS = 4,
 } VdmNamed;
 
 /*
@@ -159,6 +167,65 @@ typedef enum VdmStructure {
 } VdmStructure;
 
 /*
+ Kinds of joints: the values of `VdmJoint.kind`.
+ */
+typedef enum VdmJointKind {
+  /*
+   Two points stay together.
+   */
+  VDM_BALL = 0,
+  /*
+   Two points stay together, and the members turn about the third axis of the first anchor.
+   */
+  VDM_HINGE = 1,
+  /*
+   The second anchor stays on the third axis of the first, and the members do not turn against each
+   other.
+   */
+  VDM_SLIDER = 2,
+  /*
+   Two points are no farther apart than a length.
+   */
+  VDM_CABLE = 3,
+} VdmJointKind;
+
+/*
+ Kinds of anchors: the values of `VdmAnchor.kind`.
+ */
+typedef enum VdmAnchorKind {
+  /*
+   A place of the surface of a body, for a ball joint or a cable.
+   */
+  VDM_AT_PLACE = 0,
+  /*
+   A port of a body that is a frame.
+   */
+  VDM_AT_PORT = 1,
+  /*
+   A point of a rigid member, with axes.
+   */
+  VDM_AT_POINT = 2,
+} VdmAnchorKind;
+
+/*
+ Members of a pair whose nodes are held off the surface of the other: the values of `VdmTouching.nodes`.
+ */
+typedef enum VdmNodes {
+  /*
+   Of both.
+   */
+  VDM_NODES_BOTH = 0,
+  /*
+   Of the first.
+   */
+  VDM_NODES_FIRST = 1,
+  /*
+   Of the second.
+   */
+  VDM_NODES_SECOND = 2,
+} VdmNodes;
+
+/*
  Many instances of a body, behind a handle.
  */
 typedef struct VdmBatch VdmBatch;
@@ -167,6 +234,11 @@ typedef struct VdmBatch VdmBatch;
  A body, behind a handle.
  */
 typedef struct VdmBody VdmBody;
+
+/*
+ A world, behind a handle.
+ */
+typedef struct VdmWorld VdmWorld;
 
 /*
  Cost of a step of a body. Bytes are those of the file, apart from `step_bytes`.
@@ -496,6 +568,248 @@ typedef struct VdmQuantity {
    */
   uint32_t scalar;
 } VdmQuantity;
+
+/*
+ Options of a world. Fill it with `vdm_default_world_options` first.
+ */
+typedef struct VdmWorldOptions {
+  /*
+   Acceleration of gravity in space, in m/s², of members that fly and of rigid members.
+   */
+  double gravity[3];
+  /*
+   Nodes and triangles are paired up to this distance, in m; 0: a fiftieth of the smallest member.
+   */
+  double reach;
+  /*
+   Largest change of a displacement in the last sweep, in m; 0: 1e-9 of the smallest member.
+   */
+  double tolerance;
+  /*
+   Share of an overlap, of pairs that changed, that a step takes back.
+   */
+  double recover;
+  /*
+   Most sweeps of a step.
+   */
+  uint32_t sweeps;
+  /*
+   Contacts for which there is room. Of more the deepest are kept.
+   */
+  uint32_t contacts;
+  /*
+   Contacts near each contact for which there is room, of bodies whose files have a contact patch.
+   */
+  uint32_t near;
+} VdmWorldOptions;
+
+/*
+ A member of a world: a body, or a rigid body within a surface. Set all of it to zero first.
+ */
+typedef struct VdmMember {
+  /*
+   A body; null: a rigid member.
+   */
+  struct VdmBody *body;
+  /*
+   Nodes of a rigid member in its own coordinates, three numbers each, in m.
+   */
+  const double *nodes;
+  /*
+   Its triangles, three nodes each, counterclockwise from outside.
+   */
+  const uint32_t *triangles;
+  /*
+   Number of nodes.
+   */
+  size_t n_nodes;
+  /*
+   Number of triangles.
+   */
+  size_t n_triangles;
+  /*
+   Mass and moments of a rigid member that moves; a mass of 0: the host leads it.
+   */
+  struct VdmRigidBody mass;
+  /*
+   Of a rigid member that moves, its motion. Of a body with supports, and of a rigid member that the host
+   leads, `position` and `attitude` are the place of the origin of its coordinates and its rotation. A
+   body that flies has a motion of its own. An attitude of zeros: not turned.
+   */
+  struct VdmMotion motion;
+} VdmMember;
+
+/*
+ Two members that may touch. Set all of it to zero first.
+ */
+typedef struct VdmTouching {
+  /*
+   The first member, counted from 0.
+   */
+  uint32_t first;
+  /*
+   The second.
+   */
+  uint32_t second;
+  /*
+   Members whose nodes are held off the surface of the other: a `VdmNodes`.
+   */
+  int32_t nodes;
+  /*
+   Coefficient of Coulomb's friction, 0 or more.
+   */
+  double friction;
+  /*
+   Restitution of an impact that is shorter than a step, from 0 to 1.
+   */
+  double restitution;
+} VdmTouching;
+
+/*
+ Anchor of a joint on a member. Set all of it to zero first.
+ */
+typedef struct VdmAnchor {
+  /*
+   Its kind: a `VdmAnchorKind`.
+   */
+  int32_t kind;
+  /*
+   The port, as `vdm_find` counts them.
+   */
+  uint32_t port;
+  /*
+   The place.
+   */
+  struct VdmPlace place;
+  /*
+   The point of a rigid member in its own coordinates, in m.
+   */
+  double point[3];
+  /*
+   Its axes, one a row; zeros: those of the coordinates.
+   */
+  double axes[3][3];
+} VdmAnchor;
+
+/*
+ A joint between two members. Set all of it to zero first.
+ */
+typedef struct VdmJoint {
+  /*
+   Its kind: a `VdmJointKind`.
+   */
+  int32_t kind;
+  /*
+   The first member, counted from 0.
+   */
+  uint32_t first;
+  /*
+   The second.
+   */
+  uint32_t second;
+  /*
+   Its anchors on the two.
+   */
+  struct VdmAnchor anchors[2];
+  /*
+   Length of a cable, in m.
+   */
+  double length;
+  /*
+   Compliance of its displacements, in m/N; 0 of a joint that holds.
+   */
+  double compliance;
+} VdmJoint;
+
+/*
+ Report of the steps of a world.
+ */
+typedef struct VdmWorldReport {
+  /*
+   Pairs of nodes and surfaces that were near each other in the last step.
+   */
+  size_t contacts;
+  /*
+   Those that carry a force.
+   */
+  size_t pressed;
+  /*
+   Most pairs of a step for which there was no room.
+   */
+  size_t left_out;
+  /*
+   Sweeps of the solutions of all steps.
+   */
+  size_t sweeps;
+  /*
+   Steps whose solution was not within the tolerance.
+   */
+  size_t not_converged;
+  /*
+   Deepest overlap at the end of a step, in m; 0 if there is none.
+   */
+  double worst_gap;
+  /*
+   Energy that contacts took from the members, in J.
+   */
+  double energy_given_away;
+} VdmWorldReport;
+
+/*
+ A contact of the last step, between a node of a member and a point of the surface of another.
+ */
+typedef struct VdmTouch {
+  /*
+   Member of the node.
+   */
+  uint32_t first;
+  /*
+   Member of the surface.
+   */
+  uint32_t second;
+  /*
+   Position of the node in space, in m.
+   */
+  double position[3];
+  /*
+   Normal of the surface, outwards.
+   */
+  double normal[3];
+  /*
+   Force on the node in space, in N; on the surface acts its opposite.
+   */
+  double force[3];
+  /*
+   Normal force, in N; 0 of a node that is near and does not touch.
+   */
+  double pressure;
+  /*
+   Gap at the end of the step, in m; below 0 where they overlap.
+   */
+  double gap;
+  /*
+   Slip over the step in space, in m.
+   */
+  double slip[3];
+} VdmTouch;
+
+/*
+ A joint after the last step.
+ */
+typedef struct VdmJointState {
+  /*
+   Force on the first member in space, in N.
+   */
+  double force[3];
+  /*
+   Moment on it about its anchor in space, in N m.
+   */
+  double moment[3];
+  /*
+   Not 0: it was broken.
+   */
+  uint32_t broken;
+} VdmJointState;
 
 #ifdef __cplusplus
 extern "C" {
@@ -1274,6 +1588,211 @@ enum VdmStatus vdm_free_motion(struct VdmBody *body,
                                const struct VdmPlace *places,
                                size_t count,
                                double *out);
+
+/*
+ A world without gravity, with room for 256 contacts.
+
+ # Safety
+ `options` is null or points to a `VdmWorldOptions`.
+ */
+void vdm_default_world_options(struct VdmWorldOptions *options);
+
+/*
+ Bytes of memory, aligned to 16, to lend to a world of these members, pairs and joints. The bodies are in
+ one precision and of one time step. `options` null: the default ones.
+
+ `text`, of `capacity` bytes, receives what is wrong in words if it is not null.
+
+ # Safety
+ Each list points to as many values as are said, and what a member points to is as
+ [`vdm_world_bind`] asks for; `options` is null or points to a `VdmWorldOptions`, `bytes` to a number, and
+ `text` is null or points to `capacity` bytes.
+ */
+enum VdmStatus vdm_world_measure(const struct VdmMember *members,
+                                 size_t member_count,
+                                 const struct VdmTouching *pairs,
+                                 size_t pair_count,
+                                 const struct VdmJoint *joints,
+                                 size_t joint_count,
+                                 const struct VdmWorldOptions *options,
+                                 size_t *bytes,
+                                 char *text,
+                                 size_t capacity);
+
+/*
+ Makes a world in lent memory. Joints hold the members as they stand. `*world` is the handle, or null. The
+ lists are copied; bodies, and nodes and triangles of rigid members, are not.
+
+ # Safety
+ Each list points to as many values as are said. Each `body` of a member is null or a handle of
+ [`vdm_bind`](crate::vdm_bind); its memory, and the nodes and triangles of rigid members, stay where they
+ are for as long as the handle of the world is used, and so do `memory_bytes` bytes at `memory`, which
+ nobody else uses. Bodies of the world may be used between its calls, in the same thread. `options` is null
+ or points to a `VdmWorldOptions`, `world` points to a pointer, and `text` is null or points to `capacity`
+ bytes.
+ */
+enum VdmStatus vdm_world_bind(const struct VdmMember *members,
+                              size_t member_count,
+                              const struct VdmTouching *pairs,
+                              size_t pair_count,
+                              const struct VdmJoint *joints,
+                              size_t joint_count,
+                              const struct VdmWorldOptions *options,
+                              uint8_t *memory,
+                              size_t memory_bytes,
+                              struct VdmWorld **world,
+                              char *text,
+                              size_t capacity);
+
+/*
+ The words of the last call of this world that was refused; never null.
+
+ # Safety
+ `world` is null or a handle of [`vdm_world_bind`]. The text lives until the next call of the world.
+ */
+const char *vdm_world_message(struct VdmWorld *world);
+
+/*
+ Steps all members `steps` times, under the loads on them (`vdm_push` and its kin on bodies,
+ [`vdm_world_push`] on rigid members), gravity, contacts and joints. Loads act in the first step. A step
+ that is refused ends it.
+
+ # Safety
+ `world` is null or a handle of [`vdm_world_bind`], `report` points to a `VdmWorldReport`.
+ */
+enum VdmStatus vdm_world_step(struct VdmWorld *world, uint64_t steps, struct VdmWorldReport *report);
+
+/*
+ Kinetic and elastic energy of members, contacts and joints, in J.
+
+ # Safety
+ `world` is null or a handle of [`vdm_world_bind`], `energy` points to a number.
+ */
+enum VdmStatus vdm_world_energy(struct VdmWorld *world, double *energy);
+
+/*
+ The place of the origin of the coordinates of a member in m, three numbers, and its rotation, a quaternion
+ of four, the real part first.
+
+ # Safety
+ `world` is null or a handle of [`vdm_world_bind`], `position` points to three numbers and `attitude` to
+ four.
+ */
+enum VdmStatus vdm_world_pose(struct VdmWorld *world, uint32_t member, double *position, double *attitude);
+
+/*
+ Puts a body with supports elsewhere, or leads a rigid member without a mass there to the end of the coming
+ step.
+
+ # Safety
+ As for [`vdm_world_pose`]; the numbers are read.
+ */
+enum VdmStatus vdm_world_lead(struct VdmWorld *world,
+                              uint32_t member,
+                              const double *position,
+                              const double *attitude);
+
+/*
+ The motion of a rigid member. That of a body is read by `vdm_motion`.
+
+ # Safety
+ `world` is null or a handle of [`vdm_world_bind`], `motion` points to a `VdmMotion`.
+ */
+enum VdmStatus vdm_world_motion(struct VdmWorld *world, uint32_t member, struct VdmMotion *motion);
+
+/*
+ Puts a rigid member elsewhere, or lets it move otherwise; call [`vdm_world_forget`] after it.
+
+ # Safety
+ As for [`vdm_world_motion`].
+ */
+enum VdmStatus vdm_world_set_motion(struct VdmWorld *world, uint32_t member, const struct VdmMotion *motion);
+
+/*
+ Pushes a rigid member at a point of space, in m, with a force, in N, in the coming step.
+
+ # Safety
+ `world` is null or a handle of [`vdm_world_bind`], `point` and `force` point to three numbers each.
+ */
+enum VdmStatus vdm_world_push(struct VdmWorld *world,
+                              uint32_t member,
+                              const double *point,
+                              const double *force);
+
+/*
+ Position in m, or velocity in m/s, in space of a place of a body, deformed as it is; three numbers. The
+ velocity of a body with supports is that of its deformation.
+
+ # Safety
+ `world` is null or a handle of [`vdm_world_bind`], `place` points to a `VdmPlace`, `out` to three numbers.
+ */
+enum VdmStatus vdm_world_in_space(struct VdmWorld *world,
+                                  uint32_t member,
+                                  const struct VdmPlace *place,
+                                  int32_t field,
+                                  double *out);
+
+/*
+ Contacts of the last step: as many as there is room for are written, and `*count` is the number of all.
+
+ # Safety
+ `world` is null or a handle of [`vdm_world_bind`], `touches` is null or points to `capacity` contacts,
+ `count` points to a number.
+ */
+enum VdmStatus vdm_world_touches(struct VdmWorld *world,
+                                 struct VdmTouch *touches,
+                                 size_t capacity,
+                                 size_t *count);
+
+/*
+ Force and moment of a joint in the last step.
+
+ # Safety
+ `world` is null or a handle of [`vdm_world_bind`], `state` points to a `VdmJointState`.
+ */
+enum VdmStatus vdm_world_joint(struct VdmWorld *world, uint32_t joint, struct VdmJointState *state);
+
+/*
+ Breaks a joint: it holds nothing any more.
+
+ # Safety
+ `world` is null or a handle of [`vdm_world_bind`].
+ */
+enum VdmStatus vdm_world_break(struct VdmWorld *world, uint32_t joint);
+
+/*
+ Forgets the contacts of the last step: after a member was put elsewhere.
+
+ # Safety
+ `world` is null or a handle of [`vdm_world_bind`].
+ */
+enum VdmStatus vdm_world_forget(struct VdmWorld *world);
+
+/*
+ Numbers of a saved world; 0 for null.
+
+ # Safety
+ `world` is null or a handle of [`vdm_world_bind`].
+ */
+size_t vdm_world_saved_length(struct VdmWorld *world);
+
+/*
+ Writes contacts, joints, placements of bodies with supports, and motions of rigid members. With the states
+ of the bodies (`vdm_save`) the world goes on from there bit by bit.
+
+ # Safety
+ `world` is null or a handle of [`vdm_world_bind`], `saved` points to `length` numbers.
+ */
+enum VdmStatus vdm_world_save(struct VdmWorld *world, double *saved, size_t length);
+
+/*
+ Takes back what [`vdm_world_save`] of a world of the same members, pairs, joints and options wrote.
+ Nothing has changed where it is refused.
+
+ # Safety
+ As for [`vdm_world_save`].
+ */
+enum VdmStatus vdm_world_restore(struct VdmWorld *world, const double *saved, size_t length);
 
 #ifdef __cplusplus
 }  // extern "C"

@@ -43,7 +43,13 @@ using RigidBody = VdmRigidBody;
 using Motion = VdmMotion;
 
 enum class Field : std::int32_t { displacement = VDM_DISPLACEMENT, velocity = VDM_VELOCITY };
-enum class Named : std::int32_t { probe = VDM_PROBES, pattern = VDM_PATTERNS, parameter = VDM_PARAMETERS, support = VDM_SUPPORTS };
+enum class Named : std::int32_t {
+    probe = VDM_PROBES,
+    pattern = VDM_PATTERNS,
+    parameter = VDM_PARAMETERS,
+    support = VDM_SUPPORTS,
+    port = VDM_PORTS
+};
 
 // The file as it was built; change what is to differ.
 inline Options default_options() {
@@ -440,6 +446,151 @@ private:
     std::size_t count_;
     Memory memory_;
     VdmBatch *handle_ = nullptr;
+};
+
+using Member = VdmMember;
+using Touching = VdmTouching;
+using Joint = VdmJoint;
+using Touch = VdmTouch;
+using JointState = VdmJointState;
+using WorldOptions = VdmWorldOptions;
+using WorldReport = VdmWorldReport;
+
+// Place of the origin of the coordinates of a member, and its rotation, a quaternion, the real part first.
+struct Pose {
+    Vector position{};
+    std::array<double, 4> attitude{1, 0, 0, 0};
+};
+
+// A world without gravity, with room for 256 contacts; change what is to differ.
+inline WorldOptions default_world_options() {
+    WorldOptions options;
+    vdm_default_world_options(&options);
+    return options;
+}
+
+// Bodies that touch with friction, and joints that turn far. The bodies, and the nodes and triangles of rigid members, must live
+// as long as it does; all can be moved, not copied.
+class World {
+public:
+    World(const std::vector<Member> &members, const std::vector<Touching> &pairs, const std::vector<Joint> &joints = {},
+          const WorldOptions &options = default_world_options())
+        : memory_(measure(members, pairs, joints, options)) {
+        std::array<char, 240> text{};
+        File::check(vdm_world_bind(members.data(), members.size(), pairs.data(), pairs.size(), joints.data(), joints.size(),
+                                   &options, memory_.data(), memory_.size(), &handle_, text.data(), text.size()),
+                    text);
+    }
+    World(const World &) = delete;
+    World &operator=(const World &) = delete;
+    World(World &&other) noexcept : memory_(std::move(other.memory_)), handle_(std::exchange(other.handle_, nullptr)) {}
+    World &operator=(World &&other) noexcept {
+        std::swap(memory_, other.memory_);
+        std::swap(handle_, other.handle_);
+        return *this;
+    }
+    ~World() = default;
+
+    // A body as a member; one with supports stands at the pose.
+    static Member body(Body &body, const Pose &pose = {}) {
+        Member member{};
+        member.body = body.handle();
+        for (std::size_t k = 0; k < 3; k++) member.motion.position[k] = pose.position[k];
+        for (std::size_t k = 0; k < 4; k++) member.motion.attitude[k] = pose.attitude[k];
+        return member;
+    }
+    // A rigid body that the host leads, within a surface of nodes and triangles.
+    static Member rigid(const std::vector<Vector> &nodes, const std::vector<std::array<std::uint32_t, 3>> &triangles,
+                        const Pose &pose = {}) {
+        Member member{};
+        member.nodes = nodes.empty() ? nullptr : nodes.data()->data();
+        member.n_nodes = nodes.size();
+        member.triangles = triangles.empty() ? nullptr : triangles.data()->data();
+        member.n_triangles = triangles.size();
+        for (std::size_t k = 0; k < 3; k++) member.motion.position[k] = pose.position[k];
+        for (std::size_t k = 0; k < 4; k++) member.motion.attitude[k] = pose.attitude[k];
+        return member;
+    }
+
+    WorldReport step(std::uint64_t steps = 1) {
+        WorldReport report{};
+        check(vdm_world_step(handle_, steps, &report));
+        return report;
+    }
+    double energy() {
+        double energy = 0;
+        check(vdm_world_energy(handle_, &energy));
+        return energy;
+    }
+    Pose pose(std::uint32_t member) {
+        Pose pose;
+        check(vdm_world_pose(handle_, member, pose.position.data(), pose.attitude.data()));
+        return pose;
+    }
+    // Puts a body with supports elsewhere, or leads a rigid member without a mass there to the end of the coming step.
+    void lead(std::uint32_t member, const Pose &pose) {
+        check(vdm_world_lead(handle_, member, pose.position.data(), pose.attitude.data()));
+    }
+    // Of a rigid member; a body has a motion of its own.
+    Motion motion(std::uint32_t member) {
+        Motion motion;
+        check(vdm_world_motion(handle_, member, &motion));
+        return motion;
+    }
+    void set_motion(std::uint32_t member, const Motion &motion) { check(vdm_world_set_motion(handle_, member, &motion)); }
+    // Pushes a rigid member at a point of space in the coming step; a body is pushed itself.
+    void push(std::uint32_t member, const Vector &point, const Vector &force) {
+        check(vdm_world_push(handle_, member, point.data(), force.data()));
+    }
+    Vector in_space(std::uint32_t member, const Place &place, Field field = Field::displacement) {
+        Vector value;
+        check(vdm_world_in_space(handle_, member, &place, static_cast<std::int32_t>(field), value.data()));
+        return value;
+    }
+    // Contacts of the last step.
+    std::vector<Touch> touches() {
+        std::size_t count = 0;
+        check(vdm_world_touches(handle_, nullptr, 0, &count));
+        std::vector<Touch> touches(count);
+        check(vdm_world_touches(handle_, touches.data(), touches.size(), &count));
+        return touches;
+    }
+    JointState joint(std::uint32_t joint) {
+        JointState state;
+        check(vdm_world_joint(handle_, joint, &state));
+        return state;
+    }
+    void break_joint(std::uint32_t joint) { check(vdm_world_break(handle_, joint)); }
+    // Forgets the contacts of the last step: after a member was put elsewhere.
+    void forget() { check(vdm_world_forget(handle_)); }
+    // Contacts, joints, placements of bodies with supports and motions of rigid members; the bodies are saved beside it.
+    std::vector<double> save() {
+        std::vector<double> saved(vdm_world_saved_length(handle_));
+        check(vdm_world_save(handle_, saved.data(), saved.size()));
+        return saved;
+    }
+    void restore(const std::vector<double> &saved) { check(vdm_world_restore(handle_, saved.data(), saved.size())); }
+
+private:
+    static std::size_t measure(const std::vector<Member> &members, const std::vector<Touching> &pairs,
+                               const std::vector<Joint> &joints, const WorldOptions &options) {
+        std::array<char, 240> text{};
+        std::size_t bytes = 0;
+        File::check(vdm_world_measure(members.data(), members.size(), pairs.data(), pairs.size(), joints.data(), joints.size(),
+                                      &options, &bytes, text.data(), text.size()),
+                    text);
+        return bytes;
+    }
+    VdmStatus check(VdmStatus status) const {
+        if (status < 0) {
+            const char *said = vdm_world_message(handle_);
+            throw Error(status, *said ? said : vdm_status_text(status));
+        }
+        return status;
+    }
+
+    Memory memory_;
+    VdmWorld *handle_ = nullptr;
 };
 
 }  // namespace vademecum

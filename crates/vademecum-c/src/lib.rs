@@ -21,9 +21,15 @@ mod message;
 mod refusal;
 mod slices;
 mod types;
+#[cfg(feature = "world")]
+mod world;
+#[cfg(feature = "world")]
+mod world_types;
 
 pub use calls::*;
 pub use types::*;
+#[cfg(feature = "world")]
+pub use world_types::*;
 
 /// No panic is reachable from the calls. Without an operating system there must be a handler nevertheless,
 /// and it stops.

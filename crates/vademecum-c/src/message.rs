@@ -86,6 +86,7 @@ pub const fn status(status: i32) -> &'static CStr {
         -6 => c"the step is refused; the state is unchanged",
         -7 => c"the file does not hold what is asked for",
         -8 => c"the bytes are no saved state of this body",
+        -9 => c"the world cannot have this member, pair or joint",
         _ => c"no status of this library",
     }
 }

@@ -5,6 +5,9 @@ use core::fmt::{self, Display, Formatter};
 use vademecum_eval::format::FormatError;
 use vademecum_eval::{BindError, LoadError, LocateError, OutputError, SavedError, StepError};
 
+#[cfg(feature = "world")]
+use vademecum_eval::WorldError;
+
 use crate::types::VdmStatus;
 
 /// Answer of a call to its caller.
@@ -32,6 +35,9 @@ pub enum Refusal {
     Output(OutputError),
     /// A saved state.
     Saved(SavedError),
+    /// A world, or its step.
+    #[cfg(feature = "world")]
+    World(WorldError),
 }
 
 impl Refusal {
@@ -48,6 +54,13 @@ impl Refusal {
             Self::Locate(LocateError::NoSurface) | Self::Output(_) => VdmStatus::VDM_OUTPUT,
             Self::Locate(_) => VdmStatus::VDM_LOAD,
             Self::Saved(_) => VdmStatus::VDM_STATE,
+            #[cfg(feature = "world")]
+            Self::World(error) => match error {
+                WorldError::LentMemory { .. } => VdmStatus::VDM_MEMORY,
+                WorldError::Step(_) => VdmStatus::VDM_STEP,
+                WorldError::Load(_) => VdmStatus::VDM_LOAD,
+                _ => VdmStatus::VDM_WORLD,
+            },
         }
     }
 }
@@ -71,6 +84,8 @@ impl Display for Refusal {
             Self::Locate(error) => error.fmt(out),
             Self::Output(error) => error.fmt(out),
             Self::Saved(error) => error.fmt(out),
+            #[cfg(feature = "world")]
+            Self::World(error) => error.fmt(out),
         }
     }
 }
@@ -90,6 +105,9 @@ refused!(
     FormatError => File, BindError => Bind, LoadError => Load, LocateError => Locate, StepError => Step,
     OutputError => Output, SavedError => Saved
 );
+
+#[cfg(feature = "world")]
+refused!(WorldError => World);
 
 /// The value behind a pointer, or a refusal that names it.
 pub fn needed<T>(found: Option<T>, name: &'static str) -> Result<T, Refusal> {

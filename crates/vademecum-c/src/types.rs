@@ -39,6 +39,8 @@ pub enum VdmStatus {
     VDM_OUTPUT = -7,
     /// The bytes are no saved state of this body.
     VDM_STATE = -8,
+    /// The world cannot have this member, pair or joint, or an option is not finite or negative.
+    VDM_WORLD = -9,
 }
 
 /// In which numbers a body is stepped.
@@ -89,6 +91,8 @@ pub enum VdmNamed {
     VDM_PARAMETERS = 2,
     /// Supports whose reactions the file gives.
     VDM_SUPPORTS = 3,
+    /// Ports, where joints of a world hold.
+    VDM_PORTS = 4,
 }
 
 /// Options of binding a body. Fill it with `vdm_default_options` first.

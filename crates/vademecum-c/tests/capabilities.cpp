@@ -1,5 +1,5 @@
 // Every function of the header of C++, and bodies and batches that are moved; compiled with sanitizers. Takes files with stress,
-// with reactions, of a free body, with live parameters, with the factor of the stiffness, and of a moving base.
+// with reactions, of a free body, with live parameters, with the factor of the stiffness, of a moving base, and of a world.
 #include <cmath>
 #include <cstdio>
 #include <cstdlib>
@@ -241,8 +241,80 @@ static void moved(const File &file) {
     for (Body &body : bodies) check(body.step(20) && body.energy() == energy, "bodies of a vector");
 }
 
+static void world(const File &cube, const File &base, const File &link) {
+    Options options = default_options();
+    options.time_step = 1e-3;
+    options.contacts = 128;
+    Body falls(cube, options), stands(base, options), swings(link, options);
+    Motion motion = falls.motion();
+    motion.position[0] += 0.04;
+    motion.position[1] += 0.04;
+    motion.position[2] += 0.085;
+    falls.set_motion(motion);
+    const std::vector<Vector> nodes = {{-1, -1, 0}, {1, -1, 0}, {0, 1, 0}};
+    const std::vector<std::array<std::uint32_t, 3>> triangles = {{0, 1, 2}};
+    Pose below;
+    below.position[2] = -1;
+    Member die = World::rigid(nodes, triangles, below);
+    die.mass = falls.rigid_body();
+    const std::vector<Member> members = {World::body(falls), World::body(stands), World::rigid(nodes, triangles, below),
+                                         World::body(swings), World::rigid({}, {}), die};
+    Touching pair{};
+    pair.second = 1;
+    pair.friction = 0.5;
+    pair.restitution = 0.5;
+    pair.nodes = VDM_NODES_FIRST;
+    Joint hinge{};
+    hinge.kind = VDM_HINGE;
+    hinge.first = 3;
+    hinge.second = 4;
+    hinge.anchors[0].kind = VDM_AT_PORT;
+    hinge.anchors[0].port = swings.find(Named::port, "start");
+    hinge.anchors[1].kind = VDM_AT_POINT;
+    hinge.anchors[1].point[1] = hinge.anchors[1].point[2] = 0.01;
+    WorldOptions falling = default_world_options();
+    falling.gravity[2] = -9.81;
+    falling.contacts = 128;
+    World first({members}, {pair}, {hinge}, falling);
+    World world(std::move(first));
+    refused([&] { first.step(); }, "null");
+    check(world.step(300).pressed > 0 && world.energy() > 0, "a world");
+    double carried = 0;
+    for (const Touch &touch : world.touches()) carried += touch.force[2];
+    check(std::fabs(carried / (falls.rigid_body().mass * 9.81) - 1) < 0.05, "the base carries the cube");
+    const Place place = falls.locate({0.08, 0.08, 0.08});
+    check(std::fabs(world.in_space(0, place)[2] - 0.16) < 2e-3 && std::fabs(world.pose(0).position[2] - 0.08) < 2e-3, "in space");
+    check(std::fabs(world.in_space(0, place, Field::velocity)[2]) < 0.1, "velocity in space");
+    check(!world.joint(0).broken && std::fabs(world.joint(0).force[2]) > 1e-3, "a joint");
+    world.break_joint(0);
+    check(world.joint(0).broken != 0, "a broken joint");
+    refused([&] { world.break_joint(1); }, "no such");
+    below.position[2] = -0.5;
+    world.lead(2, below);
+    motion = world.motion(5);
+    world.push(5, {motion.position[0], motion.position[1], motion.position[2]}, {0, 1, 0});
+    world.step();
+    check(std::fabs(world.motion(5).momentum[1] - 1e-3) < 1e-12 && world.pose(2).position[2] == -0.5, "rigid members");
+    world.set_motion(5, motion);
+    world.forget();
+    world.step(5);
+    const std::vector<double> saved = world.save();
+    const std::vector<std::uint8_t> states[] = {falls.save(), stands.save(), swings.save()};
+    world.step(20);
+    const double energy = world.energy();
+    world.restore(saved);
+    falls.restore(states[0]);
+    stands.restore(states[1]);
+    swings.restore(states[2]);
+    world.step(20);
+    check(world.energy() == energy, "a restored world");
+    world = World({World::body(stands)}, {});
+    world.step();
+    refused([&] { World({World::body(stands), World::body(stands)}, {}); }, "once");
+}
+
 int main(int count, char **paths) {
-    check(count == 7, "six files");
+    check(count == 10, "nine files");
     stress(pushed(paths[1]));
     reactions(pushed(paths[2]));
     flight(pushed(paths[3]));
@@ -255,5 +327,6 @@ int main(int count, char **paths) {
     fields(whole, true);
     moved(whole);
     base(pushed(paths[6]));
+    world(File::read(paths[7]), File::read(paths[8]), File::read(paths[9]));
     return 0;
 }

@@ -4,7 +4,9 @@ use std::path::{Path, PathBuf};
 use std::process::Command;
 
 use vademecum_eval::format::File;
-use vademecum_eval::{Body, BodyOptions, Field};
+use vademecum_eval::{
+    Body, BodyOptions, Field, Member, Nodes, Pose, Touching, World, WorldBuffers, WorldOptions,
+};
 use vademecum_tests::program::{repository, vademecum};
 
 fn own(path: &str) -> PathBuf {
@@ -99,6 +101,22 @@ fn beam(folder: &Path, replaced: &[(&str, &str)]) -> PathBuf {
     let built = vademecum(&["build", &problem, "-o", &path]);
     assert_eq!(built.code, Some(0), "{}", built.stderr);
     file
+}
+
+/// A cube that falls, the block that it falls on, and a link with two ports, as
+/// `docs/how-to/join-bodies.md` has them.
+fn members_of_a_world(folder: &Path) -> [PathBuf; 3] {
+    let page = std::fs::read_to_string(repository().join("docs/how-to/join-bodies.md")).expect("a page");
+    ["cube", "base", "link"].map(|name| {
+        let (_, text) = page.split_once(&format!("# {name}.toml\n")).expect("a problem");
+        let (text, _) = text.split_once("```").expect("the end of it");
+        let [problem, file] = ["toml", "vdm"].map(|kind| folder.join(format!("{name}.{kind}")));
+        std::fs::write(&problem, text).expect("written");
+        let [problem, path] = [&problem, &file].map(|path| path.display().to_string());
+        let built = vademecum(&["build", &problem, "-o", &path]);
+        assert_eq!(built.code, Some(0), "{}", built.stderr);
+        file
+    })
 }
 
 /// The names in the output of `nm`, sorted.
@@ -198,7 +216,8 @@ fn every_function_of_the_header_of_cplusplus_runs_under_sanitizers_moved_bodies_
     let whole = ("[[output.probe]]", "[output]\nstatic_fields = true\n\n[[output.probe]]");
     let whole = beam(folder.path(), &[exact[0], exact[1], whole]);
     let files = ["stress", "reactions", "free", "parameters"].map(golden);
-    run(Command::new(&program).args(files).arg(whole).arg(golden("base")));
+    let world = members_of_a_world(folder.path());
+    run(Command::new(&program).args(files).arg(whole).arg(golden("base")).args(world));
 
     // Without exceptions it says so.
     let mut refused = Command::new("c++");
@@ -326,6 +345,67 @@ fn a_haptic_loop_in_c_gets_the_bits_of_the_evaluator() {
         let mut valgrind = Command::new("valgrind");
         run(valgrind.args(["--quiet", "--error-exitcode=9", "--leak-check=full"]).arg(&program).arg(&file));
     }
+}
+
+#[test]
+fn every_call_of_a_world_does_what_the_header_says_under_sanitizers_and_valgrind() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let files = members_of_a_world(folder.path());
+    let source = own("tests/world.c");
+    let sanitizers =
+        ["-std=c99", "-fsanitize=address,undefined", "-fno-sanitize-recover=all", "-fno-omit-frame-pointer"];
+    let program = compiled("cc", &sanitizers, &source, folder.path());
+    run(Command::new(&program).args(&files));
+
+    let in_cpp = folder.path().join("world.cpp");
+    std::fs::copy(&source, &in_cpp).expect("a copy");
+    let program = compiled("c++", &["-std=c++17"], &in_cpp, folder.path());
+    run(Command::new(&program).args(&files));
+    if there("valgrind") {
+        let mut valgrind = Command::new("valgrind");
+        valgrind.args(["--quiet", "--error-exitcode=9", "--leak-check=full"]);
+        run(valgrind.arg(&program).args(&files));
+    }
+}
+
+#[test]
+fn two_bodies_that_touch_in_c_get_the_bits_of_the_evaluator() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let [cube, base, _] = members_of_a_world(folder.path());
+    let program = compiled("cc", &["-std=c99"], &own("examples/two_bodies.c"), folder.path());
+    let said = run(Command::new(&program).args([&cube, &base]));
+
+    // The same march in Rust.
+    let bytes = [cube, base].map(|path| std::fs::read(path).expect("a file"));
+    let files = bytes.each_ref().map(|bytes| File::parse(bytes).expect("a vademecum"));
+    let mut options = BodyOptions::default();
+    (options.scene.contacts, options.scene.time_step) = (128, Some(1e-3));
+    let mut memory =
+        files.each_ref().map(|file| vec![0.0; Body::<f32>::len_for(file, &options).expect("a length")]);
+    let [of_cube, of_base] = &mut memory;
+    let mut cube = Body::<f32>::bind(&files[0], &options, of_cube).expect("a body");
+    let mut base = Body::<f32>::bind(&files[1], &options, of_base).expect("a body");
+    let mut motion = *cube.motion().expect("a free body");
+    motion.position = std::array::from_fn(|k| motion.position[k] + [0.04, 0.04, 0.085][k]);
+    cube.set_motion(motion).expect("a motion");
+    let pairs = [Touching { nodes: Nodes::First, ..Touching::new(0, 1) }];
+    let pairs = pairs.map(|pair| pair.with_friction(0.5).with_restitution(0.5));
+    let options = WorldOptions { gravity: [0.0, 0.0, -9.81], contacts: 128, ..WorldOptions::default() };
+    let mut members = [Member::Free(&mut cube), Member::Held(&mut base, Pose::IDENTITY)];
+    let sizes = World::sizes(&members, &[], &options).expect("sizes");
+    let mut buffers = WorldBuffers::new(&sizes);
+    let mut world = World::new(&members, &pairs, &[], &options, buffers.lend()).expect("a world");
+    for _ in 0..500 {
+        let report = world.step(&mut members).expect("a step");
+        assert!(report.converged, "{report:?}");
+    }
+    let energy = world.energy(&members).expect("an energy");
+    let Member::Free(cube) = &members[0] else { unreachable!("the cube") };
+    let height = cube.motion().expect("a motion").position[2];
+    let line = said.lines().last().expect("a line");
+    let found: Vec<u64> =
+        line.split_whitespace().map(|x| x.parse::<f64>().expect("a number").to_bits()).collect();
+    assert_eq!(found, [height.to_bits(), energy.to_bits()], "{line} in C, {height:e} {energy:e} in Rust");
 }
 
 #[test]

@@ -215,6 +215,7 @@ pub use vademecum_format::BaseMotion;
 pub use world::room::WorldBuffers;
 #[cfg(feature = "world")]
 pub use world::{
+    bind::WorldSizing,
     error::WorldError,
     joint::{Anchor, JointKind, JointState, WorldJoint},
     member::{Member, RigidShape},

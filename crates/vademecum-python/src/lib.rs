@@ -16,9 +16,11 @@ mod options;
 mod point;
 mod problem;
 mod refusal;
+mod setup;
 mod simulation;
 mod threads;
 mod watch;
+mod world;
 
 use pyo3::prelude::*;
 
@@ -37,6 +39,8 @@ mod _native {
     use crate::motion::PyMotion;
     #[pymodule_export]
     use crate::point::PyPoint;
+    #[pymodule_export]
+    use crate::world::PyWorld;
 
     use pyo3::prelude::*;
 

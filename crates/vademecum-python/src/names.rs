@@ -54,7 +54,7 @@ impl Names {
 }
 
 fn number(kind: &str, names: &[String], name: &str) -> PyResult<usize> {
-    names.iter().position(|known| known == name).ok_or_else(|| unknown(kind, name, names))
+    names.iter().position(|known| known == name).ok_or_else(|| unknown("the file", kind, name, names))
 }
 
 /// A field by its name.

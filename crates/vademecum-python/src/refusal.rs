@@ -143,10 +143,10 @@ pub fn busy(what: &str) -> PyErr {
 }
 
 /// A name that is not one of those known.
-pub fn unknown(what: &str, name: &str, known: &[String]) -> PyErr {
+pub fn unknown(of: &str, what: &str, name: &str, known: &[String]) -> PyErr {
     let nearest = vademecum_build::suggest::did_you_mean(name, known.iter().map(String::as_str));
     let list = if known.is_empty() { "none".to_string() } else { Quoted(known).to_string() };
-    PyValueError::new_err(format!("the file has no {what} `{name}`; it has {list}{nearest}"))
+    PyValueError::new_err(format!("{of} has no {what} `{name}`; it has {list}{nearest}"))
 }
 
 /// A name that is not one of the table of quantities.

@@ -6,6 +6,7 @@ use vademecum_build::progress::Cancelled;
 use vademecum_eval::{BindError, OutputError, WorldError};
 
 use crate::error::AssemblyError;
+use crate::file::AssemblyFile;
 
 /// Why a world of an assembly file cannot be marched.
 #[derive(Debug, thiserror::Error)]
@@ -63,5 +64,21 @@ pub enum WorldRunError {
 impl From<TomlError> for WorldRunError {
     fn from(error: TomlError) -> Self {
         Self::Assembly(error.into())
+    }
+}
+
+/// The part, pair or joint of a world that an error is about.
+pub(crate) fn subject(file: &AssemblyFile, error: &WorldError) -> String {
+    match *error {
+        WorldError::Member { member, .. } => {
+            file.parts.get(member).map_or("the ground".into(), |part| format!("part `{}`", part.name))
+        }
+        WorldError::Pair { pair } => file.contacts.get(pair).map_or("a pair".into(), |contact| {
+            format!("contact of `{}` and `{}`", contact.between[0], contact.between[1])
+        }),
+        WorldError::Joint { joint } | WorldError::Redundant { joint } => {
+            file.joints.get(joint).map_or("a joint".into(), |entry| format!("joint `{}`", entry.name(joint)))
+        }
+        _ => "the world".into(),
     }
 }

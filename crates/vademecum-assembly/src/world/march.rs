@@ -1,20 +1,12 @@
-//! The march of a world: parts bound, steps, rows, and the account of a run.
+//! The march of a world: steps, rows, and the account of a run.
 
 use vademecum_build::progress::Listener;
-use vademecum_eval::{
-    Body, Member, Nodes, Pose, RigidShape, Touching, World, WorldBuffers, WorldError, WorldOptions,
-    WorldReport,
-};
-use vademecum_format::File;
+use vademecum_eval::WorldReport;
 
-use crate::entries::NodesEntry;
-use crate::error::AssemblyError;
-use crate::file::{AssemblyFile, GROUND};
+use crate::file::AssemblyFile;
 use crate::world::error::WorldRunError;
-use crate::world::joints::Joined;
-use crate::world::overlap::{Skin, overlap};
-use crate::world::parts::{Bound, Shape, Source, body_options, ports, read};
-use crate::world::rows::{add_pairs, add_positions, columns, nodes_in_space, outputs, potential};
+use crate::world::rows::{add_pairs, columns};
+use crate::world::simulation::WorldSimulation;
 
 /// Most steps of a run.
 const MAX_STEPS: f64 = 1e9;
@@ -122,71 +114,31 @@ pub fn run_world<S: WorldSink>(
     sink: &mut S,
 ) -> Result<WorldRunReport, S::Error> {
     listener.stage("read the parts");
-    let sources: Vec<Source> = (0..file.parts.len()).map(|i| read(file, i)).collect::<Result<_, _>>()?;
-    let opened: Vec<Option<File<'_>>> = sources.iter().map(open).collect::<Result<_, _>>()?;
-    let (time_step, steps) = time(file, &opened)?;
-    let entry = file.world.expect("a world");
-    let body_options = body_options(time_step, entry.contacts);
-    let mut memory = vec![];
-    for (part, opened) in file.parts.iter().zip(&opened) {
-        let length = opened.as_ref().map_or(Ok(0), |opened| Body::<f64>::len_for(opened, &body_options));
-        let bind = |source| WorldRunError::Bind { part: part.name.clone(), source };
-        memory.push(vec![0.0; length.map_err(bind)?]);
-    }
-    let shapes = sources.iter().zip(&opened).map(|(source, opened)| Shape::of(source, opened.as_ref()));
-    let shapes: Vec<Shape> = shapes.collect::<Result<_, _>>().map_err(WorldRunError::from)?;
-    let mut bound = vec![];
-    for (i, memory) in memory.iter_mut().enumerate() {
-        bound.push(Bound::new(file, i, (&sources[i], opened[i].as_ref()), &body_options, memory)?);
-    }
-    let shown = outputs(file, &bound, &shapes).map_err(WorldRunError::from)?;
-    let (pairs, joints) = bonds(file, &opened, &shapes)?;
-    if file.joints.iter().any(|joint| joint.between[1] == GROUND) {
-        let ground = RigidShape::led(&[], &[], Pose::IDENTITY);
-        bound.extend(ground.map(|shape| Bound::Rigid(Box::new(shape))));
-    }
-    let mut members: Vec<Member<'_, '_, f64>> = bound.iter_mut().map(Bound::member).collect();
-
-    let world_options = WorldOptions {
-        gravity: entry.gravity,
-        reach: entry.reach,
-        tolerance: entry.tolerance,
-        sweeps: entry.sweeps,
-        contacts: entry.contacts,
-        ..WorldOptions::default()
-    };
-    let refused = |source| WorldRunError::World { subject: subject(file, &source), source };
-    let sizes = World::sizes(&members, &joints, &world_options).map_err(refused)?;
-    let mut lent = WorldBuffers::new(&sizes);
-    let world = World::new(&members, &pairs, &joints, &world_options, lent.lend());
-    let mut world = world.map_err(refused)?;
-
-    let plan = plan(file, &shapes, steps, time_step);
+    let mut world = WorldSimulation::open(file.clone())?;
+    let time_step = world.time_step();
+    let steps = steps(file, time_step)?;
+    let plan = plan(&world, steps);
     sink.begin(&plan)?;
-    let (mut row, mut nodes) = (vec![], vec![]);
+    let (mut row, mut nodes) = (vec![], vec![[0.0; 3]; plan.part_of_node.len()]);
     let mut report = WorldRunReport { time_step, ..WorldRunReport::default() };
-    let mut before = world.energy(&members).map_err(refused)? + potential(&members, entry.gravity);
+    let total = |world: &mut WorldSimulation| world.energy().map(|[own, potential]| own + potential);
+    let mut before = total(&mut world)?;
     listener.stage("march");
     for step in 0..=steps {
         let time = step as f64 * time_step;
         if step > 0 {
-            let done = world.step(&mut members).map_err(|source| {
-                let time = (step - 1) as f64 * time_step;
-                WorldRunError::Step { time, subject: subject(file, &source), source }
-            })?;
-            let now = world.energy(&members).map_err(refused)? + potential(&members, entry.gravity);
+            let done = world.step()?;
+            let now = total(&mut world)?;
             report.add(&done, now - before);
             before = now;
         }
         if step % options.every == 0 {
             row.clear();
             row.extend([time, before]);
-            add_positions(file, &members, &shown, &mut row)?;
-            add_pairs(&pairs, world.touches(), &mut row);
-            if options.surfaces {
-                nodes_in_space(file, &members, &shapes, &mut nodes)?;
-            }
-            sink.show(&WorldRow { time, values: &row, nodes: &nodes })?;
+            row.extend(world.outputs()?.as_flattened());
+            world.with_bonds(|pairs, _| world.with_touches(|touches| add_pairs(pairs, touches, &mut row)));
+            let shown: &[[f64; 3]] = if options.surfaces { all_nodes(&mut world, &mut nodes)? } else { &[] };
+            sink.show(&WorldRow { time, values: &row, nodes: shown })?;
         }
         if step % 64 == 0 {
             listener.checkpoint(step, steps).map_err(WorldRunError::from)?;
@@ -195,88 +147,40 @@ pub fn run_world<S: WorldSink>(
     Ok(report)
 }
 
-fn open(source: &Source) -> Result<Option<File<'_>>, WorldRunError> {
-    match source {
-        Source::Rigid(_) => Ok(None),
-        Source::File(bytes) => Ok(Some(File::parse(bytes).map_err(AssemblyError::from)?)),
+/// Nodes of the surfaces of the parts in space, one part after the other.
+fn all_nodes<'n>(
+    world: &mut WorldSimulation,
+    nodes: &'n mut [[f64; 3]],
+) -> Result<&'n [[f64; 3]], WorldRunError> {
+    let mut rest = &mut *nodes;
+    for part in 0..world.file().parts.len() {
+        let count = world.surface(part).map_or(0, |surface| surface.nodes.len());
+        let (own, behind) = rest.split_at_mut(count);
+        world.nodes_into(part, own)?;
+        rest = behind;
     }
+    Ok(nodes)
 }
 
-/// Step \[s\], and number of steps.
-fn time(file: &AssemblyFile, opened: &[Option<File<'_>>]) -> Result<(f64, usize), WorldRunError> {
-    let entry = file.world.expect("a world");
-    let own = opened.iter().flatten().map(|opened| opened.metadata().time_step);
-    let smallest = own.fold(f64::INFINITY, f64::min);
-    if smallest == f64::INFINITY {
-        let expected = "at least one part with a `file`";
-        return Err(file.refuse("part", "rigid bodies alone", expected).into());
-    }
-    let time_step = entry.step.or(file.step).unwrap_or(smallest);
-    let steps = (entry.time / time_step).round();
+/// Number of steps of the time of a world.
+fn steps(file: &AssemblyFile, time_step: f64) -> Result<usize, WorldRunError> {
+    let time = file.world.map_or(0.0, |entry| entry.time);
+    let steps = (time / time_step).round();
     if !(1.0..=MAX_STEPS).contains(&steps) {
         let expected = format!("a time of 1 to {MAX_STEPS:e} steps of {time_step} s");
-        return Err(file.refuse("world.time", entry.time, expected).into());
+        return Err(file.refuse("world.time", time, expected).into());
     }
-    Ok((time_step, steps as usize))
+    Ok(steps as usize)
 }
 
-/// Pairs and joints; parts that overlap are refused.
-fn bonds(
-    file: &AssemblyFile,
-    opened: &[Option<File<'_>>],
-    shapes: &[Shape],
-) -> Result<(Vec<Touching>, Vec<vademecum_eval::WorldJoint>), WorldRunError> {
-    let skin = |part: usize| {
-        let pose = Pose::new(file.parts[part].position, file.parts[part].rotation);
-        let nodes = shapes[part].nodes.iter().map(|node| pose.place(*node)).collect();
-        Skin { nodes, triangles: &shapes[part].triangles }
-    };
-    let mut pairs = vec![];
-    for (i, contact) in file.contacts.iter().enumerate() {
-        let members = contact.between.each_ref().map(|name| file.part(name).expect("was checked"));
-        if let Some(depth) = overlap(&skin(members[0]), &skin(members[1])) {
-            let [a, b] = &contact.between;
-            let found = format!("`{a}` and `{b}`, which overlap by {depth:.3e} m at the start");
-            let expected = "parts that are apart or touch";
-            return Err(file.refuse(&format!("contact[{i}].between"), found, expected).into());
-        }
-        let nodes = match contact.nodes {
-            NodesEntry::Both => Nodes::Both,
-            NodesEntry::First => Nodes::First,
-            NodesEntry::Second => Nodes::Second,
-        };
-        let (friction, restitution) = (contact.friction, contact.restitution);
-        pairs.push(Touching { members, friction, restitution, nodes });
-    }
-    let of_part = |opened: &Option<File<'_>>| opened.as_ref().map_or(Ok(vec![]), ports);
-    let ports = opened.iter().map(of_part).collect::<Result<Vec<_>, _>>()?;
-    let sizes: Vec<f64> = (0..shapes.len()).map(|part| skin(part).size()).collect();
-    let joints = Joined { file, ports: &ports, sizes: &sizes }.joints()?;
-    Ok((pairs, joints))
-}
-
-fn plan(file: &AssemblyFile, shapes: &[Shape], steps: usize, time_step: f64) -> WorldPlan {
+fn plan(world: &WorldSimulation, steps: usize) -> WorldPlan {
     let (mut triangles, mut part_of_node) = (vec![], vec![]);
-    for (part, shape) in shapes.iter().enumerate() {
+    for part in 0..world.file().parts.len() {
+        let Some(surface) = world.surface(part) else { continue };
         let first = part_of_node.len() as u32;
-        triangles.extend(shape.triangles.iter().map(|triangle| triangle.map(|node| first + node)));
-        part_of_node.extend(std::iter::repeat_n(part as f64, shape.nodes.len()));
+        triangles.extend(surface.triangles.iter().map(|triangle| triangle.map(|node| first + node)));
+        part_of_node.extend(std::iter::repeat_n(part as f64, surface.nodes.len()));
     }
-    WorldPlan { steps, time_step, columns: columns(file), triangles, part_of_node }
-}
-
-/// The part, pair or joint of a world that an error is about.
-fn subject(file: &AssemblyFile, error: &WorldError) -> String {
-    match *error {
-        WorldError::Member { member, .. } => {
-            file.parts.get(member).map_or("the ground".into(), |part| format!("part `{}`", part.name))
-        }
-        WorldError::Pair { pair } => file.contacts.get(pair).map_or("a pair".into(), |contact| {
-            format!("contact of `{}` and `{}`", contact.between[0], contact.between[1])
-        }),
-        WorldError::Joint { joint } | WorldError::Redundant { joint } => {
-            file.joints.get(joint).map_or("a joint".into(), |entry| format!("joint `{}`", entry.name(joint)))
-        }
-        _ => "the world".into(),
-    }
+    let columns = columns(world.file());
+    WorldPlan { steps, time_step: world.time_step(), columns, triangles, part_of_node }
 }

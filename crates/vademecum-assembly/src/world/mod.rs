@@ -1,6 +1,7 @@
 //! Worlds of an assembly file: parts that move, touch and turn, marched by [`vademecum_eval::World`].
 
 mod block;
+mod bonds;
 mod error;
 mod joints;
 mod march;
@@ -8,6 +9,11 @@ mod mass;
 mod overlap;
 mod parts;
 mod rows;
+mod saved;
+mod simulation;
 
 pub use error::WorldRunError;
 pub use march::{WorldPlan, WorldRow, WorldRunOptions, WorldRunReport, WorldSink, run_world};
+pub use parts::{GivenPart, PartBytes, PartSurface};
+pub use saved::WorldSavedError;
+pub use simulation::{PartPoint, WorldSimulation};

@@ -1,28 +1,64 @@
 //! Parts of a world: bodies of files and rigid bodies, read and bound.
 
 use vademecum_build::mesh::read_surface;
-use vademecum_eval::{Body, BodyOptions, MAX_CONTACTS, Member, RigidBody, RigidMotion, RigidShape};
+use vademecum_eval::{
+    Body, BodyOptions, MAX_CONTACTS, Member, Pose, RigidBody, RigidMotion, RigidShape, SceneOptions,
+};
 use vademecum_format::{File, PortKind, PortRange, SectionKind};
 
-use crate::entries::RigidEntry;
+use crate::entries::{LARGEST, RigidEntry};
 use crate::error::AssemblyError;
 use crate::file::{AssemblyFile, PartEntry};
 use crate::source::read_part;
 use crate::world::block::block;
 use crate::world::error::WorldRunError;
 use crate::world::mass::{is_closed, solid};
-use vademecum_eval::Pose;
 
 /// Files that are members of a world.
 const EXPECTED: &str =
     "a linear body with exact steps, no live stiffness of a region, and no dashpots that couple modes";
 
+/// Bytes of a file, owned by a world or shared.
+pub type PartBytes = Box<dyn AsRef<[u8]> + Send + Sync>;
+
+/// A part that is at hand, in place of the files that its entry names.
+pub enum GivenPart {
+    /// What the entry names.
+    Named,
+    /// Bytes of a vademecum file, unpacked, and options and live parameters of its body. Step and room for
+    /// contacts are those of the world.
+    File(PartBytes, SceneOptions),
+    /// Nodes \[m\] and triangles of the surface of a rigid body, counterclockwise from outside.
+    Surface(Vec<[f64; 3]>, Vec<[u32; 3]>),
+}
+
 /// A part as it was read.
 pub(crate) enum Source {
-    /// The bytes of a file, unpacked.
-    File(Vec<u8>),
+    /// The bytes of a file, unpacked, and options of its body.
+    File(PartBytes, SceneOptions),
     /// A rigid body.
     Rigid(Shell),
+}
+
+impl Source {
+    /// The file of a body; none of a rigid one.
+    pub fn open(&self) -> Result<Option<File<'_>>, AssemblyError> {
+        match self {
+            Self::Rigid(_) => Ok(None),
+            Self::File(bytes, _) => Ok(Some(File::parse((**bytes).as_ref())?)),
+        }
+    }
+
+    /// Options of the body of a file in a world.
+    pub fn options(&self, time_step: f64, contacts: usize) -> BodyOptions {
+        let scene = match self {
+            Self::File(_, scene) => *scene,
+            Self::Rigid(_) => SceneOptions::default(),
+        };
+        let contacts = contacts.min(MAX_CONTACTS);
+        let scene = SceneOptions { time_step: Some(time_step), contacts, ..scene };
+        BodyOptions { scene, ..BodyOptions::default() }
+    }
 }
 
 /// A rigid body: its surface, and its mass if it moves.
@@ -32,46 +68,64 @@ pub(crate) struct Shell {
     pub body: Option<RigidBody>,
 }
 
-/// Reads part `i`.
-pub(crate) fn read(file: &AssemblyFile, i: usize) -> Result<Source, WorldRunError> {
+/// Reads part `i`, or takes what is at hand.
+pub(crate) fn read(file: &AssemblyFile, i: usize, given: GivenPart) -> Result<Source, WorldRunError> {
     let entry = &file.parts[i];
-    match &entry.rigid {
-        None => read_file(file, i).map(Source::File),
-        Some(rigid) => shell(file, entry, rigid, i).map(Source::Rigid),
+    let source = match (given, &entry.rigid) {
+        (GivenPart::File(bytes, options), _) => Source::File(bytes, options),
+        (GivenPart::Surface(nodes, triangles), rigid) => {
+            let known = triangles.as_flattened().iter().all(|&node| (node as usize) < nodes.len());
+            if !known || !nodes.as_flattened().iter().all(|x| x.abs() <= LARGEST) {
+                let expected = "finite nodes, and triangles of nodes that there are";
+                return Err(file.refuse(&format!("part[{i}].rigid"), "another surface", expected).into());
+            }
+            let density = rigid.as_ref().and_then(|rigid| rigid.density);
+            return shell(file, (nodes, triangles), density, i).map(Source::Rigid);
+        }
+        (GivenPart::Named, Some(rigid)) => {
+            return shell(file, surface(file, entry, rigid)?, rigid.density, i).map(Source::Rigid);
+        }
+        (GivenPart::Named, None) => Source::File(Box::new(read_part(file, i)?), SceneOptions::default()),
+    };
+    if let Some(opened) = source.open()? {
+        check(&entry.name, &opened)?;
     }
+    Ok(source)
 }
 
-fn read_file(file: &AssemblyFile, i: usize) -> Result<Vec<u8>, WorldRunError> {
-    let part = file.parts[i].name.clone();
-    let bytes = read_part(file, i)?;
-    let opened = File::parse(&bytes).map_err(AssemblyError::from)?;
+/// Refuses a file that is no member of a world.
+fn check(part: &str, opened: &File<'_>) -> Result<(), AssemblyError> {
+    let part = part.to_string();
     let metadata = opened.metadata();
     let kind =
         |found: &str| AssemblyError::Kind { part: part.clone(), found: found.into(), expected: EXPECTED };
     if opened.section(SectionKind::StrainSizes).is_some() {
-        return Err(kind("is one of large displacements").into());
+        return Err(kind("is one of large displacements"));
     }
     if !metadata.diagonal || !metadata.scheme.is_exact() {
-        return Err(kind("has no natural modes that are moved exactly").into());
+        return Err(kind("has no natural modes that are moved exactly"));
     }
     if opened.section(SectionKind::DampingRows).is_some() {
-        return Err(kind("has dashpots that couple its modes").into());
+        return Err(kind("has dashpots that couple its modes"));
     }
     for kind in [SectionKind::NodeCoordinates, SectionKind::Triangles, SectionKind::SurfaceBasis] {
         if opened.section(kind).is_none() {
-            return Err(AssemblyError::Missing { part, kind }.into());
+            return Err(AssemblyError::Missing { part, kind });
         }
     }
-    Ok(bytes)
+    Ok(())
 }
 
-fn shell(
+/// Nodes and triangles of a surface.
+type SurfaceArrays = (Vec<[f64; 3]>, Vec<[u32; 3]>);
+
+/// The surface that the entry of a rigid body names.
+fn surface(
     file: &AssemblyFile,
     entry: &PartEntry,
     rigid: &RigidEntry,
-    i: usize,
-) -> Result<Shell, WorldRunError> {
-    let (nodes, triangles) = match (&rigid.surface, rigid.block) {
+) -> Result<SurfaceArrays, WorldRunError> {
+    Ok(match (&rigid.surface, rigid.block) {
         (Some(path), _) => {
             let read = read_surface(&file.folder.join(path), rigid.scale);
             let surface =
@@ -79,8 +133,16 @@ fn shell(
             (surface.nodes, surface.triangles)
         }
         (None, shape) => block(shape.map_or([1.0; 3], |shape| shape.lengths)),
-    };
-    let body = match rigid.density {
+    })
+}
+
+fn shell(
+    file: &AssemblyFile,
+    (nodes, triangles): SurfaceArrays,
+    density: Option<f64>,
+    i: usize,
+) -> Result<Shell, WorldRunError> {
+    let body = match density {
         None => None,
         Some(density) => {
             let body = if is_closed(&triangles) { solid(&nodes, &triangles, density) } else { None };
@@ -91,14 +153,6 @@ fn shell(
         }
     };
     Ok(Shell { nodes, triangles, body })
-}
-
-/// Options of the bodies of a world.
-pub(crate) fn body_options(time_step: f64, contacts: usize) -> BodyOptions {
-    let mut options = BodyOptions::default();
-    options.scene.time_step = Some(time_step);
-    options.scene.contacts = contacts.min(MAX_CONTACTS);
-    options
 }
 
 /// A part that is bound, and the ground behind the parts.
@@ -114,7 +168,7 @@ impl<'m> Bound<'m> {
     pub fn new(
         file: &AssemblyFile,
         i: usize,
-        (source, opened): (&'m Source, Option<&File<'m>>),
+        source: &'m Source,
         options: &BodyOptions,
         memory: &'m mut [f64],
     ) -> Result<Self, WorldRunError> {
@@ -129,9 +183,9 @@ impl<'m> Bound<'m> {
             };
             return Ok(Self::Rigid(Box::new(shape.ok_or_else(far)?)));
         }
-        let opened = opened.expect("a part of a file is opened");
+        let opened = source.open()?.expect("a part of a file");
         let bind = |source| WorldRunError::Bind { part: part(), source };
-        let mut body = Body::bind(opened, options, memory).map_err(bind)?;
+        let mut body = Body::bind(&opened, options, memory).map_err(bind)?;
         match body.rigid_body() {
             Some(rigid) => body.set_motion(start(entry, &rigid)).ok_or_else(far)?,
             None => {
@@ -144,6 +198,40 @@ impl<'m> Bound<'m> {
             }
         }
         Ok(Self::Elastic(Box::new(body), stand))
+    }
+
+    /// Placement of a part that is held.
+    pub fn stand(&self) -> Option<Pose> {
+        match self {
+            Self::Elastic(body, stand) if body.motion().is_none() => Some(*stand),
+            _ => None,
+        }
+    }
+
+    /// Sets the placement of a part that is held.
+    pub fn set_stand(&mut self, pose: Pose) {
+        if let Self::Elastic(_, stand) = self {
+            *stand = pose;
+        }
+    }
+
+    /// Puts a held part elsewhere, or leads a rigid body without a mass there; `None` of any other part, and
+    /// if a number is not finite.
+    pub fn lead(&mut self, pose: Pose) -> Option<()> {
+        match self {
+            Self::Elastic(body, _) if body.motion().is_some() || !pose.is_sound() => None,
+            Self::Elastic(_, stand) => {
+                *stand = pose;
+                Some(())
+            }
+            Self::Rigid(shape) => {
+                if shape.body().is_none() {
+                    shape.lead(pose)
+                } else {
+                    None
+                }
+            }
+        }
     }
 
     /// It as a member of a world.
@@ -175,19 +263,22 @@ fn start(entry: &PartEntry, body: &RigidBody) -> RigidMotion {
 }
 
 /// Surface of a part at rest, in its own coordinates.
-pub(crate) struct Shape {
+#[derive(Clone, Debug)]
+pub struct PartSurface {
+    /// Nodes \[m\].
     pub nodes: Vec<[f64; 3]>,
+    /// Triangles, counterclockwise from outside.
     pub triangles: Vec<[u32; 3]>,
 }
 
-impl Shape {
+impl PartSurface {
     /// Of a part.
-    pub fn of(source: &Source, opened: Option<&File<'_>>) -> Result<Self, AssemblyError> {
+    pub(crate) fn of(source: &Source, opened: Option<&File<'_>>) -> Result<Self, AssemblyError> {
         let opened = match (source, opened) {
             (Source::Rigid(shell), _) => {
                 return Ok(Self { nodes: shell.nodes.clone(), triangles: shell.triangles.clone() });
             }
-            (Source::File(_), opened) => opened.expect("a part of a file is opened"),
+            (Source::File(..), opened) => opened.expect("a part of a file is opened"),
         };
         let section = |kind| opened.section(kind).expect("was looked for");
         let coordinates = section(SectionKind::NodeCoordinates).numbers()?;

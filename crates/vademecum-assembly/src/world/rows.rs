@@ -1,14 +1,12 @@
 //! Rows of the table of a world: positions, forces of pairs, energy.
 
 use vademecum_build::linalg::vec3::dot;
-use vademecum_eval::{Field, Member, Place, Touch, Touching};
+use vademecum_eval::{Field, Member, OutputError, Place, Pose, Touch, Touching};
 
 use crate::error::AssemblyError;
 use crate::file::AssemblyFile;
-use crate::world::error::WorldRunError;
 use crate::world::overlap::Skin;
-use crate::world::parts::{Bound, Shape};
-use vademecum_eval::Pose;
+use crate::world::parts::{Bound, PartSurface};
 
 /// A place whose position is shown.
 pub(crate) enum Shown {
@@ -24,7 +22,7 @@ pub(crate) enum Shown {
 pub(crate) fn outputs(
     file: &AssemblyFile,
     bound: &[Bound<'_>],
-    shapes: &[Shape],
+    shapes: &[PartSurface],
 ) -> Result<Vec<(usize, Shown)>, AssemblyError> {
     let each = file.outputs.iter().enumerate().map(|(i, output)| {
         let part = file.part(&output.part).expect("was checked");
@@ -45,7 +43,7 @@ pub(crate) fn outputs(
                 Shown::Place(located.place, located.position)
             }
             (Bound::Rigid(_), Some(point)) => {
-                let Shape { nodes, triangles } = &shapes[part];
+                let PartSurface { nodes, triangles } = &shapes[part];
                 Shown::Point(Skin { nodes: nodes.clone(), triangles }.nearest(point).1)
             }
         };
@@ -69,7 +67,7 @@ pub(crate) fn columns(file: &AssemblyFile) -> Vec<String> {
 }
 
 /// Position of a place in space \[m\].
-fn position(member: &Member<'_, '_, f64>, shown: &Shown) -> Result<[f64; 3], vademecum_eval::OutputError> {
+pub(crate) fn position(member: &Member<'_, '_, f64>, shown: &Shown) -> Result<[f64; 3], OutputError> {
     Ok(match (member, shown) {
         (Member::Free(body), Shown::Place(place, _)) => body.in_space(place, Field::Displacement)?,
         (Member::Free(body), _) => body.motion().map_or([f64::NAN; 3], |motion| motion.position),
@@ -86,20 +84,6 @@ fn position(member: &Member<'_, '_, f64>, shown: &Shown) -> Result<[f64; 3], vad
         (Member::Rigid(shape), _) => shape.motion().position,
         (Member::Held(..), _) => [f64::NAN; 3],
     })
-}
-
-/// Adds the positions of the outputs.
-pub(crate) fn add_positions(
-    file: &AssemblyFile,
-    members: &[Member<'_, '_, f64>],
-    shown: &[(usize, Shown)],
-    row: &mut Vec<f64>,
-) -> Result<(), WorldRunError> {
-    for (part, shown) in shown {
-        let failed = |source| WorldRunError::Output { part: file.parts[*part].name.clone(), source };
-        row.extend(position(&members[*part], shown).map_err(failed)?);
-    }
-    Ok(())
 }
 
 /// Adds force \[N\] on the first part and number of pressed contacts of each pair.
@@ -136,39 +120,32 @@ pub(crate) fn potential(members: &[Member<'_, '_, f64>], gravity: [f64; 3]) -> f
     members.iter().map(of).sum()
 }
 
-/// Nodes of the surfaces of the parts in space, one part after the other.
-pub(crate) fn nodes_in_space(
-    file: &AssemblyFile,
-    members: &[Member<'_, '_, f64>],
-    shapes: &[Shape],
-    nodes: &mut Vec<[f64; 3]>,
-) -> Result<(), WorldRunError> {
-    nodes.clear();
-    let mut moved = vec![];
-    for (i, (member, shape)) in members.iter().zip(shapes).enumerate() {
-        let failed = |source| WorldRunError::Output { part: file.parts[i].name.clone(), source };
-        moved.clear();
-        moved.resize(3 * shape.nodes.len(), 0.0);
-        let (position, attitude, centre) = match member {
-            Member::Held(body, stand) => {
-                body.surface_into(Field::Displacement, &mut moved).map_err(failed)?;
-                (stand.position(), stand.attitude(), [0.0; 3])
-            }
-            Member::Free(body) => {
-                body.surface_into(Field::Displacement, &mut moved).map_err(failed)?;
-                let (rigid, motion) = body.rigid_body().zip(body.motion().copied()).expect("it flies");
-                (motion.position, motion.attitude, rigid.centre)
-            }
-            Member::Rigid(shape) => {
-                let centre = shape.body().map_or([0.0; 3], |body| body.centre);
-                (shape.motion().position, shape.motion().attitude, centre)
-            }
-        };
-        let pose = Pose::new(position, attitude);
-        let in_space = |(node, by): (&[f64; 3], &[f64; 3])| {
-            pose.place(std::array::from_fn(|k| node[k] - centre[k] + by[k]))
-        };
-        nodes.extend(shape.nodes.iter().zip(moved.as_chunks::<3>().0).map(in_space));
+/// Nodes of the surface of a part in space.
+pub(crate) fn nodes_of(
+    member: &Member<'_, '_, f64>,
+    shape: &PartSurface,
+    out: &mut [[f64; 3]],
+) -> Result<(), OutputError> {
+    let moved = out.as_flattened_mut();
+    moved.fill(0.0);
+    let (position, attitude, centre) = match member {
+        Member::Held(body, stand) => {
+            body.surface_into(Field::Displacement, moved)?;
+            (stand.position(), stand.attitude(), [0.0; 3])
+        }
+        Member::Free(body) => {
+            body.surface_into(Field::Displacement, moved)?;
+            let (rigid, motion) = body.rigid_body().zip(body.motion().copied()).expect("it flies");
+            (motion.position, motion.attitude, rigid.centre)
+        }
+        Member::Rigid(shape) => {
+            let centre = shape.body().map_or([0.0; 3], |body| body.centre);
+            (shape.motion().position, shape.motion().attitude, centre)
+        }
+    };
+    let pose = Pose::new(position, attitude);
+    for (out, node) in out.iter_mut().zip(&shape.nodes) {
+        *out = pose.place(std::array::from_fn(|k| node[k] - centre[k] + out[k]));
     }
     Ok(())
 }

@@ -188,6 +188,7 @@ fn names<'f>(file: &'f File<'static>, kind: i32) -> Result<Names<'f>, Refusal> {
         k if k == VdmNamed::VDM_PROBES as i32 => section(SectionKind::ProbeNames),
         k if k == VdmNamed::VDM_PATTERNS as i32 => section(SectionKind::PatternNames),
         k if k == VdmNamed::VDM_SUPPORTS as i32 => section(SectionKind::SupportNames),
+        k if k == VdmNamed::VDM_PORTS as i32 => section(SectionKind::PortNames),
         k if k == VdmNamed::VDM_PARAMETERS as i32 => {
             Ok(Names::Parameters(file.metadata().active_parameters().iter()))
         }

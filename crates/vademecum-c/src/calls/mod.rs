@@ -46,6 +46,8 @@ mod flight;
 mod loads;
 mod read;
 mod states;
+#[cfg(feature = "world")]
+mod world;
 
 pub use about::*;
 pub use batch::*;
@@ -54,3 +56,5 @@ pub use flight::*;
 pub use loads::*;
 pub use read::*;
 pub use states::*;
+#[cfg(feature = "world")]
+pub use world::*;

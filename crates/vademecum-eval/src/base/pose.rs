@@ -1,6 +1,5 @@
 //! Place and rotation of a body.
 
-#[cfg(feature = "assembly")]
 use crate::base::vec3::{add, dot};
 
 /// Largest distance of a quaternion from unit length.
@@ -9,13 +8,15 @@ const UNIT: f64 = 1e-6;
 /// Largest size of a coordinate.
 const LARGEST: f64 = 1e30;
 
+/// Distance of a length from one that rounding leaves.
+const ROUNDING: f64 = 4.0 * f64::EPSILON;
+
 /// Place and rotation of a body.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Pose {
     position: [f64; 3],
     attitude: [f64; 4],
     /// Rotation matrix, row by row.
-    #[cfg_attr(not(feature = "assembly"), allow(dead_code))]
     pub(crate) rotation: [[f64; 3]; 3],
     sound: bool,
 }
@@ -35,6 +36,8 @@ impl Pose {
     pub fn new(position: [f64; 3], quaternion: [f64; 4]) -> Self {
         let length = libm::sqrt(quaternion.iter().map(|x| x * x).sum());
         let sound = (length - 1.0).abs() <= UNIT && position.iter().all(|x| x.abs() <= LARGEST);
+        // One that has been brought to length one before keeps its bits.
+        let length = if (length - 1.0).abs() <= ROUNDING { 1.0 } else { length };
         let [w, x, y, z] = quaternion.map(|number| number / length);
         let rotation = [
             [1.0 - 2.0 * (y * y + z * z), 2.0 * (x * y - w * z), 2.0 * (x * z + w * y)],
@@ -69,7 +72,6 @@ impl Pose {
     }
 }
 
-#[cfg(feature = "assembly")]
 impl Pose {
     /// A direction of the body in space.
     #[must_use]
@@ -92,6 +94,7 @@ impl Pose {
     }
 
     /// `Q A Qᵀ`.
+    #[cfg(feature = "assembly")]
     pub(crate) fn turn_matrix(&self, a: [[f64; 3]; 3]) -> [[f64; 3]; 3] {
         let [x, y, z] = a;
         // Rows of Q A, then each by the rows of Q.

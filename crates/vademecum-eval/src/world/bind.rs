@@ -7,13 +7,65 @@ use crate::world::bounds;
 use crate::world::error::WorldError;
 use crate::world::frame::Frame;
 use crate::world::joint::{JointKind, JointState, WorldJoint, at_rest, rows_of};
-use crate::world::joints::{envelope, first_shared};
+use crate::world::joints::{JointRows, Joints, envelope, first_shared, rows_and_members};
 use crate::world::member::{Member, Outline};
 use crate::world::options::WorldOptions;
 use crate::world::patch;
 use crate::world::room::{Lengths, Room, Tape, WorldMemory, WorldSizes, cut_joints};
 use crate::world::slot::{Slot, Touching};
 use crate::world::world::World;
+
+/// Sizes of a world whose members and joints are shown one by one, where there is no memory for lists of them
+/// yet.
+#[derive(Debug, Default)]
+pub struct WorldSizing {
+    lengths: Lengths,
+    members: usize,
+}
+
+impl WorldSizing {
+    /// Adds a member.
+    ///
+    /// # Errors
+    /// [`WorldError::Member`].
+    pub fn add<T: Scalar>(&mut self, member: &Member<'_, '_, T>) -> Result<(), WorldError> {
+        check_member(self.members, member)?;
+        self.lengths.add(member).ok_or(no_surface(self.members))?;
+        self.members = self.members.saturating_add(1);
+        Ok(())
+    }
+
+    /// The memory that a world of the members asks for, with `count` joints, of which `joint` gives kind and
+    /// members. `moves` is true of a member that is a body, or rigid with a mass.
+    ///
+    /// # Errors
+    /// [`WorldError`].
+    pub fn sizes<T: Scalar>(
+        &self,
+        count: usize,
+        joint: impl Fn(usize) -> Option<(JointKind, [usize; 2])>,
+        moves: impl Fn(usize) -> bool,
+        options: &WorldOptions,
+    ) -> Result<WorldSizes, WorldError> {
+        let rows = |i: usize| joint(i).map(|(kind, members)| (rows_of(kind), members));
+        self.sized::<T>(count, rows, moves, options)
+    }
+
+    fn sized<T: Scalar>(
+        &self,
+        count: usize,
+        joint: impl Fn(usize) -> JointRows,
+        moves: impl Fn(usize) -> bool,
+        options: &WorldOptions,
+    ) -> Result<WorldSizes, WorldError> {
+        let mut tape = Tape::Counted(0);
+        Room::<T>::cut(&mut tape, &self.lengths, options.contacts)?;
+        cut_joints(&mut tape, &self.lengths, count, envelope(count, joint, moves))?;
+        let numbers = if let Tape::Counted(numbers) = tape { numbers } else { 0 };
+        let (touches, near) = (options.contacts.saturating_mul(2), self.lengths.near(options));
+        Ok(WorldSizes { slots: self.members, touches, joints: count, near, numbers })
+    }
+}
 
 impl<'m, T: Scalar> World<'m, T> {
     /// The memory that a world of these members and joints asks for.
@@ -25,17 +77,9 @@ impl<'m, T: Scalar> World<'m, T> {
         joints: &[WorldJoint],
         options: &WorldOptions,
     ) -> Result<WorldSizes, WorldError> {
-        let mut lengths = Lengths::default();
-        for (i, member) in members.iter().enumerate() {
-            check_member(i, member)?;
-            lengths.add(member).ok_or(no_surface(i))?;
-        }
-        let mut tape = Tape::Counted(0);
-        Room::<T>::cut(&mut tape, &lengths, options.contacts)?;
-        cut_joints(&mut tape, &lengths, joints, &mut [], envelope(joints, moves(members)))?;
-        let numbers = if let Tape::Counted(count) = tape { count } else { 0 };
-        let (touches, near) = (options.contacts.saturating_mul(2), lengths.near(options));
-        Ok(WorldSizes { slots: members.len(), touches, joints: joints.len(), near, numbers })
+        let mut sizing = WorldSizing::default();
+        members.iter().try_for_each(|member| sizing.add(member))?;
+        sizing.sized::<T>(joints.len(), rows_and_members(joints), moves(members), options)
     }
 
     /// A world of these members, of which `pairs` may touch and `joints` hold some together. `O(n r)` in the
@@ -66,7 +110,9 @@ impl<'m, T: Scalar> World<'m, T> {
         numbers.fill(0.0);
         let mut tape = Tape::Lent(Lender::new(numbers));
         let mut room = Room::cut(&mut tape, &lengths, options.contacts)?;
-        let joints = cut_joints(&mut tape, &lengths, joints, states, envelope(joints, moves(members)))?;
+        let envelope = envelope(joints.len(), rows_and_members(joints), moves(members));
+        let cut = cut_joints(&mut tape, &lengths, joints.len(), envelope)?;
+        let joints = Joints { all: joints, states, ..cut };
         lay_out(joints.all, joints.states, moves(members), joints.starts, joints.offsets);
         for (j, (state, joint)) in joints.states.iter_mut().zip(joints.all).enumerate() {
             place_joint(joint, state, members).ok_or(WorldError::Joint { joint: j })?;
@@ -151,7 +197,7 @@ fn lay_out(
 ) {
     let (mut row, mut offset) = (0, 0);
     for i in 0..joints.len() {
-        let shared = first_shared(joints, i, &moves);
+        let shared = first_shared(rows_and_members(joints), i, &moves);
         let before = states.get(shared).map_or(row, |state| if shared == i { row } else { state.first_row });
         let Some((state, joint)) = states.get_mut(i).zip(joints.get(i)) else { continue };
         let rows = rows_of(joint.kind);

@@ -22,13 +22,25 @@ pub(crate) struct Joints<'m> {
     pub gaps: &'m mut [f64],
 }
 
-/// Rows of all joints, and numbers of their envelope.
-pub(crate) fn envelope(joints: &[WorldJoint], moves: impl Fn(usize) -> bool) -> [usize; 2] {
+/// Rows and members of a joint of a list.
+pub(crate) type JointRows = Option<(usize, [usize; 2])>;
+
+/// Rows and members of the joints of a list, by their numbers.
+pub(crate) fn rows_and_members(joints: &[WorldJoint]) -> impl Fn(usize) -> JointRows + '_ {
+    |i| joints.get(i).map(|joint| (joint::rows_of(joint.kind), joint.members))
+}
+
+/// Rows of so many joints, and numbers of their envelope.
+pub(crate) fn envelope(
+    count: usize,
+    joint: impl Fn(usize) -> JointRows,
+    moves: impl Fn(usize) -> bool,
+) -> [usize; 2] {
     let (mut rows, mut numbers) = (0_usize, 0_usize);
-    for (i, joint) in joints.iter().enumerate() {
-        let before: usize =
-            joints.iter().take(first_shared(joints, i, &moves)).map(|joint| joint::rows_of(joint.kind)).sum();
-        for _ in 0..joint::rows_of(joint.kind) {
+    let of = |i: usize| joint(i).map_or(0, |(rows, _)| rows);
+    for i in 0..count {
+        let before: usize = (0..first_shared(&joint, i, &moves)).map(of).sum();
+        for _ in 0..of(i) {
             rows += 1;
             numbers = numbers.saturating_add(rows - before);
         }
@@ -37,10 +49,14 @@ pub(crate) fn envelope(joints: &[WorldJoint], moves: impl Fn(usize) -> bool) -> 
 }
 
 /// The first joint that shares a member that moves with joint `i`.
-pub(crate) fn first_shared(joints: &[WorldJoint], i: usize, moves: impl Fn(usize) -> bool) -> usize {
-    let Some(own) = joints.get(i) else { return i };
-    let shares = |other: &WorldJoint| other.members.iter().any(|&m| own.members.contains(&m) && moves(m));
-    joints.iter().take(i).position(shares).unwrap_or(i)
+pub(crate) fn first_shared(
+    joint: impl Fn(usize) -> JointRows,
+    i: usize,
+    moves: impl Fn(usize) -> bool,
+) -> usize {
+    let Some((_, own)) = joint(i) else { return i };
+    let shares = |other: [usize; 2]| other.iter().any(|m| own.contains(m) && moves(*m));
+    (0..i).find(|&j| joint(j).is_some_and(|(_, other)| shares(other))).unwrap_or(i)
 }
 
 impl Joints<'_> {

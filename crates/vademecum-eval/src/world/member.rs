@@ -9,6 +9,9 @@ use crate::sections::place::Place;
 use crate::sections::surface::Surface;
 use crate::world::frame::{Frame, motion_of};
 
+/// Largest distance of the square of an attitude from one, of a motion that is taken back.
+const UNIT: f64 = 1e-12;
+
 /// A body in a world, lent for one step.
 #[derive(Debug)]
 pub enum Member<'w, 'm, T> {
@@ -83,6 +86,17 @@ impl<'m> RigidShape<'m> {
     pub fn set_motion(&mut self, motion: RigidMotion) -> Option<()> {
         self.motion = motion.normalised()?;
         self.goal = self.motion;
+        Some(())
+    }
+
+    /// Takes back what [`RigidShape::motion`] gave, bit by bit. `None`, and nothing changes, if a number is
+    /// not finite or the attitude has not length one.
+    pub fn restore(&mut self, motion: RigidMotion) -> Option<()> {
+        let length: f64 = motion.attitude.iter().map(|x| x * x).sum();
+        if !motion.is_finite() || libm::fabs(length - 1.0) > UNIT {
+            return None;
+        }
+        (self.motion, self.goal) = (motion, motion);
         Some(())
     }
 

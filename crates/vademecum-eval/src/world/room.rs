@@ -3,7 +3,7 @@
 use crate::base::lend::{Lender, Short};
 use crate::base::scalar::Scalar;
 use crate::world::bounds;
-use crate::world::joint::{JointState, ROWS, WorldJoint};
+use crate::world::joint::{JointState, ROWS};
 use crate::world::joints::Joints;
 use crate::world::member::Member;
 use crate::world::options::WorldOptions;
@@ -76,7 +76,7 @@ impl WorldBuffers {
 }
 
 /// Lengths of the pieces of all members together.
-#[derive(Default)]
+#[derive(Debug, Default)]
 pub(crate) struct Lengths {
     order: usize,
     boxes: usize,
@@ -243,18 +243,17 @@ impl<'m, T: Scalar> Room<'m, T> {
     }
 }
 
-/// Cuts or counts the pieces of the joints; `envelope` has their rows, and the numbers of their matrix.
+/// Cuts or counts the pieces of so many joints; `envelope` has their rows, and the numbers of their matrix.
 pub(crate) fn cut_joints<'m>(
     tape: &mut Tape<'m>,
     lengths: &Lengths,
-    all: &'m [WorldJoint],
-    states: &'m mut [JointState],
+    count: usize,
     [rows, numbers]: [usize; 2],
 ) -> Result<Joints<'m>, Short> {
-    let each = all.len().saturating_mul(2 * ROWS);
+    let each = count.saturating_mul(2 * ROWS);
     Ok(Joints {
-        all,
-        states,
+        all: &[],
+        states: &mut [],
         rows: tape.words(each.saturating_mul(lengths.stride))?,
         basis: tape.words(each.saturating_mul(lengths.largest))?,
         largest: lengths.largest,

@@ -33,6 +33,7 @@ from ._data import (
     Axis,
     Bound,
     Certificate,
+    Contacts,
     DiscDisplacement,
     DiscretisationEstimate,
     ElementCount,
@@ -51,6 +52,7 @@ from ._data import (
     Section,
     Soundness,
     Starter,
+    StepReport,
     Structure,
     Support,
     Verification,
@@ -67,17 +69,18 @@ from ._errors import (
     NumericsError,
     ToleranceMissed,
 )
-from ._native import Batch, Body, Motion, SurfacePoint
+from ._native import Batch, Body, Motion, SurfacePoint, World
 
 __version__ = _native.__version__
 
 __all__ = [
-    "Axis", "Batch", "Body", "Bound", "Certificate", "DiscDisplacement", "DiscretisationEstimate", "ElementCount",
-    "Error", "File", "FileError", "FreeBody", "FrequencyResponse", "Group", "Info", "InputError", "MachineError",
-    "MeshError", "MeshReport", "MissingFile", "Motion", "NaturalModes", "Note", "NumericsError", "Page",
-    "Parameter", "ParameterValue", "Peak", "Played", "Quality", "Quantity", "RefinedValue", "Region", "Section",
-    "Soundness", "Starter", "Structure", "Support", "SurfacePoint", "ToleranceMissed", "Verification", "build",
-    "frf", "from_bytes", "init", "mesh", "modes", "open", "problem_from_meshio", "report", "run", "verify", "write_mesh",
+    "Axis", "Batch", "Body", "Bound", "Certificate", "Contacts", "DiscDisplacement", "DiscretisationEstimate",
+    "ElementCount", "Error", "File", "FileError", "FreeBody", "FrequencyResponse", "Group", "Info",
+    "InputError", "MachineError", "MeshError", "MeshReport", "MissingFile", "Motion", "NaturalModes", "Note",
+    "NumericsError", "Page", "Parameter", "ParameterValue", "Peak", "Played", "Quality", "Quantity",
+    "RefinedValue", "Region", "Section", "Soundness", "Starter", "StepReport", "Structure", "Support",
+    "SurfacePoint", "ToleranceMissed", "Verification", "World", "build", "frf", "from_bytes", "init", "mesh",
+    "modes", "open", "problem_from_meshio", "report", "run", "verify", "write_mesh",
 ]
 
 

@@ -14,6 +14,9 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Optional, TypeVar, Union
 
+import numpy as np
+from numpy.typing import NDArray
+
 T = TypeVar("T")
 
 
@@ -153,6 +156,51 @@ class Quantity:
     def is_scalar(self) -> bool:
         """Tells quantities of one number."""
         return self.length == 1
+
+
+@dataclass(frozen=True, eq=False)
+class Contacts:
+    """Contacts of a step of a `World`: nodes of one part near the surface of another."""
+
+    #: Numbers of the part of the node and of the part of the surface, shape (contacts, 2).
+    parts: NDArray[np.uint32]
+    #: Positions of the nodes in space [m], shape (contacts, 3).
+    position: NDArray[np.float64]
+    #: Outward normals of the surfaces, shape (contacts, 3).
+    normal: NDArray[np.float64]
+    #: Forces on the nodes [N], held over the step, shape (contacts, 3); on the surfaces act their opposites.
+    force: NDArray[np.float64]
+    #: Normal forces [N]; 0 of a node that is near and does not touch.
+    pressure: NDArray[np.float64]
+    #: Gaps at the end of the step [m]; below 0 where they overlap.
+    gap: NDArray[np.float64]
+    #: Slips over the step [m], shape (contacts, 3).
+    slip: NDArray[np.float64]
+
+    def __len__(self) -> int:
+        return len(self.gap)
+
+
+@dataclass(frozen=True)
+class StepReport:
+    """What `World.step` did."""
+
+    #: Number of steps.
+    steps: int
+    #: Pairs of nodes and surfaces that were near each other in the last step.
+    contacts: int
+    #: Those that carry a force.
+    pressed: int
+    #: Sweeps of the solutions, in all steps.
+    sweeps: int
+    #: Steps in which there was no room for a contact.
+    steps_without_room: int
+    #: Steps whose solution was not within the tolerance.
+    steps_not_converged: int
+    #: Deepest overlap at the end of a step [m].
+    worst_gap: float
+    #: Energy that contacts took from the parts [J].
+    energy_given_away: float
 
 
 @dataclass(frozen=True)

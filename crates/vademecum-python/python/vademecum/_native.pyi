@@ -1,17 +1,19 @@
 """The part of the package that is written in Rust. A test keeps these texts the same as those of the module."""
 
 from collections.abc import Callable, Mapping, Sequence
+from os import PathLike
 from pathlib import Path
 from typing import Any, Optional, Union, final
 
 import numpy as np
-from numpy.typing import DTypeLike, NDArray
+from numpy.typing import ArrayLike, DTypeLike, NDArray
 
-from ._data import FreeBody, Quantity
+from . import File as _PublicFile
+from ._data import Contacts, FreeBody, Quantity, StepReport
 
 __all__ = [
-    "__version__", "Batch", "Body", "File", "Motion", "SurfacePoint", "build", "check", "frf", "init", "mesh", "modes",
-    "program", "report", "run", "verify",
+    "__version__", "Batch", "Body", "File", "Motion", "SurfacePoint", "World", "build", "check", "frf", "init", "mesh",
+    "modes", "program", "report", "run", "verify",
 ]
 
 __version__: str
@@ -279,6 +281,169 @@ class Batch:
         self, instance: int, field: str = "displacement", out: Optional[NDArray[Any]] = None
     ) -> NDArray[Any]:
         """Reads all nodes of one instance, shape (nodes, 3)."""
+
+@final
+class World:
+    """Bodies that move, touch with friction, and turn about joints. It belongs to one thread at a time.
+
+    `World.open(path)` reads an assembly file with `[world]`. `World(step=1e-3)` is empty: `add`, `add_box`,
+    `add_surface`, `touch` and `join` make it, until the first step or the first thing that is read. Parts go by
+    their names. Positions, velocities and forces are those of space; a place of a part is given in its own
+    coordinates. What is pushed acts in the coming step only.
+
+    Methods with `out` write into that array, as those of `Body` do.
+    """
+
+    def __new__(
+        cls,
+        step: Optional[float] = None,
+        gravity: _Vector = (0.0, 0.0, 0.0),
+        *,
+        reach: Optional[float] = None,
+        tolerance: Optional[float] = None,
+        sweeps: int = 200,
+        contacts: int = 256,
+    ) -> World: ...
+    @staticmethod
+    def open(path: Union[str, PathLike[str]]) -> World:
+        """Reads a world from an assembly file with `[world]`, as `vademecum run` does."""
+    def add(
+        self,
+        body: Union[_PublicFile, str, PathLike[str]],
+        position: _Vector = (0.0, 0.0, 0.0),
+        quaternion: _Vector = (1.0, 0.0, 0.0, 0.0),
+        velocity: Optional[_Vector] = None,
+        spin: Optional[_Vector] = None,
+        *,
+        name: Optional[str] = None,
+        **options: Any,
+    ) -> str:
+        """Adds a body of a `File`, or of a path, and gives its name. `position` is the place of the origin of its
+        coordinates and `quaternion` its rotation, the real part first. A body without supports moves freely, with
+        a `velocity` of its centre in m/s and an angular velocity `spin` in rad/s. Options are those of
+        `File.body`."""
+    def add_box(
+        self,
+        lengths: _Vector,
+        position: _Vector = (0.0, 0.0, 0.0),
+        quaternion: _Vector = (1.0, 0.0, 0.0, 0.0),
+        velocity: Optional[_Vector] = None,
+        spin: Optional[_Vector] = None,
+        *,
+        density: Optional[float] = None,
+        name: Optional[str] = None,
+    ) -> str:
+        """Adds a rigid box, from the origin of its coordinates on, of these lengths in m. With a `density` in kg/m3
+        it moves; without one it stands, and `lead` moves it."""
+    def add_surface(
+        self,
+        nodes: ArrayLike,
+        triangles: ArrayLike,
+        position: _Vector = (0.0, 0.0, 0.0),
+        quaternion: _Vector = (1.0, 0.0, 0.0, 0.0),
+        velocity: Optional[_Vector] = None,
+        spin: Optional[_Vector] = None,
+        *,
+        density: Optional[float] = None,
+        name: Optional[str] = None,
+    ) -> str:
+        """Adds a rigid body within a surface: nodes in m, shape (n, 3), and triangles, shape (m, 3),
+        counterclockwise from outside. With a `density` in kg/m3 the surface is closed and the body moves; without
+        one it stands, and `lead` moves it."""
+    def touch(
+        self, first: str, second: str, friction: float = 0.0, restitution: float = 1.0, nodes: str = "both"
+    ) -> None:
+        """Lets two parts touch, with Coulomb friction and the restitution of an impact shorter than a step. `nodes`
+        says whose nodes are held off the surface of the other: "both", "first" or "second"."""
+    def join(
+        self,
+        kind: str,
+        first: str,
+        second: str,
+        *,
+        at: Optional[_Vector] = None,
+        length: Optional[float] = None,
+        stiffness: Optional[float] = None,
+        distance: Optional[float] = None,
+        name: Optional[str] = None,
+    ) -> str:
+        """Joins two parts by a "ball", "hinge", "slider" or "cable" and gives the name of the joint. A side is a
+        port that is a frame, "part.port", a rigid body, "part", or, second, "ground". `at` is the point in space
+        where a rigid body or the ground is held; `length` in m, and `stiffness` in N/m, are those of a cable;
+        ports farther apart than `distance` in m are refused."""
+    @property
+    def part_names(self) -> list[str]:
+        """Names of the parts."""
+    @property
+    def joint_names(self) -> list[str]:
+        """Names of the joints."""
+    @property
+    def time_step(self) -> float:
+        """Length of a step in s."""
+    @property
+    def time(self) -> float:
+        """Time in s: that of the steps that were made."""
+    def step(self, steps: int = 1) -> StepReport:
+        """Moves on by so many steps, while other threads of Python run. What was pushed acts in the first."""
+    @property
+    def energy(self) -> float:
+        """Kinetic plus elastic energy in J, of parts, contacts and joints."""
+    @property
+    def potential(self) -> float:
+        """Potential energy of gravity in J, of the parts that move freely."""
+    @property
+    def outputs(self) -> dict[str, NDArray[np.float64]]:
+        """Positions in m of the `[[output]]` of the assembly file, by name."""
+    def surface(self, part: str, out: Optional[NDArray[np.float64]] = None) -> NDArray[np.float64]:
+        """Reads the positions in space of the nodes of the surface of a part in m, shape (nodes, 3)."""
+    def triangles(self, part: str) -> NDArray[np.uint32]:
+        """Triangles of the surface of a part, shape (triangles, 3)."""
+    def pose(self, part: str) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+        """Reads the placement of a part: position of the origin of its coordinates in m, and its rotation, a
+        quaternion, the real part first."""
+    def lead(self, part: str, position: _Vector, quaternion: _Vector = (1.0, 0.0, 0.0, 0.0)) -> None:
+        """Puts a held part elsewhere, or leads a rigid body without density there to the end of the coming step."""
+    def motion(self, part: str) -> Motion:
+        """Reads the rigid motion of a part that moves freely."""
+    def set_motion(self, part: str, motion: Motion) -> None:
+        """Puts a part that moves freely elsewhere, or lets it move otherwise. Its elastic motion stays; the world
+        forgets its contacts."""
+    def locate(self, part: str, point: _Vector) -> SurfacePoint:
+        """Finds the nearest point of the loadable surface of a part, in its coordinates and at rest."""
+    def push(self, part: str, place: _Place, force: _Vector) -> None:
+        """Pushes a part at a place with a force in N of space, in the coming step."""
+    def pull(self, part: str, force: _Vector) -> None:
+        """Pulls a part that moves freely at its centre with a force in N of space, in the coming step."""
+    def push_pattern(self, part: str, name: str, amplitude: float = 1.0) -> None:
+        """Adds a load pattern of the file of a part, times an amplitude, in the coming step."""
+    def point(
+        self, part: str, place: _Place, field: str = "displacement", out: Optional[NDArray[np.float64]] = None
+    ) -> NDArray[np.float64]:
+        """Reads displacement in m or velocity in m/s of a place of a part in the axes of the part."""
+    def in_space(
+        self, part: str, place: _Place, field: str = "displacement", out: Optional[NDArray[np.float64]] = None
+    ) -> NDArray[np.float64]:
+        """Reads position in m or velocity in m/s of a place of a part in space, deformed as it is. The velocity of a
+        held part is that of its deformation."""
+    def coordinates(self, part: str) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+        """Reads the reduced coordinates of a part and their velocity, one number per mode each."""
+    @property
+    def contacts(self) -> Contacts:
+        """Contacts of the last step, pairs of a node and a surface that were near each other."""
+    def contact_force(self, first: str, second: str) -> NDArray[np.float64]:
+        """Sums the contact forces in N that the second part exerted on the first in the last step."""
+    def joint_force(self, joint: str) -> NDArray[np.float64]:
+        """Reads force in N and moment in N m that a joint exerted on its first part in the last step, about its anchor
+        there and in space, six numbers."""
+    def is_broken(self, joint: str) -> bool:
+        """True of a joint that was broken."""
+    def break_joint(self, joint: str) -> None:
+        """Breaks a joint: it holds nothing any more."""
+    def save(self) -> bytes:
+        """Saves everything that a step changes, and the placements of the held parts. Loads are not part of it."""
+    def restore(self, saved: Union[bytes, bytearray]) -> None:
+        """Takes back what `save` gave of a world of the same parts, pairs, joints and options. It goes on from there
+        bit by bit. Nothing has changed where it is refused."""
 
 @final
 class File:
