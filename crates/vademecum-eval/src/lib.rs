@@ -200,6 +200,7 @@ pub use world::room::WorldBuffers;
 pub use world::{
     error::WorldError,
     joint::{Anchor, JointKind, JointState, WorldJoint},
+    lead::Lead,
     member::{Member, RigidShape},
     options::{WorldOptions, WorldReport},
     patch::Near,

@@ -74,6 +74,25 @@ impl<T: Scalar> World<'_, T> {
         Some(())
     }
 
+    /// Breaks the joints whose force is above what they bear; how many.
+    fn break_overloaded(&mut self) -> usize {
+        let mut broken = 0;
+        for (joint, state) in self.joints.all.iter().zip(&mut *self.joints.states) {
+            let force = state.force();
+            if !state.broken && libm::sqrt(dot(force, force)) > joint.breaks_at {
+                (state.broken, state.force) = (true, [0.0; ROWS]);
+                broken += 1;
+            }
+        }
+        broken
+    }
+
+    /// Sets the acceleration of gravity in space \[m/s²\]. `None`, and nothing changes, if a number is not
+    /// finite.
+    pub fn set_gravity(&mut self, gravity: [f64; 3]) -> Option<()> {
+        gravity.iter().all(|x| x.in_range()).then(|| self.options.gravity = gravity)
+    }
+
     /// Contacts of the last step.
     #[must_use]
     pub fn touches(&self) -> &[Touch] {
@@ -187,6 +206,7 @@ impl<T: Scalar> World<'_, T> {
         }
         self.commit(members)?;
         report.energy_given_away += stored - self.stored;
+        report.broken = self.break_overloaded();
         Ok(report)
     }
 
