@@ -4,6 +4,7 @@
 //! them by the evaluator's own synthesis (`vademecum_eval::Assembly`), which gives the bytes of one ordinary
 //! vademecum file. Ports are patches and frames that `[[port]]` of a problem file names.
 
+mod copies;
 mod entries;
 mod error;
 mod file;
@@ -11,10 +12,13 @@ mod refusal;
 mod source;
 mod world;
 
-pub use entries::{BoxEntry, ContactEntry, NodesEntry, OutputEntry, RigidEntry, WorldEntry};
+pub use entries::{BoxEntry, ContactEntry, NodesEntry, OutputEntry, RigidEntry, ShakeEntry, WorldEntry};
 pub use error::AssemblyError;
 pub use file::{AssemblyFile, JointEntry, JointKind, PartEntry};
-pub use world::{WorldPlan, WorldRow, WorldRunError, WorldRunOptions, WorldRunReport, WorldSink, run_world};
+pub use world::{
+    SceneJoint, SceneMember, WorldPlan, WorldRow, WorldRunError, WorldRunOptions, WorldRunReport, WorldScene,
+    WorldSink, run_world, world_scene,
+};
 
 use vademecum_build::mesh::{Mesh, hash};
 use vademecum_eval::{Assembly, AssemblyOptions, End, Joint, Part, Pose};

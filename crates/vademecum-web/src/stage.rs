@@ -223,6 +223,7 @@ impl Stage {
     /// # Errors
     /// [`Refusal`].
     pub fn bind(&mut self, options: &WorldOptions, time_step: f64) -> Result<(), Refusal> {
+        lead(&mut self.members, &self.led, 0.0);
         let joints = self.joints.clone().leak();
         let pairs = self.pairs.clone().leak();
         let sizes = World::sizes(&self.members, joints, options)?;

@@ -2,8 +2,8 @@
 
 use vademecum_build::progress::Listener;
 use vademecum_eval::{
-    Body, Member, Nodes, Pose, RigidShape, Touching, World, WorldBuffers, WorldError, WorldOptions,
-    WorldReport,
+    Body, Member, Nodes, Pose, RigidShape, Touching, World, WorldBuffers, WorldError, WorldJoint,
+    WorldOptions, WorldReport,
 };
 use vademecum_format::File;
 
@@ -14,7 +14,9 @@ use crate::world::error::WorldRunError;
 use crate::world::joints::Joined;
 use crate::world::overlap::{Skin, overlap};
 use crate::world::parts::{Bound, Shape, Source, body_options, ports, read};
-use crate::world::rows::{add_pairs, add_positions, columns, nodes_in_space, outputs, potential};
+use crate::world::rows::{
+    Shown, add_pairs, add_positions, columns, nodes_in_space, outputs, potential,
+};
 
 /// Most steps of a run.
 const MAX_STEPS: f64 = 1e9;
@@ -69,6 +71,8 @@ pub struct WorldRunReport {
     pub mean_sweeps: f64,
     /// Steps whose solution was not within the tolerance.
     pub steps_not_converged: usize,
+    /// Joints that broke.
+    pub joints_broken: usize,
     /// Deepest overlap at the end of a step \[m\].
     pub deepest_overlap: f64,
     /// Energy that contacts took from the parts \[J\].
@@ -86,6 +90,7 @@ impl WorldRunReport {
         self.steps_without_room += usize::from(report.left_out > 0);
         self.mean_sweeps += (report.sweeps as f64 - self.mean_sweeps) / self.steps as f64;
         self.steps_not_converged += usize::from(!report.converged);
+        self.joints_broken += report.broken;
         self.deepest_overlap = self.deepest_overlap.max(report.worst_gap);
         self.energy_given_away += report.energy_given_away;
         self.energy_rises += rise.max(0.0);
@@ -111,18 +116,38 @@ pub trait WorldSink {
     fn show(&mut self, row: &WorldRow<'_>) -> Result<(), Self::Error>;
 }
 
-/// Marches the world of an assembly file.
-///
-/// # Errors
-/// [`WorldRunError`], or that of the receiver.
-pub fn run_world<S: WorldSink>(
+/// A world that is set up, before its first step.
+pub(crate) struct Ready<'r, 'w, 'm, 'x> {
+    pub file: &'r AssemblyFile,
+    pub time_step: f64,
+    pub steps: usize,
+    pub sources: &'r [Source],
+    pub shapes: &'r [Shape],
+    pub shown: &'r [(usize, Shown)],
+    pub pairs: &'r [Touching],
+    pub joints: &'r [WorldJoint],
+    /// The parts, and the ground behind them where a joint holds it.
+    pub members: &'r mut [Member<'w, 'm, f64>],
+    pub world: &'r mut World<'x, f64>,
+}
+
+/// Sets the world of an assembly file up.
+pub(crate) fn set_up<R, E: From<WorldRunError>>(
     file: &AssemblyFile,
-    options: &WorldRunOptions,
     listener: &dyn Listener,
-    sink: &mut S,
-) -> Result<WorldRunReport, S::Error> {
+    run: impl FnOnce(Ready<'_, '_, '_, '_>) -> Result<R, E>,
+) -> Result<R, E> {
     listener.stage("read the parts");
-    let sources: Vec<Source> = (0..file.parts.len()).map(|i| read(file, i)).collect::<Result<_, _>>()?;
+    let mut sources: Vec<Source> = vec![];
+    for i in 0..file.parts.len() {
+        // Copies are read once.
+        let same = |before: usize| file.parts[before].entry == file.parts[i].entry;
+        let source = match i.checked_sub(1).filter(|before| same(*before)) {
+            Some(before) => sources[before].clone(),
+            None => read(file, i)?,
+        };
+        sources.push(source);
+    }
     let opened: Vec<Option<File<'_>>> = sources.iter().map(open).collect::<Result<_, _>>()?;
     let (time_step, steps) = time(file, &opened)?;
     let entry = file.world.expect("a world");
@@ -146,7 +171,6 @@ pub fn run_world<S: WorldSink>(
         bound.extend(ground.map(|shape| Bound::Rigid(Box::new(shape))));
     }
     let mut members: Vec<Member<'_, '_, f64>> = bound.iter_mut().map(Bound::member).collect();
-
     let world_options = WorldOptions {
         gravity: entry.gravity,
         reach: entry.reach,
@@ -160,31 +184,76 @@ pub fn run_world<S: WorldSink>(
     let mut lent = WorldBuffers::new(&sizes);
     let world = World::new(&members, &pairs, &joints, &world_options, lent.lend());
     let mut world = world.map_err(refused)?;
+    run(Ready {
+        file,
+        time_step,
+        steps,
+        sources: &sources,
+        shapes: &shapes,
+        shown: &shown,
+        pairs: &pairs,
+        joints: &joints,
+        members: &mut members,
+        world: &mut world,
+    })
+}
 
-    let plan = plan(file, &shapes, steps, time_step);
-    sink.begin(&plan)?;
+/// Marches the world of an assembly file.
+///
+/// # Errors
+/// [`WorldRunError`], or that of the receiver.
+pub fn run_world<S: WorldSink>(
+    file: &AssemblyFile,
+    options: &WorldRunOptions,
+    listener: &dyn Listener,
+    sink: &mut S,
+) -> Result<WorldRunReport, S::Error> {
+    set_up(file, listener, |ready| march(ready, options, listener, sink))
+}
+
+fn march<S: WorldSink>(
+    ready: Ready<'_, '_, '_, '_>,
+    options: &WorldRunOptions,
+    listener: &dyn Listener,
+    sink: &mut S,
+) -> Result<WorldRunReport, S::Error> {
+    let Ready { file, time_step, steps, shapes, shown, pairs, members, world, .. } = ready;
+    let gravity = file.world.expect("a world").gravity;
+    let refused = |source| WorldRunError::World { subject: subject(file, &source), source };
+    let ways: Vec<_> =
+        file.parts.iter().enumerate().filter_map(|(i, part)| Some((i, part.way()?))).collect();
+    let lead = |members: &mut [Member<'_, '_, f64>], time: f64| {
+        for (i, way) in &ways {
+            let (part, by) = (&file.parts[*i], way.at(time));
+            let position = std::array::from_fn(|k| part.position[k] + by[k]);
+            members[*i].lead(Pose::new(position, part.rotation)).expect("a part that is led");
+        }
+    };
+    lead(members, 0.0);
+    sink.begin(&plan(file, shapes, steps, time_step))?;
     let (mut row, mut nodes) = (vec![], vec![]);
     let mut report = WorldRunReport { time_step, ..WorldRunReport::default() };
-    let mut before = world.energy(&members).map_err(refused)? + potential(&members, entry.gravity);
+    let mut before = world.energy(members).map_err(refused)? + potential(members, gravity);
     listener.stage("march");
     for step in 0..=steps {
         let time = step as f64 * time_step;
         if step > 0 {
-            let done = world.step(&mut members).map_err(|source| {
+            lead(members, time);
+            let done = world.step(members).map_err(|source| {
                 let time = (step - 1) as f64 * time_step;
                 WorldRunError::Step { time, subject: subject(file, &source), source }
             })?;
-            let now = world.energy(&members).map_err(refused)? + potential(&members, entry.gravity);
+            let now = world.energy(members).map_err(refused)? + potential(members, gravity);
             report.add(&done, now - before);
             before = now;
         }
         if step % options.every == 0 {
             row.clear();
             row.extend([time, before]);
-            add_positions(file, &members, &shown, &mut row)?;
-            add_pairs(&pairs, world.touches(), &mut row);
+            add_positions(file, members, shown, &mut row)?;
+            add_pairs(file, pairs, world.touches(), &mut row);
             if options.surfaces {
-                nodes_in_space(file, &members, &shapes, &mut nodes)?;
+                nodes_in_space(file, members, shapes, &mut nodes)?;
             }
             sink.show(&WorldRow { time, values: &row, nodes: &nodes })?;
         }
@@ -225,20 +294,21 @@ fn bonds(
     file: &AssemblyFile,
     opened: &[Option<File<'_>>],
     shapes: &[Shape],
-) -> Result<(Vec<Touching>, Vec<vademecum_eval::WorldJoint>), WorldRunError> {
+) -> Result<(Vec<Touching>, Vec<WorldJoint>), WorldRunError> {
     let skin = |part: usize| {
         let pose = Pose::new(file.parts[part].position, file.parts[part].rotation);
         let nodes = shapes[part].nodes.iter().map(|node| pose.place(*node)).collect();
         Skin { nodes, triangles: &shapes[part].triangles }
     };
     let mut pairs = vec![];
-    for (i, contact) in file.contacts.iter().enumerate() {
+    for contact in &file.contacts {
         let members = contact.between.each_ref().map(|name| file.part(name).expect("was checked"));
         if let Some(depth) = overlap(&skin(members[0]), &skin(members[1])) {
             let [a, b] = &contact.between;
             let found = format!("`{a}` and `{b}`, which overlap by {depth:.3e} m at the start");
             let expected = "parts that are apart or touch";
-            return Err(file.refuse(&format!("contact[{i}].between"), found, expected).into());
+            let key = format!("contact[{}].between", contact.entry);
+            return Err(file.refuse(&key, found, expected).into());
         }
         let nodes = match contact.nodes {
             NodesEntry::Both => Nodes::Both,

@@ -8,6 +8,8 @@ mod mass;
 mod overlap;
 mod parts;
 mod rows;
+mod scene;
 
 pub use error::WorldRunError;
 pub use march::{WorldPlan, WorldRow, WorldRunOptions, WorldRunReport, WorldSink, run_world};
+pub use scene::{SceneJoint, SceneMember, WorldScene, world_scene};

@@ -1,7 +1,7 @@
 //! Parts of a world: bodies of files and rigid bodies, read and bound.
 
 use vademecum_build::mesh::read_surface;
-use vademecum_eval::{Body, BodyOptions, MAX_CONTACTS, Member, RigidBody, RigidMotion, RigidShape};
+use vademecum_eval::{Body, BodyOptions, Lead, MAX_CONTACTS, Member, RigidBody, RigidMotion, RigidShape};
 use vademecum_format::{File, PortKind, PortRange, SectionKind};
 
 use crate::entries::RigidEntry;
@@ -18,6 +18,7 @@ const EXPECTED: &str =
     "a linear body with exact steps, no live stiffness of a region, and no dashpots that couple modes";
 
 /// A part as it was read.
+#[derive(Clone)]
 pub(crate) enum Source {
     /// The bytes of a file, unpacked.
     File(Vec<u8>),
@@ -26,6 +27,7 @@ pub(crate) enum Source {
 }
 
 /// A rigid body: its surface, and its mass if it moves.
+#[derive(Clone)]
 pub(crate) struct Shell {
     pub nodes: Vec<[f64; 3]>,
     pub triangles: Vec<[u32; 3]>,
@@ -37,7 +39,7 @@ pub(crate) fn read(file: &AssemblyFile, i: usize) -> Result<Source, WorldRunErro
     let entry = &file.parts[i];
     match &entry.rigid {
         None => read_file(file, i).map(Source::File),
-        Some(rigid) => shell(file, entry, rigid, i).map(Source::Rigid),
+        Some(rigid) => shell(file, entry, rigid).map(Source::Rigid),
     }
 }
 
@@ -69,7 +71,6 @@ fn shell(
     file: &AssemblyFile,
     entry: &PartEntry,
     rigid: &RigidEntry,
-    i: usize,
 ) -> Result<Shell, WorldRunError> {
     let (nodes, triangles) = match (&rigid.surface, rigid.block) {
         (Some(path), _) => {
@@ -84,7 +85,7 @@ fn shell(
         None => None,
         Some(density) => {
             let body = if is_closed(&triangles) { solid(&nodes, &triangles, density) } else { None };
-            let key = format!("part[{i}].rigid");
+            let key = format!("part[{}].rigid", entry.entry);
             let expected = "a closed surface around a body that has a density";
             let found = format!("{} triangles that enclose nothing", triangles.len());
             Some(body.ok_or_else(|| file.refuse(&key, found, expected))?)
@@ -121,7 +122,8 @@ impl<'m> Bound<'m> {
         let entry = &file.parts[i];
         let part = || entry.name.clone();
         let stand = Pose::new(entry.position, entry.rotation);
-        let far = || file.refuse(&format!("part[{i}].position"), "too large", "smaller numbers");
+        let key = |name: &str| format!("part[{}].{name}", entry.entry);
+        let far = || file.refuse(&key("position"), "too large", "smaller numbers");
         if let Source::Rigid(Shell { nodes, triangles, body }) = source {
             let shape = match body {
                 None => RigidShape::led(nodes, triangles, stand),
@@ -133,12 +135,20 @@ impl<'m> Bound<'m> {
         let bind = |source| WorldRunError::Bind { part: part(), source };
         let mut body = Body::bind(opened, options, memory).map_err(bind)?;
         match body.rigid_body() {
-            Some(rigid) => body.set_motion(start(entry, &rigid)).ok_or_else(far)?,
+            Some(rigid) => {
+                body.set_motion(start(entry, &rigid)).ok_or_else(far)?;
+                for (name, given) in [("path", entry.path.is_some()), ("shake", entry.shake.is_some())] {
+                    if given {
+                        let expected = "a part that its supports hold: this one moves freely";
+                        return Err(file.refuse(&key(name), "given", expected).into());
+                    }
+                }
+            }
             None => {
-                for (key, value) in [("velocity", entry.velocity), ("spin", entry.spin)] {
+                for (name, value) in [("velocity", entry.velocity), ("spin", entry.spin)] {
                     if value.is_some() {
                         let expected = "a part that moves freely: this one is held by its supports";
-                        return Err(file.refuse(&format!("part[{i}].{key}"), "given", expected).into());
+                        return Err(file.refuse(&key(name), "given", expected).into());
                     }
                 }
             }
@@ -158,6 +168,17 @@ impl<'m> Bound<'m> {
             }
             Self::Rigid(shape) => Member::Rigid(shape),
         }
+    }
+}
+
+impl PartEntry {
+    /// Its way over time; `None` of a part that stands or moves freely.
+    pub(crate) fn way(&self) -> Option<Lead<'_>> {
+        let led = self.path.is_some() || self.shake.is_some();
+        let (amplitude, frequency, ramp) =
+            self.shake.map_or(([0.0; 3], 0.0, 0.0), |shake| (shake.amplitude, shake.frequency, shake.ramp));
+        let stops = self.path.as_deref().unwrap_or_default();
+        led.then_some(Lead { stops, amplitude, frequency, ramp })
     }
 }
 
