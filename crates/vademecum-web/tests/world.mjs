@@ -21,7 +21,7 @@ const scene = {
   ],
   pairs: [[0, 1, 0.4, 0.5, 0], [0, 2, 0.5, 0, 1], [1, 2, 0.3, 0.7, 1], [0, 3, 0.2, 1, 2]],
   joints: [
-    { kind: 0, members: [0, 3], numbers: [0, -1, 0, ...Stage.side({ port: 0 }), ...Stage.side({ at: [-0.02, 0.02, -0.06] })] },
+    { kind: 0, members: [0, 3], numbers: [0, -1, 0, ...Stage.side({ port: 0 }), ...Stage.side({ at: [-0.06, 0.02, -0.079] })] },
     { kind: 3, members: [1, 2], numbers: [1e-3, 0.4, 0.25, ...Stage.side({ port: 0 }), ...Stage.side({ at: [0.2, 0.2, 0.35] })] },
   ],
 };

@@ -71,7 +71,7 @@ fn staged(bytes: Vec<u8>) -> Stage {
     for (a, b, friction, restitution, nodes) in pairs {
         stage.add_pair(Touching { members: [a, b], friction, restitution, nodes });
     }
-    let pin = [Anchor::Frame(0), Anchor::point([-0.02, 0.02, -0.06])];
+    let pin = [Anchor::Frame(0), Anchor::point([-0.06, 0.02, -0.079])];
     stage.add_joint(WorldJoint::new(JointKind::Ball, [0, 3], pin));
     let hook = [Anchor::Frame(0), Anchor::point([0.2, 0.2, 0.35])];
     let cable = WorldJoint::new(JointKind::Cable { length: 0.25 }, [1, 2], hook);
