@@ -1,4 +1,4 @@
-import type { Place, Vector } from "./index.js";
+import type { Place, Source, Vector } from "./index.js";
 export { Refused } from "./index.js";
 
 /** Options of a world. */
@@ -74,7 +74,7 @@ export class World {
   static create(options: WorldOptions): Promise<World>;
 
   /** Opens a file; its number. */
-  open(source: ArrayBuffer | Uint8Array | URL | object): Promise<number>;
+  open(source: Source | Promise<Source>): Promise<number>;
   /** Adds a body of a file, once or many times; the number of the member. Without supports in its file it moves freely. */
   add(file: number, placement?: Placement): number;
   addRigid(rigid: Rigid): number;

@@ -116,7 +116,7 @@ test("refusals in words", async () => {
   refused(() => late.world.pull(1, floor, [0, 0, 0], { target: [0, 0, NaN], stiffness: 1 }), /target/);
   refused(() => late.world.movePull(5, [0, 0, 0]), /no hand 5/);
   refused(() => late.world.throw(late.floor, [0, 0, 1]), /does not move so/);
-  refused(() => late.world.restore(new Uint8Array(3)), /state of another world/);
+  refused(() => late.world.restore(new Uint8Array(3)), /state is that of another world/);
   await assert.rejects(World.create({ stp: 1 }), /no option "stp"/);
   await assert.rejects(World.create({}), /step is undefined/);
   await assert.rejects(late.world.open(cube), /has begun/);

@@ -179,11 +179,14 @@ class Panel {
 
   /** A button for each joint that breaks it. */
   joints() {
-    const { scene, stage } = this.world;
-    this.breakers = scene.joints.slice(0, 24).map(({ name }, joint) => {
+    const { world } = this;
+    this.breakers = world.scene.joints.slice(0, 24).map(({ name }, joint) => {
       const button = element("button", name);
       button.title = "breaks this joint";
-      button.addEventListener("click", () => stage.breakJoint(joint));
+      button.addEventListener("click", () => {
+        world.stage.breakJoint(joint);
+        world.report = world.stage.report();
+      });
       return button;
     });
     find("joints").append(...(this.breakers.length > 0 ? [element("p", "Break a joint"), ...this.breakers] : []));
