@@ -278,9 +278,15 @@ impl AssemblyFile {
         if let Some(path) = &part.path {
             let finite = path.as_flattened().iter().all(|x| x.abs() <= LARGEST);
             let ascending = path.windows(2).all(|pair| pair[0][0] < pair[1][0]);
-            let expected = "at least one stop, of a time and three displacements, in ascending order of the times";
+            let expected =
+                "at least one stop, of a time and three displacements, in ascending order of the times";
             let found = path.iter().map(|stop| listed(stop)).collect::<Vec<_>>().join(", ");
-            self.require(finite && ascending && !path.is_empty(), &key("path"), format!("[{found}]"), expected)?;
+            self.require(
+                finite && ascending && !path.is_empty(),
+                &key("path"),
+                format!("[{found}]"),
+                expected,
+            )?;
         }
         self.sound(&format!("part[{}]", part.entry), part.shake.as_ref().and_then(ShakeEntry::fault))
     }

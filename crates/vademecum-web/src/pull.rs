@@ -147,7 +147,12 @@ fn solved(w: &[f64; 9], b: Vector) -> Option<Vector> {
 }
 
 /// Velocity of the centre \[m/s\] and angular velocity in space \[rad/s\] as the momenta of a body.
-pub(crate) fn thrown(mut motion: RigidMotion, body: &RigidBody, velocity: Vector, spin: Vector) -> RigidMotion {
+pub(crate) fn thrown(
+    mut motion: RigidMotion,
+    body: &RigidBody,
+    velocity: Vector,
+    spin: Vector,
+) -> RigidMotion {
     motion.momentum = times(body.mass, velocity);
     motion.angular_momentum = motion.to_space(body.angular_momentum_of(motion.to_body(spin)));
     motion

@@ -49,13 +49,13 @@ pub enum Refusal {
     NoWorld,
     /// A part, joint or motion that this world has not, or that it cannot have any more.
     #[cfg(feature = "world")]
-    #[error(
-        "this world has no such part or joint, the part does not move so, or the world is bound already"
-    )]
+    #[error("this world has no such part or joint, the part does not move so, or the world is bound already")]
     BadPart,
     /// A hand that cannot pull.
     #[cfg(feature = "world")]
-    #[error("a hand has a member and a place on it, a stiffness above zero and a damping that is not below zero")]
+    #[error(
+        "a hand has a member and a place on it, a stiffness above zero and a damping that is not below zero"
+    )]
     BadPull,
     /// A saved state of another world.
     #[cfg(feature = "world")]

@@ -120,7 +120,8 @@ impl Stage {
         let file = File::parse(bytes)?;
         file.verify_all()?;
         let count = file.metadata().n_surface_nodes as usize;
-        let coordinates = file.section(SectionKind::NodeCoordinates).and_then(|section| section.numbers().ok());
+        let coordinates =
+            file.section(SectionKind::NodeCoordinates).and_then(|section| section.numbers().ok());
         let at = |i: usize| coordinates.as_ref().and_then(|all| all.get(i)).unwrap_or(0.0);
         let nodes = (0..count).map(|node| [at(3 * node), at(3 * node + 1), at(3 * node + 2)]).collect();
         self.files.push((file, nodes));
@@ -295,9 +296,8 @@ impl Stage {
             Member::Rigid(shape) => shape.body().map_or(0.0, |body| body.mass),
             Member::Held(..) => 0.0,
         };
-        let potential = |member: &Member<'_, '_, f64>| {
-            -mass(member) * dot(bound.gravity, motion_of(member).0.position)
-        };
+        let potential =
+            |member: &Member<'_, '_, f64>| -mass(member) * dot(bound.gravity, motion_of(member).0.position);
         Ok([bound.world.energy(&self.members)?, self.members.iter().map(potential).sum()])
     }
 

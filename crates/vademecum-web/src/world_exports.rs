@@ -299,7 +299,8 @@ pub extern "C" fn add_joint(kind: u32, a: usize, b: usize) {
 pub unsafe extern "C" fn lead(member: usize, stops: *const [f64; 4], n_stops: usize) -> u32 {
     let module = module();
     // SAFETY: lent for ever.
-    let stops: &'static [[f64; 4]] = if n_stops == 0 { &[] } else { unsafe { from_raw_parts(stops, n_stops) } };
+    let stops: &'static [[f64; 4]] =
+        if n_stops == 0 { &[] } else { unsafe { from_raw_parts(stops, n_stops) } };
     let [_, _, _, frequency, ramp, ..] = module.exchange;
     let way = Lead { stops, amplitude: module.three(0), frequency, ramp };
     let led = module.stage.lead(member, way);

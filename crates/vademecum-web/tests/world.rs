@@ -59,8 +59,7 @@ fn staged(bytes: Vec<u8>) -> Stage {
     stage.lead(floor, way).expect("a floor is led");
     assert!(matches!(stage.lead(0, way), Err(Refusal::BadPart)), "a free body is not");
     let (nodes, triangles) = block([0.02; 3]);
-    let body =
-        RigidBody { mass: 0.05, centre: [0.01; 3], moments: [4e-6; 3], axes: UNITS, first_pattern: 0 };
+    let body = RigidBody { mass: 0.05, centre: [0.01; 3], moments: [4e-6; 3], axes: UNITS, first_pattern: 0 };
     stage.add_rigid(nodes, triangles, Some(body), &at([0.1, 0.0, 0.1])).expect("a block");
     let pairs = [
         (0, 1, 0.4, 0.5, Nodes::Both),
@@ -76,12 +75,8 @@ fn staged(bytes: Vec<u8>) -> Stage {
     let hook = [Anchor::Frame(0), Anchor::point([0.2, 0.2, 0.35])];
     let cable = WorldJoint::new(JointKind::Cable { length: 0.25 }, [1, 2], hook);
     stage.add_joint(WorldJoint { compliance: 1e-3, breaks_at: 0.4, ..cable });
-    let options = WorldOptions {
-        gravity: [0.0, 0.0, -9.81],
-        sweeps: 300,
-        contacts: 128,
-        ..WorldOptions::default()
-    };
+    let options =
+        WorldOptions { gravity: [0.0, 0.0, -9.81], sweeps: 300, contacts: 128, ..WorldOptions::default() };
     stage.bind(&options, 1e-3).expect("a world");
     stage
 }

@@ -192,7 +192,8 @@ fn documents_give_the_size_of_the_browser_module() {
             for (number, unit) in sentences.flat_map(sizes) {
                 // As many decimals as are given.
                 let decimals = number.split_once('.').map_or(0, |(_, decimals)| decimals.len());
-                let right = [size, BROWSER_MODULE_LIMIT, world, WORLD_MODULE_LIMIT].map(|b| format!("{:.decimals$}", b as f64 / unit));
+                let right = [size, BROWSER_MODULE_LIMIT, world, WORLD_MODULE_LIMIT]
+                    .map(|b| format!("{:.decimals$}", b as f64 / unit));
                 if !right.contains(&number) {
                     wrong.push(format!("{}: {number} × {unit} bytes; the module has {size}", page.path));
                 }

@@ -439,8 +439,11 @@ fn parts_are_led_and_copied_and_joints_break() {
     let page = std::fs::read_to_string(at.join("led.html")).expect("a page");
     assert_eq!(page.matches("data-file=").count(), 2, "two files of three parts");
     assert!(page.contains("cube2") && !page.contains("{{"));
-    std::fs::write(at.join("bad.toml"), text.replace("position = [0.0, 0.0, 0.001]", "path = [[0, 0, 0, 0]]"))
-        .expect("written");
+    std::fs::write(
+        at.join("bad.toml"),
+        text.replace("position = [0.0, 0.0, 0.001]", "path = [[0, 0, 0, 0]]"),
+    )
+    .expect("written");
     let (code, _, errors) = run(at, "view bad.toml --export bad.html");
     assert!(code == Some(3) && errors.contains("`part[0].path`"), "{code:?}: {errors}");
 }

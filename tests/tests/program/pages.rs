@@ -634,11 +634,22 @@ fn bad_assemblies() -> Vec<(usize, String)> {
         (36, of(&part("a", &format!("{file}\npath = [[0, 0, 0, 0], [0, 1, 0, 0]]")), world)),
         (36, of(&part("a", &format!("{file}\npath = []")), world)),
         (36, one("path = [[0, 0, 0, 0]]")),
-        (36, rigid(&format!("{block}, density = 1.0 }}\npath = [[0, 0, 0, 0]]\nshake = {{ amplitude = [0, 0, 0], frequency = 1.0"))),
+        (
+            36,
+            rigid(&format!(
+                "{block}, density = 1.0 }}\npath = [[0, 0, 0, 0]]\nshake = {{ amplitude = [0, 0, 0], frequency = 1.0"
+            )),
+        ),
         (37, one("shake = { amplitude = [0, 0, 1], frequency = 1.0 }")),
         (38, of(&part("a", &format!("{file}\nshake = {{ amplitude = [0, 0, inf], frequency = 1 }}")), world)),
         (39, of(&part("a", &format!("{file}\nshake = {{ amplitude = [0, 0, 1], frequency = -1 }}")), world)),
-        (40, of(&part("a", &format!("{file}\nshake = {{ amplitude = [0, 0, 1], frequency = 1, ramp = -1 }}")), world)),
+        (
+            40,
+            of(
+                &part("a", &format!("{file}\nshake = {{ amplitude = [0, 0, 1], frequency = 1, ramp = -1 }}")),
+                world,
+            ),
+        ),
         (41, joint("kind = \"weld\"\nbreaks_at = 1.0")),
         (41, in_world(&format!("[[joint]]\nkind = \"ball\"\nturns = true\nbreaks_at = 0.0\n{between}"))),
     ]

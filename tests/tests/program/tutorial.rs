@@ -116,12 +116,14 @@ const WORLDS: [&str; 5] = ["tower", "chain", "gripper", "xylophone", "pile"];
 /// Bars of the xylophone as `docs/gallery/make` writes them.
 fn bars(folder: &Path) {
     let make = std::fs::read_to_string(repository().join("docs/gallery/make")).expect("the script");
-    let lengths = make.split("for length in ").nth(1).and_then(|rest| rest.split(';').next()).expect("lengths");
+    let lengths =
+        make.split("for length in ").nth(1).and_then(|rest| rest.split(';').next()).expect("lengths");
     let text = std::fs::read_to_string(folder.join("bar.toml")).expect("a bar");
     for (i, length) in lengths.split_whitespace().enumerate() {
         let number: f64 = length.parse().expect("a length");
         let places = [("0.069451", 0.199), ("0.087599", 0.251), ("0.261401", 0.749), ("0.279549", 0.801)];
-        let place = |text: String, (from, share): (&str, f64)| text.replace(from, &(share * number).to_string());
+        let place =
+            |text: String, (from, share): (&str, f64)| text.replace(from, &(share * number).to_string());
         let own = places.into_iter().fold(text.replace("0.349,", &format!("{length},")), place);
         std::fs::write(folder.join(format!("bar{}.toml", i + 1)), own).expect("written");
     }
@@ -154,7 +156,8 @@ fn the_worlds_of_the_gallery_do_what_the_page_says() {
         let numbers = table.lines().last().expect("a row").split(',').map(|x| x.parse().expect("a number"));
         (serde_json::from_str(&ran.stdout).expect("JSON"), names.zip(numbers).collect())
     };
-    let of = |row: &[(String, f64)], name: &str| row.iter().find(|(other, _)| other == name).expect("a column").1;
+    let of =
+        |row: &[(String, f64)], name: &str| row.iter().find(|(other, _)| other == name).expect("a column").1;
     let (_, lifted) = run("gripper", "time = 1.7");
     assert!((of(&lifted, "cube z [m]") - 0.1).abs() < 3e-3, "{lifted:?}");
     let (report, _) = run("xylophone", "time = 0.9");
@@ -162,7 +165,10 @@ fn the_worlds_of_the_gallery_do_what_the_page_says() {
     let (_, tip) = run("chain", "time = 0.4");
     assert!(of(&tip, "tip z [m]") < -0.3, "{tip:?}");
     let (report, pile) = run("pile", "time = 0.4");
-    assert!(report["contacts_at_most"].as_u64().expect("a count") > 300 && pile.len() == 5, "{report} {pile:?}");
+    assert!(
+        report["contacts_at_most"].as_u64().expect("a count") > 300 && pile.len() == 5,
+        "{report} {pile:?}"
+    );
     let Some(gmsh) = gmsh() else { return };
     for (count, part) in [("1", "storey"), ("3", "storeys")] {
         let mesh = at(&format!("{part}.msh"));

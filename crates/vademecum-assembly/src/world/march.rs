@@ -14,9 +14,7 @@ use crate::world::error::WorldRunError;
 use crate::world::joints::Joined;
 use crate::world::overlap::{Skin, overlap};
 use crate::world::parts::{Bound, Shape, Source, body_options, ports, read};
-use crate::world::rows::{
-    Shown, add_pairs, add_positions, columns, nodes_in_space, outputs, potential,
-};
+use crate::world::rows::{Shown, add_pairs, add_positions, columns, nodes_in_space, outputs, potential};
 
 /// Most steps of a run.
 const MAX_STEPS: f64 = 1e9;
@@ -220,8 +218,7 @@ fn march<S: WorldSink>(
     let Ready { file, time_step, steps, shapes, shown, pairs, members, world, .. } = ready;
     let gravity = file.world.expect("a world").gravity;
     let refused = |source| WorldRunError::World { subject: subject(file, &source), source };
-    let ways: Vec<_> =
-        file.parts.iter().enumerate().filter_map(|(i, part)| Some((i, part.way()?))).collect();
+    let ways: Vec<_> = file.parts.iter().enumerate().filter_map(|(i, part)| Some((i, part.way()?))).collect();
     let lead = |members: &mut [Member<'_, '_, f64>], time: f64| {
         for (i, way) in &ways {
             let (part, by) = (&file.parts[*i], way.at(time));

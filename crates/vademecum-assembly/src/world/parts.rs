@@ -67,11 +67,7 @@ fn read_file(file: &AssemblyFile, i: usize) -> Result<Vec<u8>, WorldRunError> {
     Ok(bytes)
 }
 
-fn shell(
-    file: &AssemblyFile,
-    entry: &PartEntry,
-    rigid: &RigidEntry,
-) -> Result<Shell, WorldRunError> {
+fn shell(file: &AssemblyFile, entry: &PartEntry, rigid: &RigidEntry) -> Result<Shell, WorldRunError> {
     let (nodes, triangles) = match (&rigid.surface, rigid.block) {
         (Some(path), _) => {
             let read = read_surface(&file.folder.join(path), rigid.scale);

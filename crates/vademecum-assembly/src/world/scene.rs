@@ -152,9 +152,7 @@ fn member(part: &PartEntry, source: &Source, files: &mut Vec<Vec<u8>>) -> SceneM
     let of_part = SceneMember {
         start: start(Some(part)),
         stops: way.map(|way| way.stops.to_vec()),
-        shake: way.map_or(vec![], |way| {
-            way.amplitude.into_iter().chain([way.frequency, way.ramp]).collect()
-        }),
+        shake: way.map_or(vec![], |way| way.amplitude.into_iter().chain([way.frequency, way.ramp]).collect()),
         ..empty(&part.name)
     };
     match source {

@@ -330,7 +330,6 @@ fn open_browser(address: &str) -> bool {
 mod tests {
     use super::*;
 
-
     #[test]
     fn only_the_page_and_the_file_are_served_and_only_to_our_own_name() {
         let files = [(String::from("/body.vdm"), &b"file"[..])];

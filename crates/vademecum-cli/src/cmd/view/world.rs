@@ -76,8 +76,11 @@ impl WorldPage {
     /// The page, with the files inside or fetched from where they are served.
     pub fn filled(&self, inside: bool) -> String {
         let file = |(i, bytes): (usize, &Vec<u8>)| {
-            let (source, text) =
-                if inside { (String::new(), BASE64.encode(bytes)) } else { (format!("part-{i}.vdm"), String::new()) };
+            let (source, text) = if inside {
+                (String::new(), BASE64.encode(bytes))
+            } else {
+                (format!("part-{i}.vdm"), String::new())
+            };
             format!("<script data-file=\"{i}\" data-src=\"{source}\" type=\"text/plain\">{text}</script>")
         };
         let files: Vec<String> = self.scene.files.iter().enumerate().map(file).collect();
