@@ -1,12 +1,7 @@
 //! Copies of a part of a world, and pairs of parts by the beginning of their names.
 
 use crate::file::{AssemblyFile, PartEntry};
-
-/// Most parts of a world.
-pub(crate) const MAX_PARTS: usize = 10_000;
-
-/// The sign behind the beginning of names.
-pub(crate) const ANY: char = '*';
+use crate::names::{ANY, means};
 
 impl PartEntry {
     /// The part, or its copies in their places, `name1`, `name2`, … along x first.
@@ -28,11 +23,6 @@ impl PartEntry {
         let [nx, ny, nz] = self.copies.unwrap_or([1; 3]);
         nx.checked_mul(ny)?.checked_mul(nz)
     }
-}
-
-/// True if a name is meant: itself, or one with the beginning before `*`.
-pub(crate) fn means(pattern: &str, name: &str) -> bool {
-    pattern.strip_suffix(ANY).map_or(pattern == name, |beginning| name.starts_with(beginning))
 }
 
 impl AssemblyFile {

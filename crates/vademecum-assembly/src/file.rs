@@ -6,10 +6,10 @@ use schemars::JsonSchema;
 use serde::Deserialize;
 use vademecum_build::input::toml_file::{self, TomlError};
 
-use crate::copies::{ANY, MAX_PARTS, means};
 use crate::entries::{
     ContactEntry, LARGEST, OutputEntry, Refused, RigidEntry, ShakeEntry, WorldEntry, listed,
 };
+use crate::names::{ANY, MAX_PARTS, means};
 
 /// The ground, in place of a port of a joint.
 pub const GROUND: &str = "ground";
@@ -257,7 +257,7 @@ impl AssemblyFile {
             let count = part.count().filter(|count| (1..=MAX_PARTS).contains(count)).unwrap_or(MAX_PARTS + 1);
             sum += count;
             let expected = "three numbers of 1 or more, and at most 10000 parts in all";
-            let found = format!("{:?}", part.copies.unwrap_or([1; 3]));
+            let found = listed(&part.copies.unwrap_or([1; 3]).map(|count| count as f64));
             self.require(sum <= MAX_PARTS, &key("copies"), found, expected)?;
             let spacing = part.spacing.unwrap_or_default();
             let sound = spacing.iter().all(|x| x.abs() <= LARGEST);

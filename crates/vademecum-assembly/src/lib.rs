@@ -8,6 +8,7 @@ mod copies;
 mod entries;
 mod error;
 mod file;
+mod names;
 mod refusal;
 mod source;
 mod world;

@@ -14,7 +14,7 @@ use vademecum_eval::{Field, LoadError, Member, Place, RigidBody, RigidMotion, St
 use crate::refusal::Refusal;
 use crate::vectors::{Vector, minus, plus, times};
 
-/// What is held of a member.
+/// The held place of a member.
 #[derive(Clone, Copy, Debug)]
 pub enum Grip {
     /// A place of a body of a file.
@@ -28,9 +28,9 @@ pub enum Grip {
 pub struct Pull {
     /// Number of the member.
     pub member: usize,
-    /// What it holds.
+    /// The place that it holds.
     pub grip: Grip,
-    /// Where the hand is in space \[m\].
+    /// Place of the hand in space \[m\].
     pub target: Vector,
     /// Stiffness \[N/m\].
     pub stiffness: f64,
@@ -68,7 +68,7 @@ pub(crate) fn placed((motion, centre): &(RigidMotion, Vector), point: Vector) ->
 }
 
 impl Pull {
-    /// Where the held point is in space \[m\].
+    /// Place of the held point in space \[m\].
     ///
     /// # Errors
     /// [`Refusal`]: a place that the member has not.

@@ -1,5 +1,5 @@
-//! A world on a page: files, members, joints and pairs in memory of its own, the ways of members that are led,
-//! the hands that pull, and the strikes that are heard.
+//! A world on a page: files, members, joints and pairs in memory of its own, the ways of members that are
+//! led, the hands that pull, and the strikes that are heard.
 //!
 //! A stage is filled once, part by part, and lives as long as the page: its memory is given out and never
 //! taken back. It starts over from the state that it had when it was bound.
@@ -87,7 +87,7 @@ impl Start {
     }
 }
 
-/// What is drawn beside the displacement of a surface.
+/// The field that is drawn on a surface.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Shown {
     /// Displacement of the nodes in their body \[m\].

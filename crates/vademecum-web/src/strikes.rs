@@ -16,7 +16,7 @@ const LASTS: f64 = 0.005;
 pub struct Strike {
     /// Number of the member.
     pub member: usize,
-    /// Where it was struck.
+    /// The place that was struck.
     pub place: Place,
     /// Impulse in space \[N s\].
     pub impulse: Vector,
@@ -28,7 +28,7 @@ struct Pair {
     members: [usize; 2],
     /// Since when it is apart \[s\]; 0 of one that touches.
     apart: f64,
-    /// How long the strike lasts \[s\]; `None` between strikes.
+    /// Time that the strike lasts \[s\]; `None` between strikes.
     lasting: Option<f64>,
     impulse: Vector,
     /// The strongest place on each member, and its force.
@@ -39,7 +39,7 @@ struct Pair {
 #[derive(Debug, Default)]
 pub struct Strikes {
     pairs: Vec<Pair>,
-    /// What was struck since the page asked.
+    /// Strikes since the page asked.
     pub heard: Vec<Strike>,
 }
 

@@ -29,7 +29,7 @@ use crate::stage::{Shown, Stage, Start};
 const EXCHANGE: usize = 64;
 /// Bytes of a page of the module's memory.
 const PAGE: usize = 65_536;
-/// Where [`pull`] finds target, stiffness and damping in the exchange buffer.
+/// First number of target, stiffness and damping of [`pull`] in the exchange buffer.
 const HAND: usize = 40;
 
 /// The end of what was given out, and of the memory behind it.
@@ -498,8 +498,8 @@ pub extern "C" fn release(hand: u32) {
     module().stage.release(hand);
 }
 
-/// Number of hands; the answer has eleven numbers of each: its number, the member, where it holds \[m\], where
-/// it is \[m\], its force \[N\].
+/// Number of hands; the answer has eleven numbers of each: its number, the member, where it holds \[m\],
+/// where it is \[m\], its force \[N\].
 #[unsafe(no_mangle)]
 pub extern "C" fn pulls() -> usize {
     let module = module();

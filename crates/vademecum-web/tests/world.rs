@@ -3,28 +3,15 @@
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
-use vademecum_build::input::Problem;
-use vademecum_build::pipeline::{BuildOptions, build};
-use vademecum_build::progress::Silent;
 use vademecum_eval::{
     Anchor, JointKind, Lead, Member, Nodes, Place, RigidBody, Touching, WorldJoint, WorldOptions,
 };
+use vademecum_tests::soft_cube::soft_cube;
 use vademecum_web::pull::{Grip, Pull};
 use vademecum_web::refusal::Refusal;
 use vademecum_web::stage::{Shown, Stage, Start};
 
-/// A soft cube with a frame on one side.
-const CUBE: &str = "[mesh]\nblock = { lengths = [0.04, 0.04, 0.04], divisions = [2, 2, 2], order = \"linear\" }\n\
-                    [[material]]\nyoung = 2e5\npoisson = 0.4\ndensity = 1000.0\n[[port]]\nname = \"pin\"\n\
-                    kind = \"frame\"\non = { group = \"x_max\" }\naxes = [[1, 0, 0], [0, 0, 1]]\n[damping]\nratio = 0.05\n\
-                    [time]\nstep = 1e-3\n[basis]\nmodes = 8\n[tolerance]\nerror = 10.0\n";
-
 const UNITS: [[f64; 3]; 3] = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
-
-fn cube() -> Vec<u8> {
-    let problem = Problem::parse(CUBE, "cube.toml", PathBuf::new()).expect("a problem");
-    build(&problem, &BuildOptions::default(), &Silent).expect("a build").either().bytes
-}
 
 fn block(lengths: [f64; 3]) -> (&'static [[f64; 3]], &'static [[u32; 3]]) {
     let corner = |i: u32| std::array::from_fn(|k| if i >> k & 1 == 1 { lengths[k] } else { 0.0 });
@@ -174,7 +161,7 @@ fn native(bytes: Vec<u8>) -> Vec<f64> {
 
 #[test]
 fn the_module_of_worlds_gives_the_native_bits() {
-    let bytes = cube();
+    let bytes = soft_cube();
     let numbers = native(bytes.clone());
     assert!(numbers.iter().all(|x| x.is_finite()) && numbers.len() > 3000, "{}", numbers.len());
     let node = Command::new("node").arg("--version").output();
@@ -199,11 +186,11 @@ fn the_module_of_worlds_gives_the_native_bits() {
     assert_eq!(found.len(), expected.len());
 }
 
-/// A hand pulls a free body to where it is, and the frame of a world that was thrown goes where it was thrown.
+/// A hand pulls a free body to where it is, and a body that is thrown has its velocity.
 #[test]
 fn a_hand_brings_a_body_to_it_and_a_throw_has_its_velocity() {
     let mut stage = Stage::new();
-    let file = stage.open(cube().leak()).expect("a file");
+    let file = stage.open(soft_cube().leak()).expect("a file");
     stage.add_body(file, 1e-3, 8, &at([0.0; 3])).expect("a body");
     stage.bind(&WorldOptions::default(), 1e-3).expect("a world");
     let mass = stage.mass(0);

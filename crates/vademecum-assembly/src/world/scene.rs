@@ -68,8 +68,8 @@ pub struct SceneJoint {
     pub kind: u8,
     /// Numbers of the two members.
     pub members: [usize; 2],
-    /// Compliance, force at which it breaks (below 0 for none), length of a cable; for each side the number of
-    /// a port, or −1, point and axes.
+    /// Compliance, force at which it breaks (below 0 for none), length of a cable; for each side the number
+    /// of a port, or −1, point and axes.
     pub numbers: Vec<f64>,
     /// Where it is on each member, in its coordinates \[m\].
     pub points: [[f64; 3]; 2],

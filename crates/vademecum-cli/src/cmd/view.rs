@@ -74,13 +74,13 @@ const MAX_HEAD: usize = 16 * 1024;
 /// Most connections answered at a time; a browser opens about six.
 const MAX_CONNECTIONS: usize = 32;
 
-/// Opens the body in a browser: push it, let it ring, change its parameters while it moves. A world of several
-/// bodies: pull, throw and stack them.
+/// Opens the body in a browser: push it, let it ring, change its parameters while it moves. Bodies of a world
+/// are pulled, thrown and stacked.
 #[derive(clap::Args)]
 #[command(after_help = "Examples:
   vademecum view body.vdm                       opens the browser on a page of this machine; Ctrl-C ends it
   vademecum view body.vdm --export body.html    one file that works from disk, without network, on a phone
-  vademecum view world.toml                     bodies of an assembly file with `[world]`, which touch and turn
+  vademecum view world.toml                     bodies of an assembly file with `[world]`, which touch
 
 On the page: press on the body to push it, drag beside it to turn the view. With Sound on, a struck body rings
 in the ear; Picture and Clip save what is seen; Link puts camera and parameters into the address.")]

@@ -84,6 +84,7 @@ impl<'m, T: Scalar> World<'m, T> {
             now,
             before,
             n_now: 0,
+            ordered: true,
             near,
             room,
             step: 0,
