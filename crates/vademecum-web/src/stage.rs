@@ -232,7 +232,7 @@ impl Stage {
         let world = World::new(&self.members, pairs, joints, options, buffers.lend())?;
         self.bound = Some(Bound {
             world,
-            strikes: Strikes::new(&self.pairs),
+            strikes: Strikes::default(),
             time_step,
             gravity: options.gravity,
             steps: 0,
@@ -320,9 +320,9 @@ impl Stage {
         Ok(())
     }
 
-    /// Strikes since the last call.
-    pub fn strikes(&mut self) -> Vec<crate::strikes::Strike> {
-        self.bound.as_mut().map_or_else(Vec::new, |bound| core::mem::take(&mut bound.strikes.heard))
+    /// Strikes that were heard; [`Strikes::taken`] forgets them. `None` before the world is bound.
+    pub fn strikes(&mut self) -> Option<&mut Strikes> {
+        self.bound.as_mut().map(|bound| &mut bound.strikes)
     }
 
     /// Lays a hand on a member, or moves it, by a number of its own.
@@ -498,27 +498,40 @@ impl Stage {
     /// # Errors
     /// [`Refusal`].
     pub fn save(&self) -> Result<Vec<u8>, Refusal> {
-        let bound = self.bound()?;
         let mut out = Vec::new();
+        self.save_into(&mut out)?;
+        Ok(out)
+    }
+
+    /// Writes what [`Stage::save`] gives to `out`, in place of what was there.
+    ///
+    /// # Errors
+    /// [`Refusal`].
+    pub fn save_into(&self, out: &mut Vec<u8>) -> Result<(), Refusal> {
+        let bound = self.bound()?;
+        let lengths = self.members.iter().map(|member| match member {
+            Member::Free(body) | Member::Held(body, _) => body.saved_len(),
+            Member::Rigid(_) => 0,
+        });
+        let mut state = vec![0; lengths.max().unwrap_or(0)];
+        out.clear();
         let mut numbers = vec![0.0; 2 + bound.world.saved_len()];
         if let [steps, broken, world @ ..] = numbers.as_mut_slice() {
             (*steps, *broken) = (bound.steps as f64, bound.joints_broken as f64);
             bound.world.save_into(world)?;
         }
-        add(&mut out, &numbers);
-        let mut state = Vec::new();
+        add(out, &numbers);
         for member in &self.members {
             match member {
                 Member::Free(body) | Member::Held(body, _) => {
-                    state.resize(body.saved_len(), 0);
                     let length = body.save_into(&mut state)?;
-                    add(&mut out, &[length as f64]);
+                    add(out, &[length as f64]);
                     out.extend(state.iter().take(length));
                 }
-                Member::Rigid(shape) => add(&mut out, &flat(shape.motion())),
+                Member::Rigid(shape) => add(out, &flat(shape.motion())),
             }
         }
-        Ok(out)
+        Ok(())
     }
 
     /// Takes back what [`Stage::save`] of the same world gave. Members may be elsewhere after a refusal.
@@ -533,7 +546,7 @@ impl Stage {
         bound.world.restore(world)?;
         (bound.steps, bound.joints_broken) = (*steps as u64, *broken as usize);
         bound.report = WorldReport::default();
-        bound.strikes = Strikes::new(&self.pairs);
+        bound.strikes.forget();
         for member in &mut self.members {
             match member {
                 Member::Free(body) | Member::Held(body, _) => {

@@ -403,12 +403,15 @@ pub extern "C" fn joints() -> usize {
 pub extern "C" fn strikes() -> usize {
     let module = module();
     module.answer.clear();
-    for strike in module.stage.strikes() {
-        module.answer.push(strike.member as f64);
-        module.answer.extend(strike.impulse);
-        module.answer.push(strike.place.nodes().len() as f64);
-        module.answer.extend(strike.place.nodes().iter().map(|&node| f64::from(node)));
-        module.answer.extend(strike.place.weights());
+    if let Some(strikes) = module.stage.strikes() {
+        for strike in strikes.heard() {
+            module.answer.push(strike.member as f64);
+            module.answer.extend(strike.impulse);
+            module.answer.push(strike.place.nodes().len() as f64);
+            module.answer.extend(strike.place.nodes().iter().map(|&node| f64::from(node)));
+            module.answer.extend(strike.place.weights());
+        }
+        strikes.taken();
     }
     module.answer.len()
 }
@@ -542,10 +545,7 @@ pub extern "C" fn set_gravity(x: f64, y: f64, z: f64) -> u32 {
 #[unsafe(no_mangle)]
 pub extern "C" fn save() -> u32 {
     let module = module();
-    let saved = module.stage.save().map(|saved| {
-        module.bytes = saved;
-        module.bytes.len() as u32
-    });
+    let saved = module.stage.save_into(&mut module.bytes).map(|()| module.bytes.len() as u32);
     module.told(saved)
 }
 

@@ -91,11 +91,13 @@ fn look(stage: &mut Stage, numbers: &mut Vec<f64>) {
         let held = pull.at(&stage.members()[pull.member]).expect("a place");
         numbers.extend(held.into_iter().chain(pull.target).chain(pull.force));
     }
-    for strike in stage.strikes() {
+    let strikes = stage.strikes().expect("a world");
+    for strike in strikes.heard() {
         numbers.extend([count(strike.member)].into_iter().chain(strike.impulse));
         numbers.extend(strike.place.nodes().iter().map(|&node| f64::from(node)));
         numbers.extend(strike.place.weights());
     }
+    strikes.taken();
 }
 
 fn march(stage: &mut Stage, rounds: usize, numbers: &mut Vec<f64>) {
