@@ -11,13 +11,12 @@ use std::process::{Command, Stdio};
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::time::Duration;
 
-use base64::Engine as _;
-use base64::engine::general_purpose::STANDARD as BASE64;
 use vademecum_build::progress::Listener;
 use vademecum_build::store::{Kind, Outputs};
 use vademecum_format::{File, FormatError, SectionKind};
 use vademecum_study::FileError;
 
+mod inside;
 mod world;
 
 use crate::arguments::{Limit, OutputArguments};
@@ -28,10 +27,10 @@ use crate::files::{check_output, is_stepped, refuse_chapter, usable_file, write_
 use crate::given::{Given, outputs_of};
 use crate::html::{escaped, title};
 use crate::print::print_json;
+use inside::{STYLE, encoded, import_map};
 use world::WorldPage;
 
 const PAGE: &str = include_str!("../../assets/page/page.html");
-const STYLE: &str = include_str!("../../assets/page/style.css");
 
 macro_rules! modules {
     ($($name:literal),*) => {
@@ -284,21 +283,6 @@ fn filled(title: &str, source: &str, file: &[u8]) -> String {
         .replace("{{source}}", source)
         .replace("{{wasm}}", &encoded(&evaluator()))
         .replace("{{body}}", &encoded(file))
-}
-
-/// The modules of a page as the names by which they import each other.
-fn import_map(modules: &[(&str, &str)]) -> String {
-    let module = |(name, text): &(&str, &str)| {
-        // Its name, for messages: a data address would be the whole module again.
-        let text = format!("{text}//# sourceURL=vademecum/{name}.js\n");
-        format!("\"vademecum/{name}\":\"data:text/javascript;base64,{}\"", BASE64.encode(text))
-    };
-    let modules: Vec<String> = modules.iter().map(module).collect();
-    format!("{{\"imports\":{{{}}}}}", modules.join(","))
-}
-
-fn encoded(bytes: &[u8]) -> String {
-    BASE64.encode(bytes)
 }
 
 /// The page draws the surface; say here what it could not use.

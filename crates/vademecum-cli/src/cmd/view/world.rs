@@ -2,12 +2,10 @@
 
 use std::path::Path;
 
-use base64::Engine as _;
-use base64::engine::general_purpose::STANDARD as BASE64;
 use vademecum_assembly::{AssemblyError, AssemblyFile, WorldRunError, WorldScene, world_scene};
 use vademecum_build::progress::Listener;
 
-use super::{STYLE, encoded, import_map};
+use super::inside::{STYLE, encoded, import_map};
 use crate::assets::{evaluator, world};
 use crate::failure::Failure;
 use crate::html::escaped;
@@ -77,7 +75,7 @@ impl WorldPage {
     pub fn filled(&self, inside: bool) -> String {
         let file = |(i, bytes): (usize, &Vec<u8>)| {
             let (source, text) = if inside {
-                (String::new(), BASE64.encode(bytes))
+                (String::new(), encoded(bytes))
             } else {
                 (format!("part-{i}.vdm"), String::new())
             };
