@@ -7,7 +7,7 @@ const LEVEL: i32 = 19;
 
 fn main() {
     let out = std::env::var_os("OUT_DIR").expect("a folder for what is made");
-    for name in ["evaluator.wasm", "fmu-x86_64-linux.so"] {
+    for name in ["evaluator.wasm", "world.wasm", "fmu-x86_64-linux.so"] {
         let path = Path::new("assets").join(name);
         println!("cargo::rerun-if-changed={}", path.display());
         let bytes = std::fs::read(&path).unwrap_or_else(|error| panic!("{}: {error}", path.display()));

@@ -2,8 +2,8 @@
 // pages; node.js, the package's entry in Node, adds the reading of files.
 import { Refused } from "./evaluator.js";
 
-/** The module of this package, compiled once. */
-let own;
+/** The modules of this package, each compiled once, by their addresses. */
+const own = new Map();
 
 /** Reads a file of the disk by its URL; only where node.js has set it. */
 let readFile;
@@ -12,25 +12,29 @@ export function readFilesBy(reader) {
   readFile = reader;
 }
 
-/** A compiled module: the one that is given, or that of this package. */
-export async function compiled(wasm) {
+/** The compiled evaluator: the module that is given, or that of this package. */
+export const compiled = (wasm) => compiledAt(wasm, () => new URL("./evaluator.wasm", import.meta.url), "Body.open(file, { wasm })");
+
+/** A compiled module: the one that is given, or that of this package at `address`; `call` takes its bytes, too. */
+export async function compiledAt(wasm, address, call) {
   if (wasm instanceof WebAssembly.Module) return wasm;
   if (wasm) return WebAssembly.compile(wasm);
-  own ??= fetched(new URL("./evaluator.wasm", import.meta.url)).catch((error) => {
-    own = undefined;
+  const url = address();
+  if (!own.has(url.href)) own.set(url.href, fetched(url, call).catch((error) => {
+    own.delete(url.href);
     throw error;
-  });
-  return own;
+  }));
+  return own.get(url.href);
 }
 
-async function fetched(url) {
+async function fetched(url, call) {
   const bytes = await bytesAt(url);
   const begins = Array.from(bytes.subarray(0, 4), (byte) => byte.toString(16).padStart(2, "0")).join(" ");
   if (begins !== "00 61 73 6d") {
     throw new Refused(
       `${url}: this is no WebAssembly module (it begins with ${begins || "nothing"}), so a server or a bundler answers with something else; ` +
-      'with Vite write optimizeDeps: { exclude: ["vademecum-eval"] } into its configuration; elsewhere copy evaluator.wasm of this ' +
-      "package there, or give its bytes: Body.open(file, { wasm })",
+      'with Vite write optimizeDeps: { exclude: ["vademecum-eval"] } into its configuration; elsewhere copy ' +
+      `${url.pathname.split("/").at(-1)} of this package there, or give its bytes: ${call}`,
     );
   }
   return WebAssembly.compile(bytes);

@@ -22,6 +22,7 @@ pub mod regions;
 pub mod shared;
 #[cfg(unix)]
 pub mod soak;
+pub mod soft_cube;
 pub mod stage;
 pub mod strained;
 pub mod stress;

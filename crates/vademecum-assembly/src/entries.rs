@@ -73,10 +73,10 @@ impl WorldEntry {
 }
 
 /// Two parts that may touch.
-#[derive(Clone, Debug, Deserialize, JsonSchema)]
+#[derive(Clone, Debug, Default, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct ContactEntry {
-    /// Names of the two parts.
+    /// Names of the two parts; with `*` at its end a name means every part whose name begins so.
     pub between: [String; 2],
     /// Coefficient of Coulomb's friction.
     #[serde(default)]
@@ -87,6 +87,12 @@ pub struct ContactEntry {
     /// Parts whose nodes are held off the surface of the other.
     #[serde(default)]
     pub nodes: NodesEntry,
+    /// Number of its `[[contact]]`.
+    #[serde(skip)]
+    pub entry: usize,
+    /// True of a pair that was meant by the beginning of a name.
+    #[serde(skip)]
+    pub is_meant: bool,
 }
 
 fn one() -> f64 {
@@ -162,6 +168,37 @@ impl RigidEntry {
             (sound, ("rigid.box.lengths", listed(&lengths), "lengths above 0")),
             (above(self.scale), ("rigid.scale", self.scale.to_string(), "a length above 0")),
             (above(density), ("rigid.density", density.to_string(), "a density above 0")),
+        ])
+    }
+}
+
+/// A shake of a part: a sine over time.
+#[derive(Clone, Copy, Debug, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct ShakeEntry {
+    /// Amplitude \[m\].
+    pub amplitude: [f64; 3],
+    /// Frequency \[Hz\].
+    pub frequency: f64,
+    /// Time over which it grows to its amplitude \[s\].
+    #[serde(default)]
+    pub ramp: f64,
+}
+
+impl ShakeEntry {
+    /// The first value that no shake can have.
+    pub(crate) fn fault(&self) -> Option<Refused> {
+        let finite = self.amplitude.iter().all(|x| x.abs() <= LARGEST);
+        first_of([
+            (finite, ("shake.amplitude", listed(&self.amplitude), "finite numbers")),
+            (
+                (0.0..=LARGEST).contains(&self.frequency),
+                ("shake.frequency", self.frequency.to_string(), "a frequency in hertz of 0 or more"),
+            ),
+            (
+                (0.0..=LARGEST).contains(&self.ramp),
+                ("shake.ramp", self.ramp.to_string(), "a time in seconds of 0 or more"),
+            ),
         ])
     }
 }

@@ -6,7 +6,10 @@ use schemars::JsonSchema;
 use serde::Deserialize;
 use vademecum_build::input::toml_file::{self, TomlError};
 
-use crate::entries::{ContactEntry, LARGEST, OutputEntry, Refused, RigidEntry, WorldEntry, listed};
+use crate::entries::{
+    ContactEntry, LARGEST, OutputEntry, Refused, RigidEntry, ShakeEntry, WorldEntry, listed,
+};
+use crate::names::{ANY, MAX_PARTS, means};
 
 /// The ground, in place of a port of a joint.
 pub const GROUND: &str = "ground";
@@ -73,6 +76,17 @@ pub struct PartEntry {
     pub velocity: Option<[f64; 3]>,
     /// Angular velocity in space \[rad/s\], of a part of a world that moves freely.
     pub spin: Option<[f64; 3]>,
+    /// Numbers of copies along x, y and z, of a part of a world; they are `name1`, `name2`, …, along x first.
+    pub copies: Option<[usize; 3]>,
+    /// Distance of the copies along x, y and z \[m\].
+    pub spacing: Option<[f64; 3]>,
+    /// Stops of a held part, or of a rigid body without density: time \[s\] and displacement \[m\].
+    pub path: Option<Vec<[f64; 4]>>,
+    /// Shake of such a part.
+    pub shake: Option<ShakeEntry>,
+    /// Number of its `[[part]]`.
+    #[serde(skip)]
+    pub entry: usize,
 }
 
 fn nameless(path: &Path) -> bool {
@@ -105,6 +119,8 @@ pub struct JointEntry {
     pub at: Option<[f64; 3]>,
     /// Largest distance between the ports \[m\]; absent: a thousandth of their size.
     pub distance: Option<f64>,
+    /// Size of its force \[N\] above which it breaks, of a joint of a world; absent: it does not.
+    pub breaks_at: Option<f64>,
 }
 
 /// Kind of a joint.
@@ -171,8 +187,11 @@ impl AssemblyFile {
     /// [`TomlError`], as for [`AssemblyFile::read`].
     pub fn parse(text: &str, path: &str, folder: PathBuf) -> Result<Self, TomlError> {
         let file: Self = toml_file::parse(text, path)?;
-        let file = Self { text: text.into(), folder, path: path.into(), ..file };
+        let mut file = Self { text: text.into(), folder, path: path.into(), ..file };
+        file.check_copies()?;
+        file.copy_parts();
         file.check()?;
+        file.name_pairs();
         Ok(file)
     }
 
@@ -258,12 +277,55 @@ impl AssemblyFile {
         })
     }
 
+    /// Refuses copies before they are made.
+    fn check_copies(&self) -> Result<(), TomlError> {
+        let mut sum = 0;
+        for (i, part) in self.parts.iter().enumerate() {
+            let key = |name: &str| format!("part[{i}].{name}");
+            let count = part.count().filter(|count| (1..=MAX_PARTS).contains(count)).unwrap_or(MAX_PARTS + 1);
+            sum += count;
+            let expected = "three numbers of 1 or more, and at most 10000 parts in all";
+            let found = listed(&part.copies.unwrap_or([1; 3]).map(|count| count as f64));
+            self.require(sum <= MAX_PARTS, &key("copies"), found, expected)?;
+            let spacing = part.spacing.unwrap_or_default();
+            let sound = spacing.iter().all(|x| x.abs() <= LARGEST);
+            self.require(sound, &key("spacing"), listed(&spacing), "finite numbers")?;
+            let alone = part.copies.is_none() && part.spacing.is_some();
+            self.require(!alone, &key("spacing"), "given without `copies`", "the numbers of `copies`, too")?;
+        }
+        Ok(())
+    }
+
+    fn check_way(&self, part: &PartEntry) -> Result<(), TomlError> {
+        let key = |name: &str| format!("part[{}].{name}", part.entry);
+        let moves = part.rigid.as_ref().is_some_and(|rigid| rigid.density.is_some());
+        for (name, given) in [("path", part.path.is_some()), ("shake", part.shake.is_some())] {
+            let expected = "a part that its supports hold, or a rigid body without `density`";
+            self.require(!given || !moves, &key(name), "given", expected)?;
+        }
+        if let Some(path) = &part.path {
+            let finite = path.as_flattened().iter().all(|x| x.abs() <= LARGEST);
+            let ascending = path.windows(2).all(|pair| pair[0][0] < pair[1][0]);
+            let expected =
+                "at least one stop, of a time and three displacements, in ascending order of the times";
+            let found = path.iter().map(|stop| listed(stop)).collect::<Vec<_>>().join(", ");
+            self.require(
+                finite && ascending && !path.is_empty(),
+                &key("path"),
+                format!("[{found}]"),
+                expected,
+            )?;
+        }
+        self.sound(&format!("part[{}]", part.entry), part.shake.as_ref().and_then(ShakeEntry::fault))
+    }
+
     fn check_part(&self, i: usize) -> Result<(), TomlError> {
         let part = &self.parts[i];
-        let key = |name: &str| format!("part[{i}].{name}");
+        let key = |name: &str| format!("part[{}].{name}", part.entry);
         let twice = self.parts[..i].iter().any(|other| other.name == part.name);
-        let plain = !part.name.is_empty() && !part.name.contains(['.', '\n', ',', '"']);
-        let expected = "a name of one line without dot, comma and quotation mark that no other part has, and not `ground`";
+        let plain = !part.name.is_empty() && !part.name.contains(['.', '\n', ',', '"', ANY]);
+        let expected = "a name of one line without dot, comma, quotation mark and `*` that no other part has, and not \
+                        `ground`";
         let holds = plain && !twice && part.name != GROUND;
         self.require(holds, &key("name"), format!("`{}`", part.name), expected)?;
         let has_file = !nameless(&part.file);
@@ -271,7 +333,8 @@ impl AssemblyFile {
         let expected = "the vademecum file of the part, or `rigid` in its place";
         let at = if has_file { key("file") } else { key("name") };
         self.require(has_file != part.rigid.is_some(), &at, format!("`file` {found}"), expected)?;
-        self.sound(&format!("part[{i}]"), part.rigid.as_ref().and_then(RigidEntry::fault))?;
+        self.sound(&format!("part[{}]", part.entry), part.rigid.as_ref().and_then(RigidEntry::fault))?;
+        self.check_way(part)?;
         let hash = part.hash.as_deref().filter(|_| !has_file);
         self.require(hash.is_none(), &key("hash"), "given", "no hash: a rigid body has none")?;
         let finite = |numbers: &[f64; 3]| numbers.iter().all(|x| x.abs() <= LARGEST);
@@ -309,6 +372,9 @@ impl AssemblyFile {
         self.require(sound && some, &key("stiffness"), listed(stiffness), expected)?;
         let one = !cable || stiffness.len() <= 1;
         self.require(one, &key("stiffness"), listed(stiffness), "one number of a cable")?;
+        let bears = joint.breaks_at.unwrap_or(1.0);
+        let sound = bears > 0.0 && bears <= LARGEST;
+        self.require(sound, &key("breaks_at"), bears, "a force in newtons above 0")?;
         let positive = |value: Option<f64>| value.is_none_or(|value| (0.0..=LARGEST).contains(&value));
         for (name, value) in [("distance", joint.distance), ("length", joint.length)] {
             self.require(positive(value), &key(name), value.unwrap_or_default(), "a length of 0 or more")?;
@@ -333,14 +399,17 @@ impl AssemblyFile {
             let expected = "`[world]` with its `time`: this key is that of bodies that move in a world";
             Err(self.refuse(&key, found, expected))
         };
-        for (i, part) in self.parts.iter().enumerate() {
+        for part in &self.parts {
             let keys = [
                 ("rigid", part.rigid.is_some()),
                 ("velocity", part.velocity.is_some()),
                 ("spin", part.spin.is_some()),
+                ("copies", part.copies.is_some()),
+                ("path", part.path.is_some()),
+                ("shake", part.shake.is_some()),
             ];
             if let Some((key, _)) = keys.into_iter().find(|(_, given)| *given) {
-                return refuse(format!("part[{i}].{key}"), "given".into());
+                return refuse(format!("part[{}].{key}", part.entry), "given".into());
             }
         }
         for (i, joint) in self.joints.iter().enumerate() {
@@ -349,8 +418,10 @@ impl AssemblyFile {
                 let found = if joint.turns { "true" } else { "`cable`" };
                 return refuse(format!("joint[{i}].{key}"), found.into());
             }
-            if joint.at.is_some() {
-                return refuse(format!("joint[{i}].at"), "given".into());
+            for (key, given) in [("at", joint.at.is_some()), ("breaks_at", joint.breaks_at.is_some())] {
+                if given {
+                    return refuse(format!("joint[{i}].{key}"), "given".into());
+                }
             }
         }
         if let Some(contact) = self.contacts.first() {
@@ -376,11 +447,13 @@ impl AssemblyFile {
         for (i, contact) in self.contacts.iter().enumerate() {
             let key = format!("contact[{i}].between");
             let found = pair(&contact.between);
-            let known = contact.between.iter().all(|name| self.part(name).is_some());
+            let meant = |name: &String| self.parts.iter().any(|part| means(name, &part.name));
+            let known = contact.between.iter().all(meant);
             self.require(known, &key, &found, format!("two parts of {}", names()))?;
             let [a, b] = &contact.between;
-            self.require(a != b, &key, &found, "two different parts")?;
-            let same = |other: &ContactEntry| other.between.contains(a) && other.between.contains(b);
+            self.require(a != b || a.ends_with(ANY), &key, &found, "two different parts")?;
+            let [pair, turned] = [[a, b], [b, a]];
+            let same = |other: &ContactEntry| [pair, turned].contains(&other.between.each_ref());
             let twice = self.contacts[..i].iter().any(same);
             self.require(!twice, &key, &found, "a pair that is named once")?;
             let rigid = |name: &str| self.part(name).is_some_and(|part| self.parts[part].rigid.is_some());

@@ -4,19 +4,22 @@
 //! them by the evaluator's own synthesis (`vademecum_eval::Assembly`), which gives the bytes of one ordinary
 //! vademecum file. Ports are patches and frames that `[[port]]` of a problem file names.
 
+mod copies;
 mod entries;
 mod error;
 mod file;
+mod names;
 mod refusal;
 mod source;
 mod world;
 
-pub use entries::{BoxEntry, ContactEntry, NodesEntry, OutputEntry, RigidEntry, WorldEntry};
+pub use entries::{BoxEntry, ContactEntry, NodesEntry, OutputEntry, RigidEntry, ShakeEntry, WorldEntry};
 pub use error::AssemblyError;
 pub use file::{AssemblyFile, JointEntry, JointKind, PartEntry};
 pub use world::{
-    GivenPart, PartBytes, PartPoint, PartSurface, WorldPlan, WorldRow, WorldRunError, WorldRunOptions,
-    WorldRunReport, WorldSavedError, WorldSimulation, WorldSink, run_world,
+    GivenPart, PartBytes, PartPoint, PartSurface, SceneJoint, SceneMember, WorldPlan, WorldRow,
+    WorldRunError, WorldRunOptions, WorldRunReport, WorldSavedError, WorldScene, WorldSimulation, WorldSink,
+    run_world, world_scene,
 };
 
 use vademecum_build::mesh::{Mesh, hash};

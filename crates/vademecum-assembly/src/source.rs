@@ -25,7 +25,9 @@ pub(crate) fn read_part(file: &AssemblyFile, i: usize) -> Result<Vec<u8>, Assemb
     if let Some(expected) = entry.hash.as_ref().filter(|expected| **expected != found) {
         let words =
             format!("`{found}`, the hash of the mesh of this file: the part was built anew on another mesh");
-        return Err(file.refuse(&format!("part[{i}].hash"), format!("`{expected}`"), words).into());
+        return Err(file
+            .refuse(&format!("part[{}].hash", entry.entry), format!("`{expected}`"), words)
+            .into());
     }
     Ok(bytes)
 }

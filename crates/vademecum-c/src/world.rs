@@ -183,6 +183,7 @@ fn joint_of(joint: &VdmJoint) -> Result<WorldJoint, Refusal> {
         members: [joint.first as usize, joint.second as usize],
         anchors: [anchor_of(first)?, anchor_of(second)?],
         compliance: joint.compliance,
+        breaks_at: if joint.breaks_at == 0.0 { f64::INFINITY } else { joint.breaks_at },
     })
 }
 

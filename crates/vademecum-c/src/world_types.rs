@@ -136,6 +136,8 @@ pub struct VdmJoint {
     pub length: f64,
     /// Compliance of its displacements, in m/N; 0 of a joint that holds.
     pub compliance: f64,
+    /// Force at which it breaks, in N; 0 of a joint that never does.
+    pub breaks_at: f64,
 }
 
 /// Report of the steps of a world.

@@ -218,6 +218,7 @@ pub use world::{
     bind::WorldSizing,
     error::WorldError,
     joint::{Anchor, JointKind, JointState, WorldJoint},
+    lead::Lead,
     member::{Member, RigidShape},
     options::{WorldOptions, WorldReport},
     patch::Near,

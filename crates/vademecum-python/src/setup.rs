@@ -85,6 +85,11 @@ impl Setup {
             rotation: quaternion,
             velocity,
             spin,
+            copies: None,
+            spacing: None,
+            path: None,
+            shake: None,
+            entry: self.parts.len(),
         });
         self.own.push(own);
         let checked = self.file();
@@ -113,7 +118,8 @@ impl Setup {
             }
         };
         self.known(&between)?;
-        self.contacts.push(ContactEntry { between, friction, restitution, nodes });
+        let entry = self.contacts.len();
+        self.contacts.push(ContactEntry { between, friction, restitution, nodes, entry, is_meant: false });
         let checked = self.file();
         if checked.is_err() {
             self.contacts.pop();

@@ -328,9 +328,9 @@ impl PyWorld {
     /// Joins two parts by a "ball", "hinge", "slider" or "cable" and gives the name of the joint. A side is
     /// a port that is a frame, "part.port", a rigid body, "part", or, second, "ground". `at` is the point in
     /// space where a rigid body or the ground is held; `length` in m, and `stiffness` in N/m, are those of a
-    /// cable; ports farther apart than `distance` in m are refused.
+    /// cable; ports farther apart than `distance` in m are refused. A force above `breaks_at` in N breaks it.
     #[pyo3(signature = (
-        kind, first, second, *, at=None, length=None, stiffness=None, distance=None, name=None,
+        kind, first, second, *, at=None, length=None, stiffness=None, distance=None, breaks_at=None, name=None,
     ))]
     #[expect(clippy::too_many_arguments, reason = "keywords of Python")]
     fn join(
@@ -342,6 +342,7 @@ impl PyWorld {
         length: Option<f64>,
         stiffness: Option<f64>,
         distance: Option<f64>,
+        breaks_at: Option<f64>,
         name: Option<String>,
     ) -> PyResult<String> {
         let entry = JointEntry {
@@ -353,6 +354,7 @@ impl PyWorld {
             length,
             at: at.map(|at| at.0),
             distance,
+            breaks_at,
         };
         self.setup(|setup| setup.join(kind, entry))
     }

@@ -1,6 +1,8 @@
 //! Refusals of the module, in one type.
 
 use thiserror::Error;
+#[cfg(feature = "world")]
+use vademecum_eval::WorldError;
 use vademecum_eval::{BindError, LoadError, LocateError, OutputError, SavedError, StepError};
 
 /// Reason of a refused call.
@@ -37,4 +39,26 @@ pub enum Refusal {
          place"
     )]
     BadTool,
+    /// A world cannot be made or stepped.
+    #[cfg(feature = "world")]
+    #[error(transparent)]
+    World(#[from] WorldError),
+    /// A step or a reading before the world was bound.
+    #[cfg(feature = "world")]
+    #[error("the world is not bound yet")]
+    NoWorld,
+    /// A part, joint or motion that this world has not, or that it cannot have any more.
+    #[cfg(feature = "world")]
+    #[error("this world has no such part or joint, the part does not move so, or the world is bound already")]
+    BadPart,
+    /// A hand that cannot pull.
+    #[cfg(feature = "world")]
+    #[error(
+        "a hand has a member and a place on it, a stiffness above zero and a damping that is not below zero"
+    )]
+    BadPull,
+    /// A saved state of another world.
+    #[cfg(feature = "world")]
+    #[error("the saved state is that of another world")]
+    BadState,
 }

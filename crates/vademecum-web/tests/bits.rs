@@ -136,10 +136,10 @@ impl Native<'_, '_> {
     }
 }
 
-/// The module to test: the committed one, or the one named by `VADEMECUM_WASM` (a fresh build).
+/// The module to test: the committed one, or that in the folder `VADEMECUM_WASM` (a fresh build).
 fn module() -> PathBuf {
-    let committed = Path::new(env!("CARGO_MANIFEST_DIR")).join("../vademecum-cli/assets/evaluator.wasm");
-    std::env::var_os("VADEMECUM_WASM").map_or(committed, PathBuf::from)
+    let committed = Path::new(env!("CARGO_MANIFEST_DIR")).join("../vademecum-cli/assets");
+    std::env::var_os("VADEMECUM_WASM").map_or(committed, PathBuf::from).join("evaluator.wasm")
 }
 
 #[test]

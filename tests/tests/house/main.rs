@@ -164,16 +164,22 @@ const BROWSER_MODULE: &str = "crates/vademecum-cli/assets/evaluator.wasm";
 /// The size that the browser module may have, in bytes. It reads every quantity, filters residuals, moves
 /// coupled modes together and shares contacts over facets, in both precisions, and names what it refuses.
 const BROWSER_MODULE_LIMIT: usize = 580_000;
+/// The module of worlds: one precision, contacts and joints, and memory of its own.
+const WORLD_MODULE: &str = "crates/vademecum-cli/assets/world.wasm";
+const WORLD_MODULE_LIMIT: usize = 520_000;
 
 #[test]
-fn the_browser_module_is_small() {
-    let size = std::fs::metadata(repository().join(BROWSER_MODULE)).expect("the module").len() as usize;
-    assert!(size > 10_000 && size <= BROWSER_MODULE_LIMIT, "{size} bytes of at most {BROWSER_MODULE_LIMIT}");
+fn the_browser_modules_are_small() {
+    for (module, limit) in [(BROWSER_MODULE, BROWSER_MODULE_LIMIT), (WORLD_MODULE, WORLD_MODULE_LIMIT)] {
+        let size = std::fs::metadata(repository().join(module)).expect("the module").len() as usize;
+        assert!(size > 10_000 && size <= limit, "{module}: {size} bytes of at most {limit}");
+    }
 }
 
 #[test]
 fn documents_give_the_size_of_the_browser_module() {
-    let size = std::fs::metadata(repository().join(BROWSER_MODULE)).expect("the module").len() as usize;
+    let [size, world] = [BROWSER_MODULE, WORLD_MODULE]
+        .map(|module| std::fs::metadata(repository().join(module)).expect("the module").len() as usize);
     let mut wrong = vec![];
     for page in files("md").iter().filter(|page| !page.path.contains("/records/")) {
         for paragraph in page.text.split("\n\n") {
@@ -186,7 +192,8 @@ fn documents_give_the_size_of_the_browser_module() {
             for (number, unit) in sentences.flat_map(sizes) {
                 // As many decimals as are given.
                 let decimals = number.split_once('.').map_or(0, |(_, decimals)| decimals.len());
-                let right = [size, BROWSER_MODULE_LIMIT].map(|b| format!("{:.decimals$}", b as f64 / unit));
+                let right = [size, BROWSER_MODULE_LIMIT, world, WORLD_MODULE_LIMIT]
+                    .map(|b| format!("{:.decimals$}", b as f64 / unit));
                 if !right.contains(&number) {
                     wrong.push(format!("{}: {number} × {unit} bytes; the module has {size}", page.path));
                 }

@@ -359,7 +359,7 @@ fn worlds_are_refused_where_they_cannot_be() {
     for line in [
         "assemble drop.toml -o drop.vdm",
         "frf chain.toml --in 0.2,0.01,0.01,z --out 0.2,0.01,0.01,z --range 1,100",
-        "view drop.toml --export page.html",
+        "report drop.toml -o page.html",
         "run cube.vdm --every 2",
         "run drop.toml --scenario drop.toml",
         "run cube.vdm",
@@ -400,4 +400,50 @@ fn rigid_bodies_carry_and_are_carried() {
         let mean = force[force.len() - 100..].iter().sum::<f64>() / 100.0;
         assert!((mean / weight - 1.0).abs() < 0.01, "{mean} {weight}");
     }
+}
+
+/// A floor that is led upwards carries the cubes that lie on it, copies of one part; a joint that bears less
+/// than what hangs on it breaks, and the page of the world has each file once.
+#[test]
+fn parts_are_led_and_copied_and_joints_break() {
+    let folder = worlds();
+    let at = folder.path();
+    let text = "format = 1\n[world]\ntime = 1.2\nstep = 1e-3\ngravity = [0.0, 0.0, -9.81]\n\
+                [[part]]\nname = \"cube\"\nfile = \"cube.vdm\"\ncopies = [2, 1, 1]\nspacing = [0.2, 0.0, 0.0]\n\
+                position = [0.0, 0.0, 0.001]\n\
+                [[part]]\nname = \"floor\"\nrigid = { box = { lengths = [0.5, 0.3, 0.1] } }\n\
+                position = [-0.1, -0.1, -0.1]\npath = [[0.3, 0.0, 0.0, 0.0], [0.8, 0.0, 0.0, 0.05]]\n\
+                [[part]]\nname = \"link\"\nfile = \"link.vdm\"\nposition = [0.0, 1.0, 0.0]\n\
+                [[contact]]\nbetween = [\"cube*\", \"floor\"]\nfriction = 0.5\nrestitution = 0.0\nnodes = \"first\"\n\
+                [[joint]]\nkind = \"ball\"\nturns = true\nbetween = [\"link.start\", \"ground\"]\nbreaks_at = 0.1\n\
+                [[output]]\npart = \"cube1\"\n[[output]]\npart = \"cube2\"\n[[output]]\npart = \"link\"\n";
+    std::fs::write(at.join("led.toml"), text).expect("written");
+    let (code, said, errors) = run(at, "run led.toml -o led.csv --json");
+    assert_eq!(code, Some(0), "{errors}");
+    let report: serde_json::Value = serde_json::from_str(&said).expect("JSON");
+    assert_eq!(report["joints_broken"], 1);
+    let found = table(&at.join("led.csv"));
+    for cube in ["cube1", "cube2"] {
+        let z = column(&found, &format!("{cube} z [m]"));
+        assert!((z.last().expect("a row") - 0.09).abs() < 1e-3, "{z:?}");
+    }
+    let apart = column(&found, "cube2 x [m]").last().expect("a row")
+        - column(&found, "cube1 x [m]").last().expect("a row");
+    assert!((apart - 0.2).abs() < 1e-3, "{apart}");
+    // The link weighs 0.94 N, so its joint broke and it fell freely.
+    let fallen = column(&found, "link z [m]");
+    assert!(fallen.last().expect("a row") + 0.5 * 9.81 * 1.2 * 1.2 < 0.1, "{:?}", fallen.last());
+    assert!(!std::fs::read_to_string(at.join("led.csv")).expect("a table").contains("contacts of"));
+    let (code, _, errors) = run(at, "view led.toml --export led.html");
+    assert_eq!(code, Some(0), "{errors}");
+    let page = std::fs::read_to_string(at.join("led.html")).expect("a page");
+    assert_eq!(page.matches("data-file=").count(), 2, "two files of three parts");
+    assert!(page.contains("cube2") && !page.contains("{{"));
+    std::fs::write(
+        at.join("bad.toml"),
+        text.replace("position = [0.0, 0.0, 0.001]", "path = [[0, 0, 0, 0]]"),
+    )
+    .expect("written");
+    let (code, _, errors) = run(at, "view bad.toml --export bad.html");
+    assert!(code == Some(3) && errors.contains("`part[0].path`"), "{code:?}: {errors}");
 }

@@ -626,6 +626,32 @@ fn bad_assemblies() -> Vec<(usize, String)> {
         (31, of_world("time = 1.0\nreach = -1.0")),
         (32, of_world("time = 1.0\nsweeps = 0")),
         (33, of_world("time = 1.0\ncontacts = 0")),
+        (34, of(&part("a", &format!("{file}\ncopies = [1, 0, 1]")), world)),
+        (34, of(&part("a", &format!("{file}\ncopies = [100, 100, 2]")), world)),
+        (34, one("copies = [2, 1, 1]")),
+        (35, of(&part("a", &format!("{file}\ncopies = [2, 1, 1]\nspacing = [inf, 0, 0]")), world)),
+        (35, one("spacing = [1, 0, 0]")),
+        (36, of(&part("a", &format!("{file}\npath = [[0, 0, 0, 0], [0, 1, 0, 0]]")), world)),
+        (36, of(&part("a", &format!("{file}\npath = []")), world)),
+        (36, one("path = [[0, 0, 0, 0]]")),
+        (
+            36,
+            rigid(&format!(
+                "{block}, density = 1.0 }}\npath = [[0, 0, 0, 0]]\nshake = {{ amplitude = [0, 0, 0], frequency = 1.0"
+            )),
+        ),
+        (37, one("shake = { amplitude = [0, 0, 1], frequency = 1.0 }")),
+        (38, of(&part("a", &format!("{file}\nshake = {{ amplitude = [0, 0, inf], frequency = 1 }}")), world)),
+        (39, of(&part("a", &format!("{file}\nshake = {{ amplitude = [0, 0, 1], frequency = -1 }}")), world)),
+        (
+            40,
+            of(
+                &part("a", &format!("{file}\nshake = {{ amplitude = [0, 0, 1], frequency = 1, ramp = -1 }}")),
+                world,
+            ),
+        ),
+        (41, joint("kind = \"weld\"\nbreaks_at = 1.0")),
+        (41, in_world(&format!("[[joint]]\nkind = \"ball\"\nturns = true\nbreaks_at = 0.0\n{between}"))),
     ]
 }
 

@@ -21,15 +21,24 @@ const HERE: [&str; 6] = [
 ];
 
 /// Files, or all of a folder, and the step of the gate that builds them.
-const ELSEWHERE: [(&str, &str); 15] = [
+const ELSEWHERE: [(&str, &str); 24] = [
     ("crates/vademecum-cli/assets/", "links to fixtures"),
     ("crates/vademecum-fmu/tests/", "crates/vademecum-fmu/check"),
+    ("docs/gallery/bar.toml", "the test `tutorial`"),
+    ("docs/gallery/brick.toml", "the test `tutorial`"),
     ("docs/gallery/bridge.toml", "the test `tutorial`"),
+    ("docs/gallery/finger.toml", "the test `tutorial`"),
+    ("docs/gallery/hammer.toml", "the test `tutorial`"),
+    ("docs/gallery/jelly.toml", "the test `tutorial`"),
+    ("docs/gallery/link.toml", "the test `tutorial`"),
+    ("docs/gallery/mallet.toml", "the test `tutorial`"),
     ("docs/gallery/organ.toml", "the test `tutorial`"),
+    ("docs/gallery/storey", "the test `tutorial`"),
     ("docs/tutorials/tuning-fork/", "the test `tutorial`"),
     ("examples/firmware/", "examples/firmware/check"),
     ("examples/rapier/", "examples/rapier/check"),
     ("examples/sweep/", "examples/sweep/check"),
+    ("packages/vademecum-eval/test/", "packages/vademecum-eval/check"),
     ("fixtures/problems/cantilever.toml", "the test `page_commands`"),
     ("fixtures/problems/cube.toml", "the test `sweep`"),
     ("fixtures/problems/short-beam.toml", "the test `commands`"),

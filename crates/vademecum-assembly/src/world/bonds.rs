@@ -28,13 +28,14 @@ pub(crate) fn bonds(
         Skin { nodes, triangles: &shapes[part].triangles }
     };
     let mut pairs = vec![];
-    for (i, contact) in file.contacts.iter().enumerate() {
+    for contact in &file.contacts {
         let members = contact.between.each_ref().map(|name| file.part(name).expect("was checked"));
         if let Some(depth) = overlap(&skin(members[0]), &skin(members[1])) {
             let [a, b] = &contact.between;
             let found = format!("`{a}` and `{b}`, which overlap by {depth:.3e} m at the start");
             let expected = "parts that are apart or touch";
-            return Err(file.refuse(&format!("contact[{i}].between"), found, expected).into());
+            let key = format!("contact[{}].between", contact.entry);
+            return Err(file.refuse(&key, found, expected).into());
         }
         let nodes = match contact.nodes {
             NodesEntry::Both => Nodes::Both,

@@ -92,6 +92,7 @@ impl Joined<'_> {
         let stiffness = entry.stiffness.as_ref().and_then(|all| all.first());
         Ok(WorldJoint {
             compliance: stiffness.map_or(0.0, |k| 1.0 / k),
+            breaks_at: entry.breaks_at.unwrap_or(f64::INFINITY),
             ..WorldJoint::new(kind, members, anchors)
         })
     }

@@ -61,6 +61,8 @@ pub struct WorldRunReport {
     pub mean_sweeps: f64,
     /// Steps whose solution was not within the tolerance.
     pub steps_not_converged: usize,
+    /// Joints that broke.
+    pub joints_broken: usize,
     /// Deepest overlap at the end of a step \[m\].
     pub deepest_overlap: f64,
     /// Energy that contacts took from the parts \[J\].
@@ -78,6 +80,7 @@ impl WorldRunReport {
         self.steps_without_room += usize::from(report.left_out > 0);
         self.mean_sweeps += (report.sweeps as f64 - self.mean_sweeps) / self.steps as f64;
         self.steps_not_converged += usize::from(!report.converged);
+        self.joints_broken += report.broken;
         self.deepest_overlap = self.deepest_overlap.max(report.worst_gap);
         self.energy_given_away += report.energy_given_away;
         self.energy_rises += rise.max(0.0);
@@ -136,7 +139,10 @@ pub fn run_world<S: WorldSink>(
             row.clear();
             row.extend([time, before]);
             row.extend(world.outputs()?.as_flattened());
-            world.with_bonds(|pairs, _| world.with_touches(|touches| add_pairs(pairs, touches, &mut row)));
+            let named = world.file();
+            world.with_bonds(|pairs, _| {
+                world.with_touches(|touches| add_pairs(named, pairs, touches, &mut row));
+            });
             let shown: &[[f64; 3]] = if options.surfaces { all_nodes(&mut world, &mut nodes)? } else { &[] };
             sink.show(&WorldRow { time, values: &row, nodes: shown })?;
         }

@@ -2,7 +2,7 @@
 
 use vademecum_build::mesh::read_surface;
 use vademecum_eval::{
-    Body, BodyOptions, MAX_CONTACTS, Member, Pose, RigidBody, RigidMotion, RigidShape, SceneOptions,
+    Body, BodyOptions, Lead, MAX_CONTACTS, Member, Pose, RigidBody, RigidMotion, RigidShape, SceneOptions,
 };
 use vademecum_format::{File, PortKind, PortRange, SectionKind};
 
@@ -77,13 +77,15 @@ pub(crate) fn read(file: &AssemblyFile, i: usize, given: GivenPart) -> Result<So
             let known = triangles.as_flattened().iter().all(|&node| (node as usize) < nodes.len());
             if !known || !nodes.as_flattened().iter().all(|x| x.abs() <= LARGEST) {
                 let expected = "finite nodes, and triangles of nodes that there are";
-                return Err(file.refuse(&format!("part[{i}].rigid"), "another surface", expected).into());
+                return Err(file
+                    .refuse(&format!("part[{}].rigid", entry.entry), "another surface", expected)
+                    .into());
             }
             let density = rigid.as_ref().and_then(|rigid| rigid.density);
-            return shell(file, (nodes, triangles), density, i).map(Source::Rigid);
+            return shell(file, (nodes, triangles), density, entry).map(Source::Rigid);
         }
         (GivenPart::Named, Some(rigid)) => {
-            return shell(file, surface(file, entry, rigid)?, rigid.density, i).map(Source::Rigid);
+            return shell(file, surface(file, entry, rigid)?, rigid.density, entry).map(Source::Rigid);
         }
         (GivenPart::Named, None) => Source::File(Box::new(read_part(file, i)?), SceneOptions::default()),
     };
@@ -140,13 +142,13 @@ fn shell(
     file: &AssemblyFile,
     (nodes, triangles): SurfaceArrays,
     density: Option<f64>,
-    i: usize,
+    entry: &PartEntry,
 ) -> Result<Shell, WorldRunError> {
     let body = match density {
         None => None,
         Some(density) => {
             let body = if is_closed(&triangles) { solid(&nodes, &triangles, density) } else { None };
-            let key = format!("part[{i}].rigid");
+            let key = format!("part[{}].rigid", entry.entry);
             let expected = "a closed surface around a body that has a density";
             let found = format!("{} triangles that enclose nothing", triangles.len());
             Some(body.ok_or_else(|| file.refuse(&key, found, expected))?)
@@ -175,7 +177,8 @@ impl<'m> Bound<'m> {
         let entry = &file.parts[i];
         let part = || entry.name.clone();
         let stand = Pose::new(entry.position, entry.rotation);
-        let far = || file.refuse(&format!("part[{i}].position"), "too large", "smaller numbers");
+        let key = |name: &str| format!("part[{}].{name}", entry.entry);
+        let far = || file.refuse(&key("position"), "too large", "smaller numbers");
         if let Source::Rigid(Shell { nodes, triangles, body }) = source {
             let shape = match body {
                 None => RigidShape::led(nodes, triangles, stand),
@@ -187,12 +190,20 @@ impl<'m> Bound<'m> {
         let bind = |source| WorldRunError::Bind { part: part(), source };
         let mut body = Body::bind(&opened, options, memory).map_err(bind)?;
         match body.rigid_body() {
-            Some(rigid) => body.set_motion(start(entry, &rigid)).ok_or_else(far)?,
+            Some(rigid) => {
+                body.set_motion(start(entry, &rigid)).ok_or_else(far)?;
+                for (name, given) in [("path", entry.path.is_some()), ("shake", entry.shake.is_some())] {
+                    if given {
+                        let expected = "a part that its supports hold: this one moves freely";
+                        return Err(file.refuse(&key(name), "given", expected).into());
+                    }
+                }
+            }
             None => {
-                for (key, value) in [("velocity", entry.velocity), ("spin", entry.spin)] {
+                for (name, value) in [("velocity", entry.velocity), ("spin", entry.spin)] {
                     if value.is_some() {
                         let expected = "a part that moves freely: this one is held by its supports";
-                        return Err(file.refuse(&format!("part[{i}].{key}"), "given", expected).into());
+                        return Err(file.refuse(&key(name), "given", expected).into());
                     }
                 }
             }
@@ -246,6 +257,17 @@ impl<'m> Bound<'m> {
             }
             Self::Rigid(shape) => Member::Rigid(shape),
         }
+    }
+}
+
+impl PartEntry {
+    /// Its way over time; `None` of a part that stands or moves freely.
+    pub(crate) fn way(&self) -> Option<Lead<'_>> {
+        let led = self.path.is_some() || self.shake.is_some();
+        let (amplitude, frequency, ramp) =
+            self.shake.map_or(([0.0; 3], 0.0, 0.0), |shake| (shake.amplitude, shake.frequency, shake.ramp));
+        let stops = self.path.as_deref().unwrap_or_default();
+        led.then_some(Lead { stops, amplitude, frequency, ramp })
     }
 }
 

@@ -58,7 +58,7 @@ pub(crate) fn columns(file: &AssemblyFile) -> Vec<String> {
     for output in &file.outputs {
         columns.extend(["x", "y", "z"].map(|axis| format!("{} {axis} [m]", output.name())));
     }
-    for contact in &file.contacts {
+    for contact in file.contacts.iter().filter(|contact| !contact.is_meant) {
         let [a, b] = &contact.between;
         columns.extend(["x", "y", "z"].map(|axis| format!("force of {b} on {a} {axis} [N]")));
         columns.push(format!("contacts of {a} and {b}"));
@@ -87,8 +87,9 @@ pub(crate) fn position(member: &Member<'_, '_, f64>, shown: &Shown) -> Result<[f
 }
 
 /// Adds force \[N\] on the first part and number of pressed contacts of each pair.
-pub(crate) fn add_pairs(pairs: &[Touching], touches: &[Touch], row: &mut Vec<f64>) {
-    for pair in pairs {
+pub(crate) fn add_pairs(file: &AssemblyFile, pairs: &[Touching], touches: &[Touch], row: &mut Vec<f64>) {
+    let named = pairs.iter().zip(&file.contacts).filter(|(_, contact)| !contact.is_meant);
+    for (pair, _) in named {
         let (mut force, mut pressed) = ([0.0; 3], 0);
         for touch in touches {
             let [node, surface] = touch.members();

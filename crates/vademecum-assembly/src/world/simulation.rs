@@ -109,7 +109,23 @@ impl WorldSimulation {
                 World::new(&members, &lent.bonds.pairs, &lent.bonds.joints, &options, memory).map_err(refused)
             })
         })?;
-        Ok(Self { file, parts, world, shapes, shown, time_step, steps: 0 })
+        let mut own = Self { file, parts, world, shapes, shown, time_step, steps: 0 };
+        own.lead_ways(0.0);
+        Ok(own)
+    }
+
+    /// Leads the parts with a way to where they are at an instant.
+    fn lead_ways(&mut self, time: f64) {
+        let parts = &self.file.parts;
+        self.parts.with_dependent_mut(|_, bound| {
+            for (part, bound) in parts.iter().zip(bound) {
+                if let Some(way) = part.way() {
+                    let by = way.at(time);
+                    let position = std::array::from_fn(|k| part.position[k] + by[k]);
+                    bound.lead(Pose::new(position, part.rotation)).expect("a part that is led");
+                }
+            }
+        });
     }
 
     /// Runs a function on the world and its members.
@@ -138,6 +154,7 @@ impl WorldSimulation {
     /// # Errors
     /// [`WorldRunError::Step`].
     pub fn step(&mut self) -> Result<WorldReport, WorldRunError> {
+        self.lead_ways((self.steps + 1) as f64 * self.time_step);
         let report = self.with(|world, members| world.step(members)).map_err(|source| {
             WorldRunError::Step { time: self.time(), subject: subject(&self.file, &source), source }
         })?;
@@ -172,6 +189,11 @@ impl WorldSimulation {
     /// Pairs that may touch, and joints, in the order of the file.
     pub fn with_bonds<R>(&self, run: impl FnOnce(&[Touching], &[WorldJoint]) -> R) -> R {
         self.world.with_dependent(|lent, _| run(&lent.bonds.pairs, &lent.bonds.joints))
+    }
+
+    /// What the parts were read from.
+    pub(crate) fn sources(&self) -> &[Source] {
+        &self.parts.borrow_owner().sources
     }
 
     /// Contacts of the last step.

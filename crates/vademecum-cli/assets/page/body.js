@@ -122,7 +122,7 @@ function boundOfPushes(evaluator, { rest, triangles, loadTriangles, skin }) {
   return { low, high, rigorous: summary[0] === 1, field };
 }
 
-function boundingBox(points) {
+export function boundingBox(points) {
   const low = [Infinity, Infinity, Infinity], high = [-Infinity, -Infinity, -Infinity];
   for (let i = 0; i < points.length; i += 3) {
     for (let k = 0; k < 3; k++) {
@@ -145,7 +145,7 @@ function heldNodes(basis, nodes, modes) {
 }
 
 /** Pairs of nodes, each once. */
-function uniqueEdges(triangles) {
+export function uniqueEdges(triangles) {
   const seen = new Set(), edges = [];
   for (let t = 0; t < triangles.length; t += 3) {
     for (let k = 0; k < 3; k++) {
@@ -159,7 +159,7 @@ function uniqueEdges(triangles) {
 }
 
 /** One corner for each vertex of the drawn surface and smooth patch: `vertexNode`, `vertexLoadable`, and triangles over corners (`vertexCorners`). */
-function splitAtCreases({ rest, triangles, loadable: canBePushed }) {
+export function splitAtCreases({ rest, triangles, loadable: canBePushed }) {
   const vertexNode = [], vertexLoadable = [], normals = [];
   const patches = new Map();
   const vertexCorners = new Uint32Array(triangles.length);
@@ -167,7 +167,7 @@ function splitAtCreases({ rest, triangles, loadable: canBePushed }) {
   for (let c = 0; c < triangles.length; c += 3) {
     const [a, b, d] = [at(triangles[c]), at(triangles[c + 1]), at(triangles[c + 2])];
     const normal = unit(cross(sub(b, a), sub(d, a)));
-    const loadable = canBePushed(c / 3) ? 1 : 0;
+    const loadable = Number(canBePushed(c / 3));
     for (let k = 0; k < 3; k++) {
       const node = triangles[c + k];
       const known = patches.get(node) ?? [];

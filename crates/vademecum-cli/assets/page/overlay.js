@@ -51,7 +51,7 @@ export function drawOver(canvas, player, camera, controls, { focused, trail }) {
   context.clearRect(0, 0, w, h);
   const { body } = player;
   trail?.draw(context, camera, controls.style.arrow);
-  for (const { point, force } of player.contacts.values()) arrow(context, camera, body.place(point), force, body, controls.style.arrow);
+  for (const { point, force } of player.contacts.values()) arrow(context, camera, body.place(point), force, lengthOf(force, body), controls.style.arrow);
   const tool = player.tool && player.evaluator.tool();
   if (tool) pushes(context, camera, tool, drawnTool(player, controls.magnification), body, controls.style.arrow);
   if (focused && body.loadTriangles > 0) {
@@ -80,26 +80,29 @@ function pushes(context, camera, { centre, touches }, drawn, body, color) {
       force[i] += touch.force[i];
     }
   });
-  arrow(context, camera, place, force, body, color);
+  arrow(context, camera, place, force, lengthOf(force, body), color);
 }
 
-function arrow(context, camera, place, force, body, color) {
-  const size = Math.hypot(...force);
+/** Length of the arrow of a push [m]. */
+const lengthOf = (force, body) => body.size * Math.min(0.2, Math.max(0.05, 0.1 * Math.cbrt(Math.hypot(...force) / body.flexible.force)));
+
+/** An arrow with its tip at a place, along a force, `length` [m] long; `width` of its line in pixels. */
+export function arrow(context, camera, place, force, length, color, width = 3) {
   const tip = camera.pixel(place);
-  if (!tip || size === 0) return;
-  const length = body.size * Math.min(0.2, Math.max(0.05, 0.1 * Math.cbrt(size / body.flexible.force)));
+  if (!tip || Math.hypot(...force) === 0) return;
   const tail = camera.pixel(add(place, scaled(unit(force), -length)));
   if (!tail) return;
   const angle = Math.atan2(tip[1] - tail[1], tip[0] - tail[0]);
+  const head = (13 * width) / 3;
   context.strokeStyle = context.fillStyle = color;
-  context.lineWidth = 3;
+  context.lineWidth = width;
   context.beginPath();
   context.moveTo(...tail);
-  context.lineTo(tip[0] - 8 * Math.cos(angle), tip[1] - 8 * Math.sin(angle));
+  context.lineTo(tip[0] - 0.6 * head * Math.cos(angle), tip[1] - 0.6 * head * Math.sin(angle));
   context.stroke();
   context.beginPath();
   context.moveTo(...tip);
-  for (const side of [-0.4, 0.4]) context.lineTo(tip[0] - 13 * Math.cos(angle + side), tip[1] - 13 * Math.sin(angle + side));
+  for (const side of [-0.4, 0.4]) context.lineTo(tip[0] - head * Math.cos(angle + side), tip[1] - head * Math.sin(angle + side));
   context.fill();
 }
 
@@ -112,7 +115,7 @@ function ring(context, [x, y], color) {
 }
 
 /** Where x, y and z point, in the lower left corner. */
-function axes(context, camera, height, style) {
+export function axes(context, camera, height, style) {
   const [x, y] = [34, height - 34];
   context.font = "11px system-ui, sans-serif";
   context.textAlign = "center";
@@ -130,7 +133,7 @@ function axes(context, camera, height, style) {
 }
 
 /** How long a round length is in the middle of the body. */
-function bar(context, camera, height, style) {
+export function bar(context, camera, height, style) {
   const length = round125(110 * camera.metresPerPixel);
   const [x, y, width] = [74, height - 14, length / camera.metresPerPixel];
   context.strokeStyle = context.fillStyle = style.soft;

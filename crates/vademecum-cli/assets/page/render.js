@@ -63,6 +63,8 @@ void main() {
   float line = step(0.5, fract((gl_FragCoord.x + gl_FragCoord.y) / stripe));
   base = mix(mix(base, vec3(0.5 + 0.18 * line), 0.5), base, bright);
   if (component == -2 && bright < 0.5) base = vec3(0.6);
+  // What is rigid.
+  if (bright < 0.0) base = vec3(0.62, 0.64, 0.67);
   if (ball.w > 0.0) base = ball_color;
   color = vec4(base * light + shine, 1.0);
 }`;

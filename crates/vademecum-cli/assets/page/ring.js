@@ -21,14 +21,14 @@ export function frequencies(evaluator, section, { stiffness = 1, density = 1 }) 
 export const isHeard = (hertz, rate = Infinity) => hertz >= HEARD[0] && hertz <= Math.min(HEARD[1], 0.45 * rate);
 
 export class Ring {
-  /** `hertz`: frequencies of the modes; `loud`: the strike `{ point, force }` that is as loud as it should get. */
-  constructor(evaluator, rate, { options, hertz, loud }) {
+  /** `hertz`: frequencies of the modes; `loud`: the strike `{ point, force }` that is as loud as it should get; or `speed` [m/s] that is. */
+  constructor(evaluator, rate, tuning) {
     Object.assign(this, { evaluator, rate, column: evaluator.counts.probes });
-    this.tune({ options, hertz, loud });
+    this.tune(tuning);
   }
 
   /** Other parameters: what rings goes on ringing, at other pitches. */
-  tune({ options, hertz, loud }) {
+  tune({ options, hertz, loud, speed }) {
     const { evaluator } = this;
     const state = evaluator.options && evaluator.coordinates();
     evaluator.bind({ ...options, double: true, structure: 4, timeStep: 1 / this.rate, restBelow: 0 });
@@ -38,7 +38,7 @@ export class Ring {
     this.gain = 1;
     this.silence();
     this.strike(loud);
-    const fastest = dot(evaluator.point(loud.point, true), this.along);
+    const fastest = speed ?? dot(evaluator.point(loud.point, true), this.along);
     this.gain = fastest > 0 ? (LOUD * this.rate) / fastest : 0;
     this.silence();
     if (!state) return;

@@ -110,7 +110,7 @@ export function note(hertz) {
 }
 
 /** A worklet that rings. */
-async function ringer(context, { wasm, file }, tuning, strikes) {
+export async function ringer(context, { wasm, file }, tuning, strikes) {
   await context.audioWorklet.addModule(worklet());
   return new AudioWorkletNode(context, "ringer", { numberOfInputs: 0, outputChannelCount: [1], processorOptions: { wasm, file, tuning, strikes } });
 }

@@ -11,12 +11,13 @@ use std::process::{Command, Stdio};
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::time::Duration;
 
-use base64::Engine as _;
-use base64::engine::general_purpose::STANDARD as BASE64;
 use vademecum_build::progress::Listener;
-use vademecum_build::store::Kind;
+use vademecum_build::store::{Kind, Outputs};
 use vademecum_format::{File, FormatError, SectionKind};
 use vademecum_study::FileError;
+
+mod inside;
+mod world;
 
 use crate::arguments::{Limit, OutputArguments};
 use crate::assets::evaluator;
@@ -26,9 +27,10 @@ use crate::files::{check_output, is_stepped, refuse_chapter, usable_file, write_
 use crate::given::{Given, outputs_of};
 use crate::html::{escaped, title};
 use crate::print::print_json;
+use inside::{STYLE, encoded, import_map};
+use world::WorldPage;
 
 const PAGE: &str = include_str!("../../assets/page/page.html");
-const STYLE: &str = include_str!("../../assets/page/style.css");
 
 macro_rules! modules {
     ($($name:literal),*) => {
@@ -71,16 +73,18 @@ const MAX_HEAD: usize = 16 * 1024;
 /// Most connections answered at a time; a browser opens about six.
 const MAX_CONNECTIONS: usize = 32;
 
-/// Opens the body in a browser: push it, let it ring, change its parameters while it moves.
+/// Opens the body in a browser: push it, let it ring, change its parameters while it moves. Bodies of a world
+/// are pulled, thrown and stacked.
 #[derive(clap::Args)]
 #[command(after_help = "Examples:
   vademecum view body.vdm                       opens the browser on a page of this machine; Ctrl-C ends it
   vademecum view body.vdm --export body.html    one file that works from disk, without network, on a phone
+  vademecum view world.toml                     bodies of an assembly file with `[world]`, which touch
 
 On the page: press on the body to push it, drag beside it to turn the view. With Sound on, a struck body rings
 in the ear; Picture and Clip save what is seen; Link puts camera and parameters into the address.")]
 pub(crate) struct View {
-    /// The vademecum file, or an assembly file (TOML), which is joined in memory.
+    /// The vademecum file, or an assembly file (TOML), which is joined in memory or is a world.
     file: PathBuf,
     /// Print the address and do not open a browser.
     #[arg(long)]
@@ -121,34 +125,43 @@ impl View {
         if let Some(path) = &self.export {
             check_output(&outputs, path, Kind::Html)?;
         }
+        if let Given::Assembly(file) = &given
+            && file.world.is_some()
+        {
+            let world = WorldPage::new(file, &self.file, console)?;
+            console.clear();
+            return match &self.export {
+                Some(path) => self.write(&outputs, path, &world.filled(true)),
+                None => self.serve(&world.filled(false), &world.served(), console),
+            };
+        }
         let mapped = given.open(&self.file, self.map, console)?;
         let mut memory = vec![];
         // The page wants all of it raw; what is for people only may stay packed.
         let file = usable_file(&self.file, &mapped, is_stepped, self.limit, &mut memory)?;
         console.clear();
         match &self.export {
-            Some(path) => {
-                let page = page(&self.file, &file)?;
-                write_bytes(&outputs, path, Kind::Html, page.as_bytes())?;
-                let written = PageOutput { page: path.display().to_string(), bytes: page.len() };
-                if self.json {
-                    print_json(&written);
-                } else {
-                    println!(
-                        "{}: {} bytes, works from disk and without network",
-                        written.page, written.bytes
-                    );
-                }
-                Ok(())
-            }
+            Some(path) => self.write(&outputs, path, &page(&self.file, &file)?),
             None => {
                 check(&self.file, &file)?;
-                self.serve(&filled(&title(&self.file, &file), SOURCE, &[]), file.bytes(), console)
+                let served = [(format!("/{SOURCE}"), file.bytes())];
+                self.serve(&filled(&title(&self.file, &file), SOURCE, &[]), &served, console)
             }
         }
     }
 
-    fn serve(&self, page: &str, file: &[u8], console: &Console) -> Result<(), Failure> {
+    fn write(&self, outputs: &Outputs, path: &Path, page: &str) -> Result<(), Failure> {
+        write_bytes(outputs, path, Kind::Html, page.as_bytes())?;
+        let written = PageOutput { page: path.display().to_string(), bytes: page.len() };
+        if self.json {
+            print_json(&written);
+        } else {
+            println!("{}: {} bytes, works from disk and without network", written.page, written.bytes);
+        }
+        Ok(())
+    }
+
+    fn serve(&self, page: &str, files: &[(String, &[u8])], console: &Console) -> Result<(), Failure> {
         let network = |error: std::io::Error| {
             Failure::new(Cause::Machine, format!("127.0.0.1:{}: {error}", self.port))
                 .remedy("another `--port`, or none for a free one")
@@ -163,7 +176,7 @@ impl View {
             eprintln!("  note: no browser could be started; open the address above");
         }
         let live = AtomicUsize::new(0);
-        let content = EmbeddedBody { address, page, file };
+        let content = Served { address, page, files };
         std::thread::scope(|scope| {
             while !console.cancelled() {
                 match listener.accept() {
@@ -185,13 +198,14 @@ impl View {
 }
 
 /// Served contents.
-struct EmbeddedBody<'a> {
+struct Served<'a> {
     address: SocketAddr,
     page: &'a str,
-    file: &'a [u8],
+    /// Files beside the page, with their paths.
+    files: &'a [(String, &'a [u8])],
 }
 
-impl EmbeddedBody<'_> {
+impl Served<'_> {
     /// Answers one request and closes.
     fn answer(&self, mut stream: TcpStream) -> std::io::Result<()> {
         stream.set_nonblocking(false)?;
@@ -226,8 +240,10 @@ impl EmbeddedBody<'_> {
         }
         match (method, target) {
             ("GET", "/") => ("200 OK", "text/html; charset=utf-8", self.page.as_bytes()),
-            ("GET", "/body.vdm") => ("200 OK", "application/octet-stream", self.file),
-            ("GET", _) => ("404 Not Found", "text/plain", b"not here\n"),
+            ("GET", path) => match self.files.iter().find(|(name, _)| name == path) {
+                Some((_, file)) => ("200 OK", "application/octet-stream", file),
+                None => ("404 Not Found", "text/plain", b"not here\n"),
+            },
             _ => ("405 Method Not Allowed", "text/plain", b"only GET\n"),
         }
     }
@@ -260,19 +276,13 @@ pub fn page(path: &Path, file: &File<'_>) -> Result<String, Failure> {
 
 /// The page with everything inside; `file` too unless it comes from `source`.
 fn filled(title: &str, source: &str, file: &[u8]) -> String {
-    let module = |(name, text): &(&str, &str)| {
-        // Its name, for messages: a data address would be the whole module again.
-        let text = format!("{text}//# sourceURL=vademecum/{name}.js\n");
-        format!("\"vademecum/{name}\":\"data:text/javascript;base64,{}\"", BASE64.encode(text))
-    };
-    let modules: Vec<String> = MODULES.iter().map(module).collect();
     // The file goes in last: what is in it is never searched for places to fill.
     PAGE.replace("{{title}}", &escaped(title))
         .replace("{{style}}", STYLE)
-        .replace("{{modules}}", &format!("{{\"imports\":{{{}}}}}", modules.join(",")))
+        .replace("{{modules}}", &import_map(&MODULES))
         .replace("{{source}}", source)
-        .replace("{{wasm}}", &BASE64.encode(evaluator()))
-        .replace("{{body}}", &BASE64.encode(file))
+        .replace("{{wasm}}", &encoded(&evaluator()))
+        .replace("{{body}}", &encoded(file))
 }
 
 /// The page draws the surface; say here what it could not use.
@@ -304,13 +314,10 @@ fn open_browser(address: &str) -> bool {
 mod tests {
     use super::*;
 
-    fn content() -> EmbeddedBody<'static> {
-        EmbeddedBody { address: ([127, 0, 0, 1], 4000).into(), page: "page", file: b"file" }
-    }
-
     #[test]
     fn only_the_page_and_the_file_are_served_and_only_to_our_own_name() {
-        let content = content();
+        let files = [(String::from("/body.vdm"), &b"file"[..])];
+        let content = Served { address: ([127, 0, 0, 1], 4000).into(), page: "page", files: &files };
         let ask = |request: &str, host: &str| {
             content.content(&format!("{request} HTTP/1.1\r\nHost: {host}\r\n\r\n")).0
         };
@@ -330,7 +337,7 @@ mod tests {
         assert!(!page.contains("{{"), "every place is filled");
         let outside = ["http://", "https://", "//cdn", "src=\"/", "@import"];
         assert!(outside.iter().all(|text| !page.contains(text)));
-        for (name, text) in MODULES {
+        for (name, text) in MODULES.iter().chain(&world::MODULES) {
             assert!(outside[..2].iter().all(|part| !text.contains(part)), "{name}");
         }
     }

@@ -130,6 +130,7 @@ impl<'m, T: Scalar> World<'m, T> {
             now,
             before,
             n_now: 0,
+            ordered: true,
             near,
             room,
             step: 0,
@@ -224,6 +225,7 @@ fn place_joint<T: Scalar>(
         && joint.compliance.in_range()
         && joint.compliance >= 0.0
         && length.in_range()
+        && joint.breaks_at >= 0.0
         && length >= 0.0;
     sound.then_some(())?;
     let mut frames = [Frame::default(); 2];

@@ -2,6 +2,7 @@
 
 use core::cell::Cell;
 
+use crate::base::principal::UNITS;
 use crate::base::scalar::Scalar;
 use crate::base::vec3::{add, cross, dot, minus};
 use crate::sections::surface::nearest_in_triangle;
@@ -27,6 +28,8 @@ pub(crate) struct Surfaces<'a, T> {
     /// The same as the surface has moved, those whose stamp is that of the step.
     pub moved: &'a [Cell<[f32; 6]>],
     pub fresh: &'a [Cell<u32>],
+    /// Boxes of the members in space.
+    pub around: &'a mut [[f64; 6]],
     pub extents: &'a [f32],
     pub normals: &'a [[f32; 3]],
     /// Coordinates of the modes.
@@ -92,6 +95,26 @@ impl<'a, T: Scalar> Surfaces<'a, T> {
             (*stamp, *position) = (self.step, moved);
         }
         Some(*position)
+    }
+
+    /// Boxes of all members in space, with room for the deepest overlap.
+    fn set_around(&mut self, members: &[Member<'_, '_, T>]) {
+        for (i, member) in members.iter().enumerate() {
+            let corners = member.outline().and_then(|outline| {
+                let side = self.side(i, outline)?;
+                let corners = side.bounds.corners(0, side.q, DEPTH * self.reach)?;
+                Some(in_space(&corners, &side.slot.end))
+            });
+            if let Some(place) = self.around.get_mut(i) {
+                *place = corners.map_or([f64::NAN; 6], |[[a, b, c], [d, e, f]]| [a, b, c, d, e, f]);
+            }
+        }
+    }
+
+    /// `true` of members whose boxes in space have nothing in common.
+    fn apart(&self, [a, b]: [usize; 2]) -> bool {
+        let (Some(a), Some(b)) = (self.around.get(a), self.around.get(b)) else { return false };
+        (0..3).any(|k| a[k] > b[3 + k] || b[k] > a[3 + k])
     }
 
     /// Finds the nodes of one member near the surface of the other.
@@ -215,23 +238,52 @@ impl Found<'_> {
     }
 }
 
+/// Touches of the step before.
+pub(crate) struct Before<'a> {
+    pub touches: &'a [Touch],
+    /// `true` if they are in the order in which they were found, which is that of the pairs.
+    pub ordered: bool,
+}
+
+impl<'a> Before<'a> {
+    /// Those of a member's nodes on the surface of another, and possibly others; called in the order of the
+    /// pairs.
+    fn of(&mut self, members: [usize; 2]) -> &'a [Touch] {
+        if !self.ordered {
+            return self.touches;
+        }
+        let count = self.touches.iter().take_while(|touch| touch.members == members).count();
+        let (own, left) = self.touches.split_at(count);
+        self.touches = left;
+        own
+    }
+}
+
 /// Finds all touches of the pairs.
 pub(crate) fn find<T: Scalar>(
     mut surfaces: Surfaces<'_, T>,
     members: &[Member<'_, '_, T>],
     pairs: &[Touching],
-    before: &[Touch],
+    mut before: Before<'_>,
     found: &mut Found<'_>,
 ) {
+    surfaces.set_around(members);
     for touching in pairs {
         let [a, b] = touching.members;
-        if touching.nodes.of_first() {
-            surfaces.nodes_on_surface(members, [a, b], touching, before, found);
-        }
-        if touching.nodes.of_second() {
-            surfaces.nodes_on_surface(members, [b, a], touching, before, found);
+        let apart = surfaces.apart([a, b]);
+        let sides = [(touching.nodes.of_first(), [a, b]), (touching.nodes.of_second(), [b, a])];
+        for (_, side) in sides.into_iter().filter(|(meant, _)| *meant) {
+            let own = before.of(side);
+            if !apart {
+                surfaces.nodes_on_surface(members, side, touching, own, found);
+            }
         }
     }
+}
+
+/// A box of a body, as a box of space around it.
+fn in_space(corners: &Corners, frame: &Frame) -> Corners {
+    moved(corners, frame, &Frame { turn: UNITS, ..Frame::default() })
 }
 
 /// A box of one body, as a box of another around it.

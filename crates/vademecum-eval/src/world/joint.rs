@@ -29,6 +29,8 @@ pub struct WorldJoint {
     pub anchors: [Anchor; 2],
     /// Compliance of its displacements \[m/N\]; 0 of one that holds.
     pub compliance: f64,
+    /// Size of its force \[N\] above which it breaks after a step; infinite of one that does not.
+    pub breaks_at: f64,
 }
 
 /// Kind of a joint. The relative placement that it keeps is that of the members when the world is made.
@@ -76,7 +78,7 @@ impl WorldJoint {
     /// A joint that holds.
     #[must_use]
     pub const fn new(kind: JointKind, members: [usize; 2], anchors: [Anchor; 2]) -> Self {
-        Self { kind, members, anchors, compliance: 0.0 }
+        Self { kind, members, anchors, compliance: 0.0, breaks_at: f64::INFINITY }
     }
 }
 

@@ -70,6 +70,12 @@ impl<'m> RigidShape<'m> {
         (known && finite).then_some(shape)
     }
 
+    /// Nodes of its surface in its own coordinates \[m\].
+    #[must_use]
+    pub const fn nodes(&self) -> &'m [[f64; 3]] {
+        self.nodes
+    }
+
     /// Its motion.
     #[must_use]
     pub const fn motion(&self) -> &RigidMotion {
@@ -225,6 +231,19 @@ impl Outline<'_> {
             Self::Elastic(surface) => surface.place(triangle, nodes, weights),
             Self::Rigid(..) => Place::triangle(nodes, weights),
         }
+    }
+}
+
+impl<T> Member<'_, '_, T> {
+    /// Placement at the end of the coming step, of a body that is held or a rigid body without mass. `None`,
+    /// and nothing changes, of any other, and of a placement that is not finite.
+    pub fn lead(&mut self, pose: Pose) -> Option<()> {
+        match self {
+            Self::Held(_, place) if pose.is_sound() => *place = pose,
+            Self::Rigid(shape) if shape.body.is_none() => shape.lead(pose)?,
+            _ => return None,
+        }
+        Some(())
     }
 }
 

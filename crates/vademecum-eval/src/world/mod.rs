@@ -9,6 +9,7 @@ pub(crate) mod find;
 pub(crate) mod frame;
 pub(crate) mod joint;
 pub(crate) mod joints;
+pub(crate) mod lead;
 pub(crate) mod member;
 pub(crate) mod motion;
 pub(crate) mod options;

@@ -109,15 +109,21 @@ impl<T: Scalar> World<'_, T> {
             let z = self.room.statics.get_mut(slot.statics..slot.statics + slot.m).unwrap_or_default();
             z.iter_mut().zip(x).for_each(|(z, x)| *z = slot.keep * *z + x);
         }
+        for touch in touches.iter().filter(|touch| touch.force[0] > 0.0) {
+            for side in 0..2 {
+                let member = touch.members[side];
+                let (Some(slot), Some(Member::Held(body, _) | Member::Free(body))) =
+                    (self.slots.get(member), members.get_mut(member))
+                else {
+                    continue;
+                };
+                let force = touch.force().map(|x| if side == 0 { x } else { -x });
+                let contact = Contact::new(touch.places[side], slot.middle.to_body(force));
+                body.loads.add_contact(&body.scene, &contact)?;
+            }
+        }
         for (i, (slot, member)) in self.slots.iter().zip(members).enumerate() {
             if let Member::Held(body, _) | Member::Free(body) = member {
-                for touch in touches.iter().filter(|touch| touch.force[0] > 0.0) {
-                    for side in (0..2).filter(|&side| touch.members[side] == i) {
-                        let force = touch.force().map(|x| if side == 0 { x } else { -x });
-                        let contact = Contact::new(touch.places[side], slot.middle.to_body(force));
-                        body.loads.add_contact(&body.scene, &contact)?;
-                    }
-                }
                 let work = self.room.work.get_mut(..slot.r).ok_or(WorldError::Mismatch)?;
                 work.fill(T::ZERO);
                 for (j, (joint, state)) in self.joints.all.iter().zip(&*self.joints.states).enumerate() {

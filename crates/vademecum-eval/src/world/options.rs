@@ -65,6 +65,8 @@ pub struct WorldReport {
     pub converged: bool,
     /// Deepest overlap at the end of the step \[m\]; 0 if there is none.
     pub worst_gap: f64,
+    /// Joints that broke at the end of the step.
+    pub broken: usize,
     /// Energy that contacts took from the members \[J\]: friction, impact, and what the residual flexibility
     /// gives away. Below 0 where overlaps were taken back.
     pub energy_given_away: f64,

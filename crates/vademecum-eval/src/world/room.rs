@@ -92,6 +92,7 @@ pub(crate) struct Lengths {
     statics: usize,
     indices: usize,
     has_patch: bool,
+    members: usize,
 }
 
 impl Lengths {
@@ -124,6 +125,7 @@ impl Lengths {
             is_rigid,
             ..Slot::default()
         };
+        self.members += 1;
         self.order = self.order.saturating_add(order);
         self.boxes = self.boxes.saturating_add(boxes / 6);
         self.extents = self.extents.saturating_add(extents);
@@ -195,6 +197,8 @@ pub(crate) struct Room<'m, T> {
     /// Boxes of the moving surface, and the steps they are of.
     pub moved: &'m mut [[f32; 6]],
     pub fresh: &'m mut [u32],
+    /// Boxes of the members in space.
+    pub around: &'m mut [[f64; 6]],
     /// Normals at rest, positions, the steps they are of, and the searches that saw them, of the nodes.
     pub normals: &'m mut [[f32; 3]],
     pub positions: &'m mut [[f64; 3]],
@@ -226,6 +230,7 @@ impl<'m, T: Scalar> Room<'m, T> {
             extents: tape.f32s(lengths.extents)?,
             moved: tape.f32s(lengths.boxes.saturating_mul(6))?.as_chunks_mut().0,
             fresh: tape.u32s(lengths.boxes)?,
+            around: tape.words(lengths.members.saturating_mul(6))?.as_chunks_mut().0,
             normals: tape.f32s(lengths.nodes.saturating_mul(3))?.as_chunks_mut().0,
             positions: tape.words(lengths.nodes.saturating_mul(3))?.as_chunks_mut().0,
             stamps: tape.u32s(lengths.nodes)?,

@@ -104,6 +104,8 @@ impl<T: Scalar> World<'_, T> {
             };
         }
         (self.n_now, self.stored) = (count, stored);
+        // That they were is not saved.
+        self.ordered = false;
         for (slot, saved) in self.slots.iter_mut().zip(of_slots.as_chunks::<SLOT>().0) {
             let [x, y, z, turn @ ..] = *saved;
             slot.end.position = [x, y, z];

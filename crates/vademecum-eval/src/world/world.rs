@@ -25,7 +25,7 @@ use crate::base::error::StepError;
 use crate::base::scalar::Scalar;
 use crate::base::vec3::dot;
 use crate::world::error::WorldError;
-use crate::world::find::{Found, Surfaces, find};
+use crate::world::find::{Before, Found, Surfaces, find};
 use crate::world::joint::{JointState, ROWS};
 use crate::world::joints::{Joints, gather};
 use crate::world::member::Member;
@@ -46,6 +46,8 @@ pub struct World<'m, T> {
     pub(crate) now: &'m mut [Touch],
     pub(crate) before: &'m mut [Touch],
     pub(crate) n_now: usize,
+    /// `true` if the contacts are in the order in which they were found.
+    pub(crate) ordered: bool,
     pub(crate) near: &'m mut [Near],
     pub(crate) room: Room<'m, T>,
     pub(crate) step: u32,
@@ -72,6 +74,25 @@ impl<T: Scalar> World<'_, T> {
         let state = self.joints.states.get_mut(joint)?;
         (state.broken, state.force) = (true, [0.0; ROWS]);
         Some(())
+    }
+
+    /// Breaks the joints whose force is above what they bear; how many.
+    fn break_overloaded(&mut self) -> usize {
+        let mut broken = 0;
+        for (joint, state) in self.joints.all.iter().zip(&mut *self.joints.states) {
+            let force = state.force();
+            if !state.broken && libm::sqrt(dot(force, force)) > joint.breaks_at {
+                (state.broken, state.force) = (true, [0.0; ROWS]);
+                broken += 1;
+            }
+        }
+        broken
+    }
+
+    /// Sets the acceleration of gravity in space \[m/s²\]. `None`, and nothing changes, if a number is not
+    /// finite.
+    pub fn set_gravity(&mut self, gravity: [f64; 3]) -> Option<()> {
+        gravity.iter().all(|x| x.in_range()).then(|| self.options.gravity = gravity)
     }
 
     /// Contacts of the last step.
@@ -121,6 +142,7 @@ impl<T: Scalar> World<'_, T> {
             boxes: self.room.boxes,
             moved: Cell::from_mut(&mut *self.room.moved).as_slice_of_cells(),
             fresh: Cell::from_mut(&mut *self.room.fresh).as_slice_of_cells(),
+            around: self.room.around,
             extents: self.room.extents,
             normals: self.room.normals,
             ahead: &*self.room.ahead,
@@ -133,8 +155,11 @@ impl<T: Scalar> World<'_, T> {
             reach: self.reach,
         };
         let mut found = Found { touches: self.now, count: 0, left_out: 0 };
-        find(surfaces, members, self.pairs, self.before.get(..old).unwrap_or_default(), &mut found);
+        let touches = self.before.get(..old).unwrap_or_default();
+        find(surfaces, members, self.pairs, Before { touches, ordered: self.ordered }, &mut found);
         let left_out = found.left_out;
+        // Without room the deepest take the places of others.
+        self.ordered = left_out == 0;
         self.n_now = found.count;
         self.set_up(members)?;
         let stored = self.stored;
@@ -187,6 +212,7 @@ impl<T: Scalar> World<'_, T> {
         }
         self.commit(members)?;
         report.energy_given_away += stored - self.stored;
+        report.broken = self.break_overloaded();
         Ok(report)
     }
 

@@ -365,12 +365,13 @@ class World:
         length: Optional[float] = None,
         stiffness: Optional[float] = None,
         distance: Optional[float] = None,
+        breaks_at: Optional[float] = None,
         name: Optional[str] = None,
     ) -> str:
         """Joins two parts by a "ball", "hinge", "slider" or "cable" and gives the name of the joint. A side is a
         port that is a frame, "part.port", a rigid body, "part", or, second, "ground". `at` is the point in space
         where a rigid body or the ground is held; `length` in m, and `stiffness` in N/m, are those of a cable;
-        ports farther apart than `distance` in m are refused."""
+        ports farther apart than `distance` in m are refused. A force above `breaks_at` in N breaks it."""
     @property
     def part_names(self) -> list[str]:
         """Names of the parts."""

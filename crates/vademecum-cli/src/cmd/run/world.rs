@@ -117,6 +117,9 @@ impl WorldOutput<'_> {
             "contacts at most {}; sweeps in the mean {:.1}; {} steps did not converge",
             report.contacts_at_most, report.mean_sweeps, report.steps_not_converged
         );
+        if report.joints_broken > 0 {
+            println!("joints that broke {}", report.joints_broken);
+        }
         println!("deepest overlap {:.3e} m", report.deepest_overlap);
         println!(
             "energy given away {:.6e} J; rises of the energy {:.3e} J, {:.3e} J at most in a step",

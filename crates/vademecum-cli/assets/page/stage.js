@@ -1,0 +1,1 @@
+../../../../packages/vademecum-eval/stage.js
