@@ -44,6 +44,7 @@ const DEFAULT: SceneOptions = SceneOptions {
     terms: None,
     residual: true,
     contacts: 16,
+    disc_nodes: 0,
     filtered_nodes: None,
     substeps: None,
     viscosity: 1.0 / 18.0,

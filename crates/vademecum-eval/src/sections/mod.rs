@@ -2,11 +2,13 @@
 
 pub(crate) mod axes;
 pub(crate) mod contact;
+pub(crate) mod disc;
 pub(crate) mod embedded;
 pub(crate) mod factor;
 pub(crate) mod filter;
 #[cfg(feature = "mmap")]
 pub(crate) mod mmap;
+pub(crate) mod near;
 pub(crate) mod place;
 pub(crate) mod quadrangle;
 pub(crate) mod quantised;
@@ -14,6 +16,7 @@ pub(crate) mod reconstruct;
 pub(crate) mod residual;
 pub(crate) mod rows;
 pub(crate) mod short_rows;
+pub(crate) mod statics;
 pub(crate) mod stress_rows;
 pub(crate) mod supports;
 pub(crate) mod surface;

@@ -2,15 +2,17 @@
 //! forces on the nodes of contacts and for load patterns.
 //!
 //! A file holds `R` between a loadable node and itself, and between two that share a facet; between others
-//! it is taken as zero. A state remembers the forces of its last step, so that outputs show the modes and the
-//! residual together. With stiffness-proportional damping these forces are filtered
+//! it is taken as zero. A file with a contact patch has it between all near nodes, and further modes for the
+//! rest: then a place `c` moves by `H_c (S + ψ_cd R') H_dᵀ f_d` under the force at a contact `d`
+//! ([`crate::sections::near`]). A state remembers the forces of its last step, so that outputs show the modes
+//! and the residual together. With stiffness-proportional damping these forces are filtered
 //! ([`crate::sections::filter`]).
 
-use crate::base::error::LoadError;
-use crate::base::lend::{Lender, Short};
 use crate::base::scalar::Scalar;
 use crate::base::vec3::dot;
-use crate::sections::contact::Contact;
+use crate::sections::near::Near;
+use crate::sections::place::Place;
+use crate::sections::statics::{Block, Statics, times};
 use vademecum_format::{File, Numbers, SectionKind};
 
 /// The sections of the residual; `None` where they are absent or compressed.
@@ -24,13 +26,12 @@ pub(crate) struct Residual<'m> {
     pattern_probes: Option<Numbers<'m>>,
     n_load_nodes: usize,
     n_probes: usize,
+    /// The contact patch.
+    pub near: Option<Near<'m>>,
 }
 
-/// A 3×3 block, row by row: displacement by force \[m/N\].
-type Block = [[f64; 3]; 3];
-
 /// Numbers of nodes and patterns whose forces a scene remembers; zeros where nothing is made of them.
-pub(crate) fn room<T: Scalar>(file: &File<'_>, contacts: usize, residual: bool) -> [usize; 2] {
+pub(crate) fn room<T: Scalar>(file: &File<'_>, [contacts, each]: [usize; 2], residual: bool) -> [usize; 2] {
     use SectionKind as S;
     let metadata = file.metadata();
     let there = |kind| residual && file.section(kind).is_some_and(|s| s.numbers().is_ok());
@@ -38,7 +39,7 @@ pub(crate) fn room<T: Scalar>(file: &File<'_>, contacts: usize, residual: bool) 
     let countable = f64::from(metadata.n_load_nodes) * T::EPSILON < 0.5;
     let reactions = file.section(S::ReactionBasis).is_some_and(|s| s.f64s().is_ok());
     let remembered = (there(S::ContactResidual) || reactions) && countable;
-    let nodes = if remembered { contacts.saturating_mul(file.contact_nodes()) } else { 0 };
+    let nodes = if remembered { contacts.saturating_mul(each) } else { 0 };
     let patterns = there(S::PatternResidual) || there(S::PatternProbeResidual) || reactions;
     [nodes, if patterns { metadata.n_patterns as usize } else { 0 }]
 }
@@ -58,6 +59,7 @@ impl<'m> Residual<'m> {
             pattern_probes: optional(SectionKind::PatternProbeResidual),
             n_load_nodes: metadata.n_load_nodes as usize,
             n_probes: metadata.n_probes as usize,
+            near: Near::of(file),
         }
     }
 
@@ -69,8 +71,19 @@ impl<'m> Residual<'m> {
 
     /// `R` between two loadable nodes; zero where the file does not have it.
     pub fn between(&self, a: usize, b: usize) -> Block {
-        let known = if a == b { self.own(a) } else { self.of_pair(a, b) };
-        known.unwrap_or_default()
+        self.known(a, b).unwrap_or_default()
+    }
+
+    /// The same of two nodes of one contact: where the sections of a single contact leave it out, that of the
+    /// contact patch.
+    pub fn together(&self, a: usize, b: usize) -> Block {
+        let near = || self.near.as_ref().map(|near| near.whole(a, b));
+        self.known(a, b).or_else(near).unwrap_or_default()
+    }
+
+    /// `R` between two loadable nodes by the sections of a single contact; `None` where they leave it out.
+    pub fn known(&self, a: usize, b: usize) -> Option<Block> {
+        if a == b { self.own(a) } else { self.of_pair(a, b) }
     }
 
     fn own(&self, node: usize) -> Option<Block> {
@@ -97,18 +110,58 @@ impl<'m> Residual<'m> {
             return [0.0; 3];
         }
         let mut sum = self.of_forces(node, acting);
-        let Some(patterns) = self.patterns else { return sum };
+        self.add_patterns(node, acting, &mut sum);
+        sum
+    }
+
+    /// `R F` at a place with these nodes and weights, to be added with weights: `add` takes a weight and the
+    /// answer of a node or, with a contact patch, of the place, which is `at` there.
+    pub fn place<T: Scalar>(
+        &self,
+        entries: impl Iterator<Item = (usize, f64)> + Clone,
+        at: [f64; 3],
+        acting: &Statics<'_, T>,
+        mut add: impl FnMut(f64, [f64; 3]),
+    ) {
+        let Some(near) = &self.near else {
+            entries.for_each(|(node, weight)| add(weight, self.node(node, acting)));
+            return;
+        };
+        if entries.clone().any(|(node, _)| node >= self.n_load_nodes) {
+            return;
+        }
+        let mut sum = near.answer(&|a, b| self.known(a, b), entries.clone(), at, acting);
+        for (node, weight) in entries {
+            let mut of_node = [0.0; 3];
+            self.add_patterns(node, acting, &mut of_node);
+            sum.iter_mut().zip(of_node).for_each(|(sum, of_node)| *sum += weight * of_node);
+        }
+        add(1.0, sum);
+    }
+
+    /// Place of a contact at rest \[m\] where there is a contact patch; else zero, which is nowhere used.
+    pub fn position(&self, place: &Place) -> [f64; 3] {
+        let entries = place.entries().map(|(node, weight)| (node as usize, weight));
+        self.near.as_ref().map_or([0.0; 3], |near| near.position(entries))
+    }
+
+    /// Adds what load patterns move at a loadable node.
+    fn add_patterns<T: Scalar>(&self, node: usize, acting: &Statics<'_, T>, sum: &mut [f64; 3]) {
+        let Some(patterns) = self.patterns else { return };
         for (pattern, amplitude) in acting.amplitudes() {
             let row = patterns.row((pattern * self.n_load_nodes + node) * 3, 3);
             for (component, sum) in sum.iter_mut().enumerate() {
                 *sum += amplitude * row.and_then(|row| row.get(component)).unwrap_or(0.0);
             }
         }
-        sum
     }
 
     /// The same for the forces on nodes alone.
     fn of_forces<T: Scalar>(&self, node: usize, acting: &Statics<'_, T>) -> [f64; 3] {
+        if let Some(near) = &self.near {
+            let only = core::iter::once((node, 1.0));
+            return near.answer(&|a, b| self.known(a, b), only.clone(), near.position(only), acting);
+        }
         let mut sum = [0.0; 3];
         for (loaded, force) in acting.forces() {
             let answer = times(self.between(node, loaded), force);
@@ -132,6 +185,9 @@ impl<'m> Residual<'m> {
 
     /// `½ Fᵀ R F` \[J\] of the forces on nodes.
     pub fn energy<T: Scalar>(&self, acting: &Statics<'_, T>) -> f64 {
+        if let Some(near) = &self.near {
+            return near.energy(&|a, b| self.known(a, b), acting);
+        }
         let work = acting.forces().map(|(node, force)| dot(force, self.of_forces(node, acting)));
         0.5 * work.sum::<f64>()
     }
@@ -146,14 +202,18 @@ impl<'m> Residual<'m> {
             let answer = times(block, force);
             place.zip(answer).for_each(|(out, answer)| *out += T::from_f64(scale * answer));
         };
-        for (node, force) in acting.forces() {
-            add(node, self.between(node, node), force);
-        }
-        for pair in self.pairs {
-            let [a, b] = pair.map(|n| u32::from_le_bytes(n) as usize);
-            for (node, force) in acting.forces().filter(|&(node, _)| node == a || node == b) {
-                let other = if node == a { b } else { a };
-                add(other, self.between(other, node), force);
+        if let Some(near) = &self.near {
+            near.add_to_surface(&|a, b| self.known(a, b), self.n_load_nodes, acting, scale, out);
+        } else {
+            for (node, force) in acting.forces() {
+                add(node, self.between(node, node), force);
+            }
+            for pair in self.pairs {
+                let [a, b] = pair.map(|n| u32::from_le_bytes(n) as usize);
+                for (node, force) in acting.forces().filter(|&(node, _)| node == a || node == b) {
+                    let other = if node == a { b } else { a };
+                    add(other, self.between(other, node), force);
+                }
             }
         }
         let Some(patterns) = self.patterns else { return };
@@ -164,143 +224,5 @@ impl<'m> Residual<'m> {
                 out.iter_mut().zip(values).for_each(|(out, value)| *out += value);
             }
         }
-    }
-}
-
-fn times(block: Block, force: [f64; 3]) -> [f64; 3] {
-    block.map(|row| dot(row, force))
-}
-
-/// Forces on nodes and amplitudes of patterns, in lent memory.
-#[derive(Debug)]
-pub(crate) struct Statics<'m, T> {
-    /// A node and the force on it; the first `used` count.
-    pub(super) forces: &'m mut [[T; 4]],
-    pub(super) used: usize,
-    pub(super) patterns: &'m mut [T],
-    pub(super) some_pattern: bool,
-    /// Something may have acted that is not known any more.
-    pub forgotten: bool,
-}
-
-impl<'m, T: Scalar> Statics<'m, T> {
-    /// Nothing acts.
-    pub fn new([nodes, patterns]: [usize; 2], memory: &mut Lender<&'m mut [T]>) -> Result<Self, Short> {
-        let (forces, patterns) = (memory.take(4 * nodes)?.as_chunks_mut().0, memory.take(patterns)?);
-        patterns.fill(T::ZERO);
-        Ok(Self { forces, used: 0, patterns, some_pattern: false, forgotten: false })
-    }
-
-    /// Takes everything away.
-    pub fn clear(&mut self) {
-        self.used = 0;
-        self.forgotten = false;
-        if self.some_pattern {
-            self.patterns.fill(T::ZERO);
-            self.some_pattern = false;
-        }
-    }
-
-    /// Nothing is shown of what has acted, and nothing that depends on it is reported.
-    pub fn forget(&mut self) {
-        self.clear();
-        self.forgotten = true;
-    }
-
-    /// `true` if nothing acts.
-    pub const fn is_empty(&self) -> bool {
-        self.used == 0 && !self.some_pattern
-    }
-
-    /// Copies what acts on another. Every step does this, so it does no more than it must.
-    #[inline(always)]
-    pub fn copy(&mut self, other: &Statics<'_, T>) {
-        self.forgotten = false;
-        if let (Some(to), Some(from)) = (self.forces.get_mut(..other.used), other.forces.get(..other.used)) {
-            to.copy_from_slice(from);
-            self.used = other.used;
-        }
-        if (self.some_pattern || other.some_pattern) && self.patterns.len() == other.patterns.len() {
-            self.patterns.copy_from_slice(other.patterns);
-            self.some_pattern = other.some_pattern;
-        }
-    }
-
-    /// Refuses a contact whose nodes there is no room for: so many for each contact.
-    pub fn check(&self, contact: &Contact, each: usize) -> Result<(), LoadError> {
-        let capacity = self.forces.len();
-        if capacity == 0 || self.used + contact.place.nodes().len() <= capacity {
-            return Ok(());
-        }
-        let known = |node: u32| self.place(T::from_f64(f64::from(node))).is_some();
-        let mut new = 0;
-        for (place, &node) in contact.place.nodes().iter().enumerate() {
-            let before = contact.place.nodes().iter().take(place).any(|&other| other == node);
-            new += usize::from(!before && !known(node));
-        }
-        if self.used + new <= capacity {
-            Ok(())
-        } else {
-            Err(LoadError::TooManyContacts { contacts: capacity / each.max(1) })
-        }
-    }
-
-    /// Adds a contact that was checked.
-    pub fn add_contact(&mut self, contact: &Contact, amplitude: f64) {
-        if self.forces.is_empty() || amplitude == 0.0 {
-            return;
-        }
-        for (node, weight) in contact.place.entries() {
-            let number = T::from_f64(f64::from(node));
-            let known = self.place(number);
-            let place = known.unwrap_or(self.used);
-            let Some([at, sum @ ..]) = self.forces.get_mut(place) else { return };
-            if known.is_none() {
-                *at = number;
-                *sum = [T::ZERO; 3];
-                self.used += 1;
-            }
-            for (sum, force) in sum.iter_mut().zip(contact.force) {
-                *sum += T::from_f64(weight * amplitude * force);
-            }
-        }
-    }
-
-    /// Place of a node, if a force acts on it.
-    pub(super) fn place(&self, node: T) -> Option<usize> {
-        self.forces.iter().take(self.used).position(|[other, ..]| *other == node)
-    }
-
-    /// Adds a pattern.
-    pub fn add_pattern(&mut self, index: usize, amplitude: f64) {
-        if let Some(sum) = self.patterns.get_mut(index) {
-            *sum += T::from_f64(amplitude);
-            self.some_pattern = true;
-        }
-    }
-
-    /// Adds a force on a node that none acts on yet.
-    pub fn add_force(&mut self, node: f64, force: [f64; 3]) {
-        if let Some([at, sum @ ..]) = self.forces.get_mut(self.used) {
-            (*at, *sum) = (T::from_f64(node), force.map(T::from_f64));
-            self.used += 1;
-        }
-    }
-
-    /// Amplitudes of all patterns.
-    pub fn all_amplitudes(&self) -> impl Iterator<Item = f64> {
-        self.patterns.iter().map(|amplitude| amplitude.to_f64())
-    }
-
-    /// Nodes and the forces on them \[N\].
-    pub fn forces(&self) -> impl Iterator<Item = (usize, [f64; 3])> {
-        let known = self.forces.iter().take(self.used);
-        known.map(|&[node, x, y, z]| (node.to_f64() as usize, [x, y, z].map(T::to_f64)))
-    }
-
-    /// Patterns that act, and their amplitudes.
-    pub fn amplitudes(&self) -> impl Iterator<Item = (usize, f64)> {
-        let all = self.patterns.iter().map(|amplitude| amplitude.to_f64()).enumerate();
-        all.take(if self.some_pattern { usize::MAX } else { 0 }).filter(|&(_, amplitude)| amplitude != 0.0)
     }
 }
