@@ -82,9 +82,8 @@ pub struct SceneOptions {
     /// none with a radius can be added if 0. Each of the [`SceneOptions::contacts`] has room for so many.
     pub disc_nodes: usize,
     /// With a residual and stiffness-proportional damping: for the filtered forces of so many nodes there is
-    /// room; of all loadable nodes if `None`, four times with a contact patch. A node counts until its filtered
-    /// force is below 1e-12 of the largest, which is 28 β after its last contact. Four numbers a node, seven
-    /// with a contact patch, where it counts for each place of a contact.
+    /// room; of all loadable nodes if `None`. A node counts until its filtered force is below 1e-12 of the
+    /// largest, which is 28 β after its last contact. Four numbers a node.
     pub filtered_nodes: Option<usize>,
     /// Sub-steps of a step of the strain structure, 1 to 1024; those the file was built with if `None`. The
     /// other structures have none.

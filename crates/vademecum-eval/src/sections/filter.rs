@@ -18,7 +18,6 @@ use crate::base::error::StepError;
 use crate::base::lend::{Lender, Short};
 use crate::base::options::SceneOptions;
 use crate::base::scalar::Scalar;
-use crate::sections::near::Near;
 use crate::sections::residual::Residual;
 use crate::sections::statics::Statics;
 use vademecum_format::exact::ForceFilter;
@@ -37,9 +36,7 @@ pub(crate) fn filtered_room(file: &File<'_>, options: &SceneOptions, statics: [u
     if !options.residual || !(live || damped) || Residual::of(file).is_empty() {
         return [0; 2];
     }
-    // With a contact patch old forces keep their places: contacts that move have several on a node.
-    let places = if Near::of(file).is_some() { 4 } else { 1 };
-    let all = (metadata.n_load_nodes as usize).saturating_mul(places);
+    let all = metadata.n_load_nodes as usize;
     let [nodes, patterns] = statics;
     [if nodes > 0 { options.filtered_nodes.unwrap_or(all).max(1).min(all) } else { 0 }, patterns]
 }
