@@ -1,5 +1,5 @@
-//! Contacts with a radius: a uniform traction over a disc of the surface, whose answer converges where that
-//! of a point does not.
+//! Contacts with a radius: a uniform traction over a disc of the surface, whose answer converges where that of
+//! a point does not.
 
 use std::path::PathBuf;
 

@@ -7,7 +7,7 @@ use crate::body::body::Body;
 use crate::flight::rigid::RigidMotion;
 use crate::scene::scene::Scene;
 use crate::scene::state::State;
-use crate::sections::statics::Statics;
+use crate::sections::residual::Statics;
 
 /// First bytes of every saved state; the last of them is the version of the layout.
 const MAGIC: [u8; 4] = *b"VDS\x01";

@@ -9,9 +9,9 @@
 //! [`crate::sections::filter`]), and `R` is the residual flexibility. Between two contacts it is that of the
 //! file's contact patch, tapered so that `W` stays positive semidefinite ([`crate::sections::near`]), and `W`
 //! is exactly what a step does. Without a patch it is a contact's own and left out between two: then `W` is
-//! exact of contacts that share no facet; of contacts that share one, a step shows it between them too. This
-//! is the Delassus operator of contact mechanics. With it a loop of its caller can solve for stick, slip and
-//! release at the end of the step, and is stable whatever the stiffness of what touches the body.
+//! exact of contacts that share no facet; of contacts that share one, a step shows it between them too. This is the Delassus operator of contact mechanics. With it a loop of
+//! its caller can solve for stick, slip and release at the end of the step, and is stable whatever the
+//! stiffness of what touches the body.
 
 use crate::base::error::{LoadError, StepError};
 use crate::base::lend::{Lender, Short};
@@ -25,7 +25,7 @@ use crate::sections::contact::{Shares, check_loadable};
 use crate::sections::disc::{largest, spread};
 use crate::sections::near::Near;
 use crate::sections::place::{Place, PlaceError};
-use crate::sections::statics::Statics;
+use crate::sections::residual::Statics;
 use vademecum_format::SectionKind;
 
 impl<T: Scalar> Scene<'_, T> {
@@ -104,9 +104,7 @@ impl<T: Scalar> Scene<'_, T> {
                 *out = products.fold(T::ZERO, |sum, product| sum + product).to_f64();
             }
         }
-        if let Some(near) =
-            self.sections.residual.near.as_ref().filter(|_| self.shape.has_patch && places.len() > 1)
-        {
+        if let Some(near) = self.sections.residual.near.as_ref().filter(|_| self.shape.has_patch) {
             let further = work.take(n * self.shape.further)?;
             self.add_between(near, (places, discs), further, w);
         }

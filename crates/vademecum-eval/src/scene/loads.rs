@@ -13,7 +13,7 @@ use crate::kernels::kernel::{add_dense, add_row};
 use crate::scene::scene::Scene;
 use crate::scene::shape::Shape;
 use crate::sections::contact::{Contact, Shares};
-use crate::sections::statics::Statics;
+use crate::sections::residual::Statics;
 use vademecum_format::scheme::{MAX_STAGES, SchemeTable};
 use vademecum_format::{Numbers, SectionKind};
 

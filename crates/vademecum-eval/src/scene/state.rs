@@ -8,7 +8,7 @@ use crate::scene::loads::Loads;
 use crate::scene::scene::Scene;
 use crate::scene::shape::Shape;
 use crate::sections::filter::Filtered;
-use crate::sections::statics::Statics;
+use crate::sections::residual::Statics;
 
 /// The state `y = (ζ, Δt ζ̇, Δt² ζ̈)` of length `3r` [m kg^½], old and new side by side in lent memory.
 #[derive(Debug)]

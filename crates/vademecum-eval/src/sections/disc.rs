@@ -1,15 +1,15 @@
-//! A force over a disc of the surface: a uniform traction over what of the surface lies within a radius
-//! around a point, as consistent weights of nodes.
+//! A force over a disc of the surface: a uniform traction over what of the surface lies within a radius around
+//! a point, as consistent weights of nodes.
 //!
 //! ```text
-//! w_a = ∫ N_a dA / ∫ dA        over facets within the radius that look as the point does, not away
+//! w_a = ∫ N_a dA / ∫ dA        over the facets within the radius that look as the point does, not away from it
 //! ```
 //!
-//! The weights sum to 1, so a force of 1 N stays one on every mesh; `Σ w_a u_a` is the mean displacement of
-//! the disc, which is conjugate to the force. A ball cuts the plane of a triangle in a circle. What triangle
-//! and circle have in common is integrated exactly: each edge spans with the centre of the circle a triangle
-//! where it is inside and a sector where it is outside, with a sign. Shape functions of quadrangles are taken
-//! at points of a quadrature that is exact for them.
+//! The weights sum to 1, so a force of 1 N stays one on every mesh; `Σ w_a u_a` is the mean displacement of the
+//! disc, which is conjugate to the force. A ball cuts the plane of a triangle in a circle, and triangle and
+//! circle are integrated exactly: each edge spans with the centre of the circle a triangle where it is inside
+//! and a sector where it is outside, with a sign. Shape functions of quadrangles are taken at points of a
+//! quadrature that is exact for them.
 
 use crate::base::vec3::{add, cross, dot, minus};
 use crate::sections::place::Place;

@@ -16,7 +16,6 @@ pub(crate) mod reconstruct;
 pub(crate) mod residual;
 pub(crate) mod rows;
 pub(crate) mod short_rows;
-pub(crate) mod statics;
 pub(crate) mod stress_rows;
 pub(crate) mod supports;
 pub(crate) mod surface;

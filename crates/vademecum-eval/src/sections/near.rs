@@ -5,16 +5,16 @@
 //! ```
 //!
 //! `s_k` are the further modes, `R'` what is left between near nodes, `ψ` Wendland's function of the distance
-//! of two places at rest. `S` is positive semidefinite, and so is the matrix of the tapered blocks, by
-//! Schur's product theorem (1911); that of the blocks cut off would not be. At one place `ψ = 1`: there the
-//! blocks of the file's own sections are taken where it has them, so that one contact alone has the operator
-//! that it has without a patch.
+//! of two places at rest. `S` is positive semidefinite, and so is the matrix of the tapered blocks, by Schur's
+//! product theorem (1911); that of the blocks cut off would not be. At one place `ψ = 1`: there the blocks of
+//! the file's own sections are taken where it has them, so that one contact alone has the bits that it has
+//! without a patch.
 
 use crate::base::scalar::Scalar;
 use crate::base::vec3::{add, dot, minus};
 use crate::sections::contact::Shares;
 use crate::sections::place::Place;
-use crate::sections::statics::{Block, Statics, times};
+use crate::sections::residual::{Block, Residual, Statics, times};
 use vademecum_format::{ContactPatch, File, Numbers, SectionKind, taper};
 
 /// Further modes that are summed at once.
@@ -91,7 +91,7 @@ impl<'m> Near<'m> {
     /// Displacement of a place at `at` under the forces of a state.
     pub fn answer<T: Scalar>(
         &self,
-        known: &impl Fn(usize, usize) -> Option<Block>,
+        residual: &Residual<'_>,
         entries: impl Iterator<Item = (usize, f64)> + Clone,
         at: [f64; 3],
         acting: &Statics<'_, T>,
@@ -103,10 +103,10 @@ impl<'m> Near<'m> {
         for ((by, force), from) in acting.forces().zip(acting.places()) {
             let share = self.share(at, from);
             for (of, weight) in entries.clone() {
-                let stored = if at == from { known(of, by) } else { None };
-                all_known &= stored.is_some();
-                if let Some(stored) = stored {
-                    sum = add(sum, weight, times(stored, force));
+                let known = if at == from { residual.known(of, by) } else { None };
+                all_known &= known.is_some();
+                if let Some(known) = known {
+                    sum = add(sum, weight, times(known, force));
                 } else if share > 0.0 {
                     sum = add(sum, weight * share, times(self.rest(of, by), force));
                 }
@@ -117,7 +117,7 @@ impl<'m> Near<'m> {
         }
         for first in (0..self.patch.n_modes).step_by(GROUP) {
             let mut amplitudes = self.amplitudes(first, acting);
-            self.of_places(known, &entries, at, (first, &mut amplitudes), acting, &mut sum);
+            self.of_places(residual, &entries, at, (first, &mut amplitudes), acting, &mut sum);
         }
         sum
     }
@@ -125,7 +125,7 @@ impl<'m> Near<'m> {
     /// Adds the displacement of a place by the modes `first` on, without the forces whose block is known.
     fn of_places<T: Scalar>(
         &self,
-        known: &impl Fn(usize, usize) -> Option<Block>,
+        residual: &Residual<'_>,
         entries: &(impl Iterator<Item = (usize, f64)> + Clone),
         at: [f64; 3],
         (first, amplitudes): (usize, &mut [f64; GROUP]),
@@ -135,7 +135,7 @@ impl<'m> Near<'m> {
         for (of, weight) in entries.clone() {
             let mut others = *amplitudes;
             for ((by, force), from) in acting.forces().zip(acting.places()) {
-                if at != from || known(of, by).is_none() {
+                if at != from || residual.known(of, by).is_none() {
                     continue;
                 }
                 for (component, force) in force.into_iter().enumerate() {
@@ -151,13 +151,9 @@ impl<'m> Near<'m> {
     }
 
     /// `½ fᵀ (S + ψ R') f` \[J\].
-    pub fn energy<T: Scalar>(
-        &self,
-        known: &impl Fn(usize, usize) -> Option<Block>,
-        acting: &Statics<'_, T>,
-    ) -> f64 {
+    pub fn energy<T: Scalar>(&self, residual: &Residual<'_>, acting: &Statics<'_, T>) -> f64 {
         let work = acting.forces().zip(acting.places()).map(|((node, force), at)| {
-            dot(force, self.answer(known, core::iter::once((node, 1.0)), at, acting))
+            dot(force, self.answer(residual, core::iter::once((node, 1.0)), at, acting))
         });
         0.5 * work.sum::<f64>()
     }
@@ -165,7 +161,7 @@ impl<'m> Near<'m> {
     /// Adds the displacements of all loadable nodes, `out` of shape `(any, 3)`.
     pub fn add_to_surface<T: Scalar>(
         &self,
-        known: &impl Fn(usize, usize) -> Option<Block>,
+        residual: &Residual<'_>,
         n_load_nodes: usize,
         acting: &Statics<'_, T>,
         scale: f64,
@@ -181,10 +177,10 @@ impl<'m> Near<'m> {
             for ((by, force), from) in acting.forces().zip(acting.places()) {
                 let share = self.share(at, from);
                 if share > 0.0 {
-                    let stored = if at == from { known(node, by) } else { None };
-                    let more = match stored {
+                    let known = if at == from { residual.known(node, by) } else { None };
+                    let more = match known {
                         // Less what the further modes add below.
-                        Some(stored) => minus(times(stored, force), self.by_modes(node, by, force)),
+                        Some(known) => minus(times(known, force), self.by_modes(node, by, force)),
                         None => times(self.rest(node, by), force).map(|x| share * x),
                     };
                     sum = add(sum, 1.0, more);

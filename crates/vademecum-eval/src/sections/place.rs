@@ -18,10 +18,10 @@ const NO_FRAME: u32 = u32::MAX;
 ///
 /// A point of a triangle has three nodes, one of a quadrangle four, eight or nine. Radius 0 is a point. With
 /// a radius a force is a uniform traction over the surface within it, and a displacement the mean over it,
-/// where a scene has room for that ([`SceneOptions::disc_nodes`](crate::SceneOptions::disc_nodes)). Frames
-/// are part of the interface and refused by this version. Whoever is given a place checks it: a place in hand
-/// may be wrong. Its layout is that of C, so that an interface of C can hand its own places over without a
-/// copy; every value of its numbers is allowed.
+/// where a scene has room for that ([`SceneOptions::disc_nodes`](crate::SceneOptions::disc_nodes)). Frames are
+/// part of the interface and refused by this version. Whoever is given a place
+/// checks it: a place in hand may be wrong. Its layout is that of C, so that an interface of C can hand its
+/// own places over without a copy; every value of its numbers is allowed.
 ///
 /// ```
 /// use vademecum_eval::{Place, PlaceError};

@@ -2,8 +2,8 @@
 
 use crate::base::error::OutputError;
 use crate::base::scalar::Scalar;
+use crate::sections::residual::Statics;
 use crate::sections::rows::{Factors, dot};
-use crate::sections::statics::Statics;
 use vademecum_format::{File, Numbers, SectionKind};
 
 /// A point whose stress the file has: a node, in the file's order, in one of its regions. A node between two

@@ -2,7 +2,7 @@
 
 use crate::base::error::OutputError;
 use crate::base::scalar::Scalar;
-use crate::sections::statics::Statics;
+use crate::sections::residual::Statics;
 use vademecum_format::{File, SectionKind};
 
 /// The sections of the reactions; `None` where they are absent or compressed.

@@ -8,7 +8,7 @@ use crate::base::scalar::Scalar;
 use crate::scene::equation::Stiffness;
 use crate::scene::scene::Scene;
 use crate::scene::state::State;
-use crate::sections::statics::Statics;
+use crate::sections::residual::Statics;
 use crate::sections::supports::row;
 use vademecum_format::SectionKind;
 
