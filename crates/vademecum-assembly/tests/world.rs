@@ -180,61 +180,6 @@ fn pressed(file: &[u8], depth: f64, radius: Option<f64>) -> [f64; 2] {
     [forces.iter().sum(), forces.iter().copied().fold(0.0, f64::max)]
 }
 
-/// The same pressed by the contact operator of the body alone, settled: total and largest force.
-fn pressed_by_operator(file: &[u8], depth: f64, radius: Option<f64>) -> [f64; 2] {
-    let file = File::parse(file).expect("a file");
-    let mut options = BodyOptions { places: 81, ..options(10.0) };
-    options.scene.contacts = 81;
-    let mut memory = vec![0.0; Body::<f64>::len_for(&file, &options).expect("a length")];
-    let mut body = Body::<f64>::bind(&file, &options, &mut memory).expect("a body");
-    let section = file.section(SectionKind::NodeCoordinates).expect("coordinates");
-    let numbers: Vec<f64> = section.numbers().expect("numbers").iter().collect();
-    let nodes = (0..file.metadata().n_load_nodes)
-        .filter(|&node| (numbers[3 * node as usize + 2] - 0.08).abs() < 1e-9);
-    let nodes: Vec<u32> = nodes.collect();
-    let places: Vec<Place> = nodes.iter().map(|&node| Place::node(node)).collect();
-    let n = 3 * places.len();
-    let mut w = vec![0.0; n * n];
-    // A step of 10 s, after which the damped modes are at rest.
-    body.compliance(&places, &mut w).expect("an operator");
-    let gap = |node: u32| {
-        let [x, y] = [0, 1].map(|c| numbers[3 * node as usize + c] - 0.04);
-        radius.map_or(0.0, |r| r - (r * r - x * x - y * y).sqrt()) - depth
-    };
-    let gap: Vec<f64> = nodes.iter().map(|&node| gap(node)).collect();
-    let mut forces = vec![0.0_f64; gap.len()];
-    for _ in 0..5000 {
-        for i in 0..gap.len() {
-            let row = |j: usize| w[(3 * i + 2) * n + 3 * j + 2];
-            let sunk: f64 = forces.iter().enumerate().map(|(j, force)| row(j) * force).sum();
-            forces[i] = (forces[i] - (gap[i] + sunk) / row(i)).max(0.0);
-        }
-    }
-    [forces.iter().sum(), forces.iter().copied().fold(0.0, f64::max)]
-}
-
-/// The contact operator of one body presses a patch as at full order where the file has a contact patch, and
-/// is too stiff where it has none.
-#[test]
-fn an_operator_of_a_patch_is_as_stiff_as_at_full_order() {
-    let rest = format!("{RUBBER}{HELD}[damping]\nratio = 0.7\n");
-    let whole = FullBody::new(&problem(CUBE, &format!("{RUBBER}{HELD}"), 8, false));
-    for (name, depth, radius, bounds) in
-        [("plate", 1e-3, None, [0.03, 0.08]), ("sphere", 2e-3, Some(0.1), [0.07, 0.12])]
-    {
-        let expected = whole.pressed(depth, radius);
-        let off = [false, true].map(|patch| {
-            let found = pressed_by_operator(&built(&problem(CUBE, &rest, 32, patch)), depth, radius);
-            let off = [found[0] / expected[0] - 1.0, found[1] / expected[1] - 1.0];
-            println!("operator, {name}, patch {patch}: {found:.3?} of {expected:.3?} N, {off:.3?}");
-            off
-        });
-        let [before, after] = off;
-        assert!(after[0].abs() < bounds[0] && after[1].abs() < bounds[1], "{name}: {after:?}");
-        assert!(after[1].abs() < 0.6 * before[1].abs(), "{name}: {before:?} {after:?}");
-    }
-}
-
 /// A square plate that looks down.
 fn plate() -> (Vec<[f64; 3]>, Vec<[u32; 3]>) {
     let h = 0.06;

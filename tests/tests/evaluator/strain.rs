@@ -44,7 +44,6 @@ const DEFAULT: SceneOptions = SceneOptions {
     terms: None,
     residual: true,
     contacts: 16,
-    disc_nodes: 0,
     filtered_nodes: None,
     substeps: None,
     viscosity: 1.0 / 18.0,

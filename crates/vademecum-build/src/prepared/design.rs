@@ -1,8 +1,8 @@
 //! Points of the box of live parameters: those at which a basis is trained, and fresh ones at which it is
 //! measured.
 //!
-//! Interior points follow the additive recurrence of the generalised golden ratio (Roberts 2018), which is of
-//! low discrepancy in any number of parameters. Corners are those of a two-level factorial design: all of
+//! Interior points are those of a Latin hypercube (McKay, Beckman and Conover 1979): each parameter takes each
+//! of its strata once. Corners are those of a two-level factorial design: all of
 //! them up to five live factors, 32 runs of resolution IV up to sixteen, a folded Hadamard matrix beyond
 //! (Box and Hunter 1961).
 
@@ -41,8 +41,7 @@ impl Design {
         let p = live.len();
         let corners = corners(p);
         let interior = (INTERIOR.0 * p).min(INTERIOR.1);
-        let trained =
-            [vec![0.5; p]].into_iter().chain((1..=interior).map(|k| recurrence(p, k))).chain(corners.clone());
+        let trained = [vec![0.5; p]].into_iter().chain(hypercube(p, interior)).chain(corners.clone());
         let trained = [space.nominal()].into_iter().chain(trained.map(|units| with(&units))).collect();
         Self { trained, fresh: fresh(space, &live, &corners) }
     }
@@ -61,14 +60,20 @@ fn between(parameter: &LiveParameter, unit: f64) -> f64 {
     }
 }
 
-/// Point `k` of the recurrence, in the unit cube.
-fn recurrence(p: usize, k: usize) -> Vec<f64> {
-    // The positive root of xᵖ⁺¹ = x + 1.
-    let mut root: f64 = 1.5;
-    for _ in 0..64 {
-        root = (1.0 + root).powf(1.0 / (p as f64 + 1.0));
+/// Points of a Latin hypercube, in the unit cube.
+fn hypercube(p: usize, count: usize) -> Vec<Vec<f64>> {
+    let mut random = Random::new(SEED + 1);
+    let mut points = vec![vec![0.0; p]; count];
+    for j in 0..p {
+        let mut strata: Vec<usize> = (0..count).collect();
+        for last in (1..count).rev() {
+            strata.swap(last, (random.next_u64() % (last as u64 + 1)) as usize);
+        }
+        for (point, stratum) in points.iter_mut().zip(strata) {
+            point[j] = (stratum as f64 + 0.5) / count as f64;
+        }
     }
-    (1..=p).map(|j| (0.5 + k as f64 * root.powi(-(j as i32))).fract()).collect()
+    points
 }
 
 /// Corners that train the basis, in the unit cube.
@@ -135,14 +140,13 @@ mod tests {
     }
 
     #[test]
-    fn points_of_the_recurrence_fill_the_cube() {
+    fn points_of_a_hypercube_take_every_stratum_once() {
         for p in [1, 2, 8, 16] {
-            let points: Vec<_> = (1..=32).map(|k| recurrence(p, k)).collect();
+            let points = hypercube(p, 32);
             for j in 0..p {
-                for quarter in 0..4 {
-                    let inside = points.iter().filter(|x| (4.0 * x[j]) as usize == quarter).count();
-                    assert!((5..=11).contains(&inside), "{p}: {inside} of 32 in quarter {quarter} of {j}");
-                }
+                let mut strata: Vec<usize> = points.iter().map(|x| (32.0 * x[j]) as usize).collect();
+                strata.sort_unstable();
+                assert_eq!(strata, (0..32).collect::<Vec<_>>(), "{p}: parameter {j}");
             }
         }
     }

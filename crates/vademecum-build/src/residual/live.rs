@@ -27,7 +27,7 @@ const SHARES: [f64; 4] = [0.1, 0.3, 0.6, 1.0];
 /// Neighbours of a region that mixtures are made with, at most.
 const NEIGHBOURS: usize = 8;
 /// Sweeps of the fit.
-const SWEEPS: usize = 400;
+const SWEEPS: usize = 2000;
 
 /// A term of the scale of a node: the node's place, two live regions, share of the second, weight. Region 0
 /// is what is not live, and one past the last stands for the mean of all.
@@ -188,7 +188,7 @@ fn nonnegative(rows: &[Vec<f64>], wanted: &[f64]) -> Vec<f64> {
             moved = moved.max((next - c[a]).abs());
             c[a] = next;
         }
-        if moved < 1e-10 {
+        if moved < 1e-8 {
             break;
         }
     }

@@ -241,19 +241,6 @@ pub enum LoadError {
     /// The place is refused.
     #[error(transparent)]
     Place(#[from] PlaceError),
-    /// The disc around a contact has more nodes than there is room for, or none.
-    #[error(
-        "a contact of radius {radius} m is spread over more nodes than the {room} of `disc_nodes`, or over \
-         none; the largest radius there is {largest:.3e} m"
-    )]
-    Disc {
-        /// Its radius \[m\].
-        radius: f64,
-        /// Largest radius that fits there \[m\].
-        largest: f64,
-        /// Nodes for which there is room.
-        room: usize,
-    },
     /// The node is not loadable.
     #[error("node {node} is not loadable; the first {limit} nodes are")]
     NotLoadable {

@@ -78,9 +78,6 @@ pub struct SceneOptions {
     /// [`MAX_CONTACTS`], each with as many nodes as the largest facet of the file
     /// ([`File::contact_nodes`](vademecum_format::File::contact_nodes)). Contacts on the same nodes share it.
     pub contacts: usize,
-    /// Nodes over which a contact with a radius is spread at most ([`Place::with_radius`](crate::Place));
-    /// none with a radius can be added if 0. Each of the [`SceneOptions::contacts`] has room for so many.
-    pub disc_nodes: usize,
     /// With a residual and stiffness-proportional damping: for the filtered forces of so many nodes there is
     /// room; of all loadable nodes if `None`. A node counts until its filtered force is below 1e-12 of the
     /// largest, which is 28 β after its last contact. Four numbers a node.
@@ -109,7 +106,6 @@ impl Default for SceneOptions {
             terms: None,
             residual: true,
             contacts: 16,
-            disc_nodes: 0,
             filtered_nodes: None,
             substeps: None,
             viscosity: 1.0 / 18.0,

@@ -24,10 +24,8 @@ const FORCES: u8 = 4;
 const FLIGHT: u8 = 8;
 /// The filtered forces of the residual flexibility are there.
 const FILTERED: u8 = 16;
-/// Forces have the places of their contacts: of a file with a contact patch.
-const PLACES: u8 = 32;
 /// Every flag that this version knows.
-const KNOWN: u8 = UNSTARTED | AT_REST | FORCES | FLIGHT | FILTERED | PLACES;
+const KNOWN: u8 = UNSTARTED | AT_REST | FORCES | FLIGHT | FILTERED;
 
 /// Result of [`Body::restore`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -56,8 +54,7 @@ pub enum SavedError {
     OtherFile,
     /// The state is that of another structure.
     OtherStructure,
-    /// The state holds what this version does not know, or a flight or places of contacts that the body does
-    /// not have.
+    /// The state holds what this version does not know, or a flight that the body does not have.
     OtherContents,
     /// A number is not finite, or leaves the precision of the body.
     NotFinite,
@@ -114,10 +111,8 @@ impl Pen<'_> {
     /// Counts, forces on nodes, and amplitudes of patterns.
     fn forces<T: Scalar>(&mut self, forces: &Statics<'_, T>, patterns: usize) -> Option<()> {
         self.numbers([forces.forces().count() as f64, patterns as f64])?;
-        let mut places = forces.places();
         for (node, [x, y, z]) in forces.forces() {
             self.numbers([node as f64, x, y, z])?;
-            self.numbers(places.next().into_iter().flatten())?;
         }
         self.numbers(forces.all_amplitudes())
     }
@@ -148,8 +143,7 @@ impl Cursor<'_> {
         let [nodes, patterns] = self.numbers().unwrap_or_default();
         for _ in 0..nodes as usize {
             let Some([node, force @ ..]) = self.numbers::<4>() else { break };
-            let at = if forces.has_places() { self.numbers().unwrap_or_default() } else { [0.0; 3] };
-            forces.add_force(node, force, at);
+            forces.add_force(node, force);
         }
         for index in 0..patterns as usize {
             let amplitude = self.number().unwrap_or_default();
@@ -165,10 +159,9 @@ impl<T: Scalar> Body<'_, T> {
     #[must_use]
     pub fn saved_len(&self) -> usize {
         let shape = &self.scene.shape;
-        let forces =
-            2usize.saturating_add(shape.force_len() * shape.statics[0]).saturating_add(shape.statics[1]);
+        let forces = 2usize.saturating_add(4 * shape.statics[0]).saturating_add(shape.statics[1]);
         let filtered = if shape.is_filtered() {
-            4usize.saturating_add(shape.force_len() * shape.filtered[0]).saturating_add(shape.filtered[1])
+            4usize.saturating_add(4 * shape.filtered[0]).saturating_add(shape.filtered[1])
         } else {
             0
         };
@@ -190,8 +183,7 @@ impl<T: Scalar> Body<'_, T> {
             | flag(AT_REST, y.at_rest)
             | flag(FORCES, !self.state.statics.forgotten)
             | flag(FLIGHT, self.flight.is_some())
-            | flag(FILTERED, self.scene.shape.is_filtered())
-            | flag(PLACES, self.scene.shape.has_patch);
+            | flag(FILTERED, self.scene.shape.is_filtered());
         *tag = self.tag(size_of::<T>() as u8, flags);
         let mut pen = Pen { left: numbers, written: TAG };
         pen.numbers(parameters(&self.scene)).ok_or(short)?;
@@ -233,8 +225,7 @@ impl<T: Scalar> Body<'_, T> {
             return Err(SavedError::OtherStructure);
         }
         let flies = self.flight.is_some() == (flags & FLIGHT != 0);
-        let known = flies && self.scene.shape.has_patch == (flags & PLACES != 0);
-        if flags & !KNOWN != 0 || reserved != 0 || ![4, 8].contains(&precision) || !known {
+        if flags & !KNOWN != 0 || reserved != 0 || ![4, 8].contains(&precision) || !flies {
             return Err(SavedError::OtherContents);
         }
         // All of it is read before anything is written.
@@ -336,8 +327,7 @@ impl<T: Scalar> Body<'_, T> {
         for _ in 0..nodes as usize {
             let [node, x, y, z] = cursor.numbers().ok_or(cut)?;
             let loadable = whole(node) && node < f64::from(self.scene.metadata.n_load_nodes);
-            let at = if self.scene.shape.has_patch { cursor.numbers().ok_or(cut)? } else { [0.0; 3] };
-            let sound = [x, y, z].into_iter().chain(at).all(|x| T::from_f64(x).in_range());
+            let sound = [x, y, z].into_iter().all(|x| T::from_f64(x).in_range());
             if !loadable || !sound {
                 return Err(SavedError::NotFinite);
             }

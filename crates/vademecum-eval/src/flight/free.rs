@@ -109,8 +109,6 @@ impl FreeBody {
         at: &SurfacePoint,
         force: [f64; 3],
     ) -> Result<(), LoadError> {
-        // The arm is that of a point.
-        at.place.check()?;
         let middle = self.middle(scene);
         let contact = Contact::new(at.place, middle.to_body(force));
         loads.add_contact(scene, &contact)?;

@@ -6,10 +6,10 @@
 //!
 //! `H_c` shares a force among the nodes of contact `c`, `P₀` is the answer of each mode to a unit load held
 //! over the step, `e = exp(−Δt/β)` (0 without stiffness-proportional damping, see
-//! [`crate::sections::filter`]), and `R` is the residual flexibility. Between two contacts it is that of the
-//! file's contact patch, tapered so that `W` stays positive semidefinite ([`crate::sections::near`]), and `W`
-//! is exactly what a step does. Without a patch it is a contact's own and left out between two: then `W` is
-//! exact of contacts that share no facet; of contacts that share one, a step shows it between them too. This is the Delassus operator of contact mechanics. With it a loop of
+//! [`crate::sections::filter`]), and `R` is the residual flexibility, which is a contact's own: between two
+//! contacts it is left out, so that `W` stays positive semidefinite whatever the file holds of it. Of
+//! contacts that share no facet, `W` says exactly what a step does; of contacts that share one, a step
+//! shows the residual between them too. This is the Delassus operator of contact mechanics. With it a loop of
 //! its caller can solve for stick, slip and release at the end of the step, and is stable whatever the
 //! stiffness of what touches the body.
 
@@ -21,11 +21,8 @@ use crate::scene::bind::place_in_tiles;
 use crate::scene::loads::Loads;
 use crate::scene::scene::Scene;
 use crate::scene::state::State;
-use crate::sections::contact::{Shares, check_loadable};
-use crate::sections::disc::{largest, spread};
-use crate::sections::near::Near;
-use crate::sections::place::{Place, PlaceError};
-use crate::sections::residual::Statics;
+use crate::sections::contact::check_loadable;
+use crate::sections::place::Place;
 use vademecum_format::SectionKind;
 
 impl<T: Scalar> Scene<'_, T> {
@@ -39,8 +36,8 @@ impl<T: Scalar> Scene<'_, T> {
     /// contacts, row by row \[m/N\]; number `(3c + i, 3d + j)` is the displacement of contact `c` in
     /// direction `i` at the end of the step for each newton at contact `d` in direction `j`. The forces of
     /// `contacts` are not looked at. Symmetric and positive semidefinite. `O(n² r)`, and `O(n r²)` more if
-    /// dashpots couple the modes; for the diagonal and the exact structure. Of a
-    /// file with a contact patch, and for contacts that share no facet, it is exactly what a step does.
+    /// dashpots couple the modes; for the diagonal and the exact structure. For contacts that share no facet
+    /// it is exactly what a step does.
     ///
     /// ```
     /// # include!(concat!(env!("CARGO_MANIFEST_DIR"), "/doc/bound.rs"));
@@ -86,9 +83,7 @@ impl<T: Scalar> Scene<'_, T> {
         }
         let mut work = Lender::new(work);
         let (rows, answers) = (work.take(n * r)?, work.take(r)?);
-        let discs = work.take(2 * self.shape.disc_nodes * places.len())?.as_chunks_mut().0;
-        self.project(places, rows, discs)?;
-        let discs = &*discs;
+        self.project(places, rows)?;
         let coupled = self.shape.is_coupled();
         if !coupled {
             self.held_answers(answers)?;
@@ -104,17 +99,12 @@ impl<T: Scalar> Scene<'_, T> {
                 *out = products.fold(T::ZERO, |sum, product| sum + product).to_f64();
             }
         }
-        if let Some(near) = self.sections.residual.near.as_ref().filter(|_| self.shape.has_patch) {
-            let further = work.take(n * self.shape.further)?;
-            self.add_between(near, (places, discs), further, w);
-        }
         for (c, place) in places.iter().enumerate() {
-            let own = self.residual_at(&self.known_shares(c, place.as_ref(), discs));
-            let share = self.held_share();
+            let own = self.own_residual(place.as_ref());
             for (i, row) in own.iter().enumerate() {
                 for (j, value) in row.iter().enumerate().take(i + 1) {
                     if let Some(out) = w.get_mut((3 * c + i) * n + 3 * c + j) {
-                        *out += share * value;
+                        *out += value;
                     }
                 }
             }
@@ -155,9 +145,7 @@ impl<T: Scalar> Scene<'_, T> {
         let (n, r) = (3 * places.len(), self.shape.r);
         let mut work = Lender::new(work);
         let rows = work.take(n * r)?;
-        let discs = work.take(2 * self.shape.disc_nodes * places.len())?.as_chunks_mut().0;
-        self.project(places, rows, discs).map_err(|_| StepError::Mismatch)?;
-        let discs = &*discs;
+        self.project(places, rows).map_err(|_| StepError::Mismatch)?;
         if self.shape.is_strain() {
             let moved = self.strain_ahead(state, loads, work.rest())?;
             show(rows, moved, out);
@@ -170,20 +158,16 @@ impl<T: Scalar> Scene<'_, T> {
         let acting = if filters { &loads.drive } else { &loads.statics };
         let kept = filters && !old.is_empty();
         if !acting.is_empty() || kept {
-            let residual = &self.sections.residual;
-            for ((c, place), out) in places.iter().enumerate().zip(&mut *out) {
-                let shares = self.known_shares(c, place.as_ref(), discs);
-                let at = residual.position(place.as_ref());
-                let mut add = |share: f64, statics: &Statics<'_, T>| {
-                    let nodes = shares.entries().map(|(node, weight)| (node as usize, weight));
-                    residual.place(nodes, at, statics, |weight, rest| {
-                        let scale = weight / self.parameters.stiffness * share;
+            for (place, out) in places.iter().zip(&mut *out) {
+                for (node, weight) in place.as_ref().entries() {
+                    let scale = weight / self.parameters.stiffness;
+                    let rest = self.sections.residual.node(node as usize, acting);
+                    out.iter_mut().zip(rest).for_each(|(out, rest)| *out += scale * rest);
+                    if kept {
+                        let scale = scale * filter.keep;
+                        let rest = self.sections.residual.node(node as usize, old);
                         out.iter_mut().zip(rest).for_each(|(out, rest)| *out += scale * rest);
-                    });
-                };
-                add(1.0, acting);
-                if kept {
-                    add(filter.keep, old);
+                    }
                 }
             }
         }
@@ -217,68 +201,23 @@ impl<T: Scalar> Scene<'_, T> {
     }
 
     /// `H_c B` of each contact, `(n, 3, r)`.
-    /// The discs of places with a radius, as many entries for each as the scene has room for, go to `discs`.
-    pub(crate) fn project(
-        &self,
-        places: &[impl AsRef<Place>],
-        rows: &mut [T],
-        discs: &mut [[T; 2]],
-    ) -> Result<(), LoadError> {
+    pub(crate) fn project(&self, places: &[impl AsRef<Place>], rows: &mut [T]) -> Result<(), LoadError> {
         let (kind, r) = (SectionKind::SurfaceBasis, self.shape.r);
         let basis = self.sections.rows.surface.ok_or(LoadError::Missing { kind })?;
         rows.fill(T::ZERO);
         let mut rows = rows.chunks_exact_mut(r.max(1));
-        for (c, place) in places.iter().enumerate() {
-            let each = self.shape.disc_nodes;
-            let disc = discs.get_mut(c * each..).and_then(|discs| discs.get_mut(..each)).unwrap_or_default();
-            let shares = self.shares(place.as_ref(), disc)?;
+        for place in places {
+            let place = place.as_ref();
+            check_loadable(place, self.metadata.n_load_nodes)?;
             for component in 0..3 {
                 let out = rows.next().ok_or(LoadError::Mismatch)?;
-                for (node, weight) in shares.entries() {
+                for (node, weight) in place.entries() {
                     let row = basis.row((3 * node as usize + component) * r, r);
                     add_row(row.ok_or(LoadError::Missing { kind })?, T::from_f64(weight), out);
                 }
             }
         }
         Ok(())
-    }
-
-    /// Nodes and shares of a place, those of a disc in `disc`.
-    pub(crate) fn shares<'a>(
-        &self,
-        place: &'a Place,
-        disc: &'a mut [[T; 2]],
-    ) -> Result<Shares<'a, T>, LoadError> {
-        if !cfg!(feature = "full") || place.radius() == 0.0 || self.shape.disc_nodes == 0 {
-            check_loadable(place, self.metadata.n_load_nodes)?;
-            return Ok(Shares::of_point(place));
-        }
-        let radius = place.radius();
-        if !(radius > 0.0 && radius.is_finite()) {
-            return Err(PlaceError::Radius { radius }.into());
-        }
-        check_loadable(&place.with_radius(0.0), self.metadata.n_load_nodes)?;
-        let kind = SectionKind::Triangles;
-        let surface = self.sections.surface.as_ref().ok_or(LoadError::Missing { kind })?;
-        match spread(surface, place, disc) {
-            Some(count) => {
-                disc.iter_mut().skip(count).for_each(|entry| *entry = [T::ZERO; 2]);
-                Ok(Shares::of_disc(disc.get(..count).unwrap_or_default()))
-            }
-            None => {
-                let (largest, room) = (largest(surface, place, disc), disc.len());
-                Err(LoadError::Disc { radius, largest, room })
-            }
-        }
-    }
-
-    /// Shares that were found before, of place number `c`.
-    fn known_shares<'a>(&self, c: usize, place: &'a Place, discs: &'a [[T; 2]]) -> Shares<'a, T> {
-        let each = self.shape.disc_nodes;
-        if each == 0 || place.radius() == 0.0 {
-            return Shares::of_point(place);
-        }
-        Shares::of_disc(discs.get(c * each..).and_then(|discs| discs.get(..each)).unwrap_or_default())
     }
 
     /// Answer of each mode's displacement to a unit load that is held over the step.
@@ -307,73 +246,22 @@ impl<T: Scalar> Scene<'_, T> {
         Ok(())
     }
 
-    /// Adds the residual flexibility between contacts, below the diagonal; `rows` of `(n, 3, further)`.
-    fn add_between(
-        &self,
-        near: &Near<'_>,
-        (places, discs): (&[impl AsRef<Place>], &[[T; 2]]),
-        rows: &mut [T],
-        w: &mut [f64],
-    ) {
-        let (n, m) = (3 * places.len(), self.shape.further);
-        let scale = self.held_share() / self.parameters.stiffness;
-        for ((c, place), out) in places.iter().enumerate().zip(rows.chunks_exact_mut((3 * m).max(1))) {
-            near.rows(&self.known_shares(c, place.as_ref(), discs), out);
-        }
-        let row = |contact: usize, component: usize| rows.iter().skip((3 * contact + component) * m).take(m);
-        for (c, of) in places.iter().enumerate() {
-            for (d, by) in places.iter().enumerate().take(c) {
-                let (of, by) = (of.as_ref(), by.as_ref());
-                let share = near.share(near.position_of(of), near.position_of(by));
-                if share == 0.0 && m == 0 {
-                    continue;
-                }
-                let shares = [(c, of), (d, by)].map(|(c, place)| self.known_shares(c, place, discs));
-                let block = near.between(share, &shares);
-                for (i, block) in block.iter().enumerate() {
-                    for (j, &rest) in block.iter().enumerate() {
-                        let products = row(c, i).zip(row(d, j)).map(|(&a, &b)| a * b);
-                        let further = products.fold(T::ZERO, |sum, product| sum + product).to_f64();
-                        if let Some(out) = w.get_mut((3 * c + i) * n + 3 * d + j) {
-                            *out += scale * (rest + further);
-                        }
-                    }
-                }
-            }
-        }
-    }
-
-    /// Share of the residual that answers at the end of the step: 1 without stiffness-proportional damping.
-    const fn held_share(&self) -> f64 {
-        if self.shape.is_filtered() { self.filter.held() } else { 1.0 }
+    /// `(1 − e) H_c R H_cᵀ` of one contact \[m/N\]; `e = 0` without stiffness-proportional damping.
+    fn own_residual(&self, place: &Place) -> [[f64; 3]; 3] {
+        let share = if self.shape.is_filtered() { self.filter.held() } else { 1.0 };
+        self.residual_at(place).map(|row| row.map(|value| share * value))
     }
 
     /// `H_c R H_cᵀ` of one contact \[m/N\].
-    fn residual_at(&self, shares: &Shares<'_, T>) -> [[f64; 3]; 3] {
-        let residual = &self.sections.residual;
-        self.residual_by(shares, |a, b| residual.together(a, b))
-    }
-
-    /// The same of a place, with what the sections of a single contact have.
-    #[cfg(feature = "world")]
-    pub(crate) fn residual_of(&self, place: &Place) -> [[f64; 3]; 3] {
-        let residual = &self.sections.residual;
-        self.residual_by(&Shares::of_point(place), |a, b| residual.between(a, b))
-    }
-
-    fn residual_by(
-        &self,
-        shares: &Shares<'_, T>,
-        between: impl Fn(usize, usize) -> [[f64; 3]; 3],
-    ) -> [[f64; 3]; 3] {
+    pub(crate) fn residual_at(&self, place: &Place) -> [[f64; 3]; 3] {
         let mut sum = [[0.0; 3]; 3];
         if self.shape.statics[0] == 0 {
             return sum;
         }
-        for (a, of_a) in shares.entries() {
-            for (b, of_b) in shares.entries() {
+        for (a, of_a) in place.entries() {
+            for (b, of_b) in place.entries() {
                 let scale = of_a * of_b / self.parameters.stiffness;
-                let block = between(a as usize, b as usize);
+                let block = self.sections.residual.between(a as usize, b as usize);
                 for (sum, block) in sum.as_flattened_mut().iter_mut().zip(block.as_flattened()) {
                     *sum += scale * block;
                 }

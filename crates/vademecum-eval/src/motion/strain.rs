@@ -188,8 +188,7 @@ impl<T: Scalar> Scene<'_, T> {
         }
         let mut work = Lender::new(work);
         let rows = work.take(n * r)?;
-        let discs = work.take(2 * self.shape.disc_nodes * places.len())?.as_chunks_mut().0;
-        self.project(places, rows, discs)?;
+        self.project(places, rows)?;
         let map = self.strain_map()?;
         let mut scratch = Scratch::new(self.shape.strain, work.take(self.shape.scratch_len())?)?;
         let p = state.y.part(1).iter().enumerate().map(|(i, p)| T::from_f64(map.p_of(i, p.to_f64())));

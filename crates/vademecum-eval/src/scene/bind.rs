@@ -19,7 +19,6 @@ use crate::sections::residual::Residual;
 use crate::sections::rows::Rows;
 use crate::sections::stress_rows::StressRows;
 use crate::sections::supports::Supports;
-use crate::sections::surface::Surface;
 use vademecum_format::coupled::{CoupledModes, CoupledResponses};
 use vademecum_format::exact::{Propagator, product_error};
 use vademecum_format::scheme::{
@@ -43,8 +42,6 @@ pub(crate) struct Sections<'m> {
     pub damping_rows: Option<&'m [[u8; 8]]>,
     /// The residual flexibility.
     pub residual: Residual<'m>,
-    /// The loadable surface, for contacts with a radius.
-    pub surface: Option<Surface<'m>>,
     /// The reactions of the supports.
     pub supports: Supports<'m>,
     /// Centre about which a moving base turns.
@@ -143,7 +140,6 @@ pub(crate) fn sections<'m>(file: &File<'m>, structure: Structure) -> Result<Sect
         pattern_basis: optional(S::PatternBasis),
         pattern_block: optional(S::PatternBlock),
         residual: Residual::of(file),
-        surface: None,
         supports: Supports::of(file),
         base: file.section(S::BaseFrame).and_then(|section| section.f64s().ok()),
         factor: Factor::of(file),

@@ -12,7 +12,7 @@ use crate::base::scalar::Scalar;
 use crate::kernels::kernel::{add_dense, add_row};
 use crate::scene::scene::Scene;
 use crate::scene::shape::Shape;
-use crate::sections::contact::{Contact, Shares};
+use crate::sections::contact::Contact;
 use crate::sections::residual::Statics;
 use vademecum_format::scheme::{MAX_STAGES, SchemeTable};
 use vademecum_format::{Numbers, SectionKind};
@@ -29,8 +29,6 @@ pub struct Loads<'m, T> {
     direct: &'m mut [T],
     /// Its row of `H` in each stage, `(n_stages, r)`.
     stages: &'m mut [T],
-    /// Nodes and shares of the disc of a contact that is being added.
-    disc: &'m mut [[T; 2]],
     /// The scene's generation when the first load was added.
     pub(crate) generation: u64,
     pub(crate) active: bool,
@@ -108,12 +106,10 @@ impl<'m, T: Scalar> Loads<'m, T> {
         let (force, direct) = (memory.take(shape.r)?, memory.take(shape.r)?);
         let stages = memory.take(shape.n_stages * shape.r)?;
         let generation = scene.generation;
-        let statics = Statics::new(shape.statics, shape.has_patch, &mut memory)?;
-        let drive = Statics::new(shape.drive(), shape.has_patch, &mut memory)?;
-        let disc = memory.take(2 * shape.disc_nodes)?.as_chunks_mut().0;
+        let statics = Statics::new(shape.statics, &mut memory)?;
+        let drive = Statics::new(shape.drive(), &mut memory)?;
         let active = false;
-        let mut loads =
-            Self { shape, increment, force, direct, stages, disc, generation, active, statics, drive };
+        let mut loads = Self { shape, increment, force, direct, stages, generation, active, statics, drive };
         loads.clear();
         Ok(loads)
     }
@@ -264,30 +260,14 @@ impl<'m, T: Scalar> Loads<'m, T> {
 
     fn contact(&mut self, scene: &Scene<'_, T>, contact: &Contact, p: Amplitudes) -> Result<(), LoadError> {
         self.check(scene, p)?;
-        contact.check_force()?;
-        // Lent out of the loads while they change.
-        let disc = core::mem::take(&mut self.disc);
-        let added =
-            scene.shares(&contact.place, disc).and_then(|shares| self.add_shares(scene, contact, &shares, p));
-        self.disc = disc;
-        added
-    }
-
-    fn add_shares(
-        &mut self,
-        scene: &Scene<'_, T>,
-        contact: &Contact,
-        shares: &Shares<'_, T>,
-        p: Amplitudes,
-    ) -> Result<(), LoadError> {
+        contact.check(scene.metadata.n_load_nodes)?;
         check_range::<T>(contact.force.iter())?;
-        let at = scene.sections.residual.position(&contact.place);
-        self.statics.check(shares, at, self.shape.contact_nodes)?;
+        self.statics.check(contact, self.shape.contact_nodes)?;
         let block = self.block_rows(scene.sections.block_load, SectionKind::BlockLoad)?;
-        contact.project(shares, &scene.sections.rows, self.direct)?;
+        contact.project(&scene.sections.rows, self.direct)?;
         self.start_stages();
         let (r, n_terms, stored) = (self.shape.r, self.shape.n_terms, scene.metadata.n_terms as usize);
-        for (node, weight) in shares.entries() {
+        for (node, weight) in contact.place.entries() {
             for (t, component, force) in
                 (0..n_terms).flat_map(|t| (0..3).zip(contact.force).map(move |(c, f)| (t, c, f)))
             {
@@ -297,10 +277,9 @@ impl<'m, T: Scalar> Loads<'m, T> {
             }
         }
         self.apply(scene, p)?;
-        self.statics.add_contact(shares, at, contact.force, p.end);
+        self.statics.add_contact(contact, p.end);
         if self.shape.is_filtered() {
-            let drive = scene.filter.drive(p.start, p.end);
-            self.drive.add_contact(shares, at, contact.force, drive);
+            self.drive.add_contact(contact, scene.filter.drive(p.start, p.end));
         }
         Ok(())
     }

@@ -104,9 +104,6 @@ impl<'m, T: Scalar> Scene<'m, T> {
             // Forces are remembered for reactions, too.
             (sections.residual, sections.factor) = Default::default();
         }
-        if shape.disc_nodes > 0 {
-            sections.surface = crate::sections::surface::Surface::new(file).ok();
-        }
         Self::of_sections(*file.metadata(), sections, shape, options, memory, work)
     }
 

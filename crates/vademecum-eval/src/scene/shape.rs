@@ -9,7 +9,6 @@ use crate::kernels::strain::memory::StrainShape;
 use crate::kernels::strain::numbers::strain_shape;
 use crate::sections::axes::Axes;
 use crate::sections::filter::filtered_room;
-use crate::sections::near::Near;
 use crate::sections::residual::room;
 use vademecum_format::coupled::CoupledModes;
 use vademecum_format::policy::{STABLE_RADIUS, allowed_error};
@@ -32,14 +31,8 @@ pub(crate) struct Shape {
     pub statics: [usize; 2],
     /// Nodes and patterns whose filtered forces a state keeps; zeros without a filter. A state knows its own.
     pub filtered: [usize; 2],
-    /// Contacts near each other have residual flexibility between them, and forces have places.
-    pub has_patch: bool,
-    /// Further modes of the contact patch.
-    pub further: usize,
     /// Nodes that one contact takes of these at most.
     pub contact_nodes: usize,
-    /// Nodes of the disc of a contact with a radius at most; 0 where none has one.
-    pub disc_nodes: usize,
     /// `true` with a filter.
     filters: bool,
     /// Of the strain structure.
@@ -69,8 +62,7 @@ impl Shape {
         let chosen =
             [self.chosen as usize, self.r, self.n_stages, self.n_terms, self.n_points, nodes, patterns];
         let others = [usize::from(self.filters), interacting, leading, tail, rows, self.damping_rows];
-        let patch = [usize::from(self.has_patch), self.further, self.disc_nodes];
-        let words = chosen.into_iter().chain(others).chain(patch);
+        let words = chosen.into_iter().chain(others);
         words.fold(START, |key, word| (key ^ word as u64).wrapping_mul(PRIME))
     }
 
@@ -151,18 +143,8 @@ impl Shape {
 
     /// A state: old and new.
     pub const fn state_len(&self) -> usize {
-        let forces = self.forces_len(self.statics).saturating_add(self.forces_len(self.filtered));
+        let forces = forces_len(self.statics).saturating_add(forces_len(self.filtered));
         forces.saturating_add(2 * self.padded()).saturating_add(self.scratch_len())
-    }
-
-    /// Numbers of memory for forces on so many nodes and amplitudes of so many patterns.
-    const fn forces_len(&self, [nodes, patterns]: [usize; 2]) -> usize {
-        nodes.saturating_mul(self.force_len()).saturating_add(patterns)
-    }
-
-    /// Numbers of a force on a node: the node, the force and, with a contact patch, its place.
-    pub const fn force_len(&self) -> usize {
-        if self.has_patch { 7 } else { 4 }
     }
 
     /// Length of the memory that a step works in, beside a state.
@@ -175,9 +157,8 @@ impl Shape {
 
     /// Length of loads.
     pub const fn loads_len(&self) -> usize {
-        let forces = self.forces_len(self.statics).saturating_add(self.forces_len(self.drive()));
-        let own = self.padded() + (2 + self.n_stages) * self.r + 2 * self.disc_nodes;
-        forces.saturating_add(own)
+        let forces = forces_len(self.statics).saturating_add(forces_len(self.drive()));
+        forces.saturating_add(self.padded() + (2 + self.n_stages) * self.r)
     }
 
     /// `true` where the residual follows forces with the time constant of the damping.
@@ -226,8 +207,7 @@ impl Shape {
             Structure::Diagonal | Structure::Block | Structure::Exact => self.r,
             Structure::Strain => self.padded().saturating_add(self.scratch_len()),
         };
-        let each = self.r.saturating_add(self.further).saturating_mul(3);
-        places.saturating_mul(each.saturating_add(2 * self.disc_nodes)).saturating_add(own)
+        places.saturating_mul(3).saturating_mul(self.r).saturating_add(own)
     }
 
     /// Numbers of `f64` that fusing wants.
@@ -270,6 +250,11 @@ pub(crate) const fn larger(a: usize, b: usize) -> usize {
     if a > b { a } else { b }
 }
 
+/// Numbers of memory for forces on so many nodes and amplitudes of so many patterns.
+const fn forces_len([nodes, patterns]: [usize; 2]) -> usize {
+    nodes.saturating_mul(4).saturating_add(patterns)
+}
+
 /// Refuses more than `most`.
 pub(crate) const fn at_most(what: &'static str, asked: usize, most: usize) -> Result<(), BindError> {
     if asked <= most { Ok(()) } else { Err(BindError::TooLarge { what, asked, most }) }
@@ -292,30 +277,23 @@ pub(crate) fn shape<T: Scalar>(file: &File<'_>, options: &SceneOptions) -> Resul
     };
     let damping_rows = damping_rows(file, structure)?;
     let residual = options.residual && structure != Structure::Block;
-    let disc_nodes = disc_nodes(file, options);
-    let contact_nodes = larger(file.contact_nodes(), disc_nodes);
     let (statics, strain) = match structure {
         Structure::Strain => ([0; 2], strain_shape(file)?),
-        _ => (room::<T>(file, [options.contacts, contact_nodes], residual), StrainShape::default()),
+        _ => (room::<T>(file, options.contacts, residual), StrainShape::default()),
     };
     let filtered = filtered_room(file, options, statics);
     if !cfg!(feature = "filter") && filtered != [0; 2] {
         return Err(BindError::FilterLeftOut);
     }
-    // Without room for forces nothing of the residual is shown.
-    let patch = if statics[0] > 0 && residual { Near::of(file) } else { None };
     let mut shape = Shape {
         chosen: structure,
-        has_patch: patch.is_some(),
-        further: patch.map_or(0, |patch| patch.n_modes()),
         r: metadata.n_modes as usize,
         n_stages,
         n_terms,
         n_points,
         statics,
         filtered,
-        contact_nodes,
-        disc_nodes,
+        contact_nodes: file.contact_nodes(),
         filters: filtered != [0; 2],
         strain,
         damping_rows,
@@ -329,12 +307,6 @@ pub(crate) fn shape<T: Scalar>(file: &File<'_>, options: &SceneOptions) -> Resul
         isize::MAX as usize / size_of::<f64>(),
     )?;
     Ok(shape)
-}
-
-/// Most nodes of a disc: not more than there are. Without the feature `full` there are no discs.
-fn disc_nodes(file: &File<'_>, options: &SceneOptions) -> usize {
-    let all = file.metadata().n_load_nodes as usize;
-    if cfg!(feature = "full") { options.disc_nodes.min(all) } else { 0 }
 }
 
 /// Rows of dashpots that couple modes; refused where a step would leave them out.

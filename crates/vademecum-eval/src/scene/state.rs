@@ -48,8 +48,8 @@ impl<'m, T: Scalar> State<'m, T> {
         let memory = memory.get_mut(..shape.state_len()).ok_or(short)?;
         let mut memory = Lender::new(memory);
         let y = Coordinates::new(shape.parts(), scene.parameters.time_step, &mut memory)?;
-        let statics = Statics::new(shape.statics, shape.has_patch, &mut memory)?;
-        let filtered = Filtered::new(shape.filtered, shape.has_patch, &mut memory)?;
+        let statics = Statics::new(shape.statics, &mut memory)?;
+        let filtered = Filtered::new(shape.filtered, &mut memory)?;
         let scratch = memory.take(shape.scratch_len())?;
         scratch.fill(T::ZERO);
         Ok(Self { shape, y, statics, filtered, scratch })

@@ -31,29 +31,19 @@ impl Contact {
     /// # Errors
     /// [`LoadError`].
     pub fn check(&self, limit: u32) -> Result<(), LoadError> {
-        self.check_force()?;
-        check_loadable(&self.place, limit)
-    }
-
-    /// Refuses what is not finite, and a moment.
-    pub(crate) fn check_force(&self) -> Result<(), LoadError> {
         if !self.force.iter().all(|x| x.is_finite()) {
             return Err(LoadError::NotFinite);
         }
+        check_loadable(&self.place, limit)?;
         if self.moment == [0.0; 3] { Ok(()) } else { Err(PlaceError::Moment.into()) }
     }
 
     /// `BᵀF` of this contact into `g`, length `r`.
-    pub(crate) fn project<T: Scalar>(
-        &self,
-        shares: &Shares<'_, T>,
-        rows: &Rows<'_>,
-        g: &mut [T],
-    ) -> Result<(), LoadError> {
+    pub(crate) fn project<T: Scalar>(&self, rows: &Rows<'_>, g: &mut [T]) -> Result<(), LoadError> {
         let (kind, r) = (SectionKind::SurfaceBasis, g.len());
         let basis = rows.surface.ok_or(LoadError::Missing { kind })?;
         g.fill(T::ZERO);
-        for (node, weight) in shares.entries() {
+        for (node, weight) in self.place.entries() {
             for (component, force) in self.force.iter().enumerate() {
                 let row = basis.row((3 * node as usize + component) * r, r);
                 add_row(row.ok_or(LoadError::Missing { kind })?, T::from_f64(weight * force), g);
@@ -66,37 +56,6 @@ impl Contact {
 impl AsRef<Place> for Contact {
     fn as_ref(&self) -> &Place {
         &self.place
-    }
-}
-
-/// Nodes of a contact and their shares: those of its place, or of the disc around it.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct Shares<'a, T> {
-    place: Option<&'a Place>,
-    disc: &'a [[T; 2]],
-}
-
-impl<'a, T: Scalar> Shares<'a, T> {
-    /// Those of a point.
-    pub const fn of_point(place: &'a Place) -> Self {
-        Self { place: Some(place), disc: &[] }
-    }
-
-    /// Those of a disc: pairs of node and share.
-    pub const fn of_disc(disc: &'a [[T; 2]]) -> Self {
-        Self { place: None, disc }
-    }
-
-    /// Nodes and shares.
-    #[inline]
-    pub fn entries(&self) -> impl Iterator<Item = (u32, f64)> + Clone + 'a {
-        let disc = self.disc.iter().map(|&[node, share]| (node.to_f64() as u32, share.to_f64()));
-        self.place.into_iter().flat_map(Place::entries).chain(disc)
-    }
-
-    /// Number of nodes.
-    pub fn count(&self) -> usize {
-        self.place.map_or(0, |place| place.nodes().len()) + self.disc.len()
     }
 }
 

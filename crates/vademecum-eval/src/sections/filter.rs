@@ -55,8 +55,8 @@ pub(crate) struct Filtered<'m, T> {
 
 impl<'m, T: Scalar> Filtered<'m, T> {
     /// No forces.
-    pub fn new(room: [usize; 2], has_patch: bool, memory: &mut Lender<&'m mut [T]>) -> Result<Self, Short> {
-        Ok(Self { forces: Statics::new(room, has_patch, memory)?, largest: [T::ZERO; 2] })
+    pub fn new(room: [usize; 2], memory: &mut Lender<&'m mut [T]>) -> Result<Self, Short> {
+        Ok(Self { forces: Statics::new(room, memory)?, largest: [T::ZERO; 2] })
     }
 
     /// Drops everything.
@@ -71,8 +71,8 @@ impl<'m, T: Scalar> Filtered<'m, T> {
         if self.forces.used + drive.used <= nodes {
             return Ok(());
         }
-        let all = drive.forces.iter().take(drive.used).enumerate();
-        let new = all.filter(|&(k, &[node, ..])| self.forces.place(node, drive.place_of(k)).is_none());
+        let new =
+            drive.forces.iter().take(drive.used).filter(|[node, ..]| self.forces.place(*node).is_none());
         if self.forces.used + new.count() <= nodes { Ok(()) } else { Err(StepError::TooManyNodes { nodes }) }
     }
 
@@ -85,15 +85,11 @@ impl<'m, T: Scalar> Filtered<'m, T> {
             force.iter_mut().for_each(|force| *force = keep * *force);
         }
         forces.patterns.iter_mut().for_each(|amplitude| *amplitude = keep * *amplitude);
-        for (k, &[node, ref added @ ..]) in drive.forces.iter().enumerate().take(drive.used) {
-            let from = drive.place_of(k);
-            let place = forces.place(node, from).unwrap_or(forces.used);
+        for &[node, ref added @ ..] in drive.forces.iter().take(drive.used) {
+            let place = forces.place(node).unwrap_or(forces.used);
             let Some([at, sum @ ..]) = forces.forces.get_mut(place) else { continue };
             if place == forces.used {
                 (*at, *sum) = (node, [T::ZERO; 3]);
-                if let Some(place) = forces.places.get_mut(place) {
-                    *place = from;
-                }
                 forces.used += 1;
             }
             sum.iter_mut().zip(added).for_each(|(sum, &added)| *sum += added);
@@ -114,7 +110,7 @@ impl<'m, T: Scalar> Filtered<'m, T> {
         if self.forces.forces.is_empty() && self.forces.patterns.is_empty() {
             return 0;
         }
-        3 + 4 * self.forces.forces.len() + 3 * self.forces.places.len() + self.forces.patterns.len()
+        3 + 4 * self.forces.forces.len() + self.forces.patterns.len()
     }
 
     /// Writes the count of forces, the largest ones, all forces with their nodes, and all amplitudes.
@@ -128,10 +124,7 @@ impl<'m, T: Scalar> Filtered<'m, T> {
         let none = 4 * (forces.forces.len() - forces.used);
         let zero = T::ZERO;
         let head = [T::from_f64(forces.used as f64), self.largest[0], self.largest[1]];
-        let places = forces.places.as_flattened().iter().take(3 * forces.used);
-        let no_places = 3 * forces.places.len().saturating_sub(forces.used);
-        let all = head.iter().chain(used).chain(core::iter::repeat_n(&zero, none));
-        let all = all.chain(places).chain(core::iter::repeat_n(&zero, no_places)).chain(&*forces.patterns);
+        let all = head.iter().chain(used).chain(core::iter::repeat_n(&zero, none)).chain(&*forces.patterns);
         out.iter_mut().zip(all).for_each(|(out, &number)| *out = number);
         Ok(())
     }
@@ -148,16 +141,13 @@ impl<'m, T: Scalar> Filtered<'m, T> {
         if !(count >= 0.0 && count <= forces.forces.len() as f64 && libm::floor(count) == count) {
             return None;
         }
-        let (nodes, rest) = saved.split_at_checked(4 * forces.forces.len())?;
-        let (at, amplitudes) = rest.split_at_checked(3 * forces.places.len())?;
+        let (nodes, amplitudes) = saved.split_at_checked(4 * forces.forces.len())?;
         if nodes.iter().step_by(4).any(|node| node.to_f64() < 0.0) {
             return None;
         }
         let places = forces.forces.as_flattened_mut().iter_mut();
         places.zip(nodes).for_each(|(place, &number)| *place = number);
         forces.patterns.iter_mut().zip(amplitudes).for_each(|(place, &number)| *place = number);
-        let places = forces.places.as_flattened_mut().iter_mut();
-        places.zip(at).for_each(|(place, &number)| *place = number);
         forces.used = count as usize;
         forces.some_pattern = forces.patterns.iter().any(|&amplitude| amplitude != T::ZERO);
         self.largest = [of_forces, of_patterns];
@@ -180,10 +170,6 @@ impl<'m, T: Scalar> Filtered<'m, T> {
                 forces.used -= 1;
                 let last = forces.forces.get(forces.used).copied();
                 if let (Some(at), Some(last)) = (forces.forces.get_mut(place), last) {
-                    *at = last;
-                }
-                let last = forces.places.get(forces.used).copied();
-                if let (Some(at), Some(last)) = (forces.places.get_mut(place), last) {
                     *at = last;
                 }
             }

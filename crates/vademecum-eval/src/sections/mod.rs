@@ -2,13 +2,11 @@
 
 pub(crate) mod axes;
 pub(crate) mod contact;
-pub(crate) mod disc;
 pub(crate) mod embedded;
 pub(crate) mod factor;
 pub(crate) mod filter;
 #[cfg(feature = "mmap")]
 pub(crate) mod mmap;
-pub(crate) mod near;
 pub(crate) mod place;
 pub(crate) mod quadrangle;
 pub(crate) mod quantised;

@@ -16,10 +16,8 @@ const NO_FRAME: u32 = u32::MAX;
 
 /// A short list of nodes with weights that sum to 1, and a radius; or a frame of the file.
 ///
-/// A point of a triangle has three nodes, one of a quadrangle four, eight or nine. Radius 0 is a point. With
-/// a radius a force is a uniform traction over the surface within it, and a displacement the mean over it,
-/// where a scene has room for that ([`SceneOptions::disc_nodes`](crate::SceneOptions::disc_nodes)). Frames are
-/// part of the interface and refused by this version. Whoever is given a place
+/// A point of a triangle has three nodes, one of a quadrangle four, eight or nine. Radius 0 is a point. A
+/// positive radius and frames are part of the interface and refused by this version. Whoever is given a place
 /// checks it: a place in hand may be wrong. Its layout is that of C, so that an interface of C can hand its
 /// own places over without a copy; every value of its numbers is allowed.
 ///
@@ -212,7 +210,7 @@ pub enum PlaceError {
         /// The radius.
         radius: f64,
     },
-    /// The radius is positive, and points alone are taken here.
+    /// The radius is positive, and this version takes points only.
     Area {
         /// The radius.
         radius: f64,
@@ -242,7 +240,7 @@ impl fmt::Display for PlaceError {
                 write!(out, "a place of radius {radius} m: expected 0 for a point, or a positive number")
             }
             Self::Area { radius } => {
-                write!(out, "a place of radius {radius} m: only points are taken here, radius 0")
+                write!(out, "a place of radius {radius} m: this version takes points only, radius 0")
             }
             Self::NoFrames { index } => write!(out, "frame {index}: this file has no frames"),
             Self::Moment => {

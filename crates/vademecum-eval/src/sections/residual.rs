@@ -2,19 +2,15 @@
 //! forces on the nodes of contacts and for load patterns.
 //!
 //! A file holds `R` between a loadable node and itself, and between two that share a facet; between others
-//! it is taken as zero. A file with a contact patch has it between all near nodes, and further modes for the
-//! rest: then a place `c` moves by `H_c (S + ψ_cd R') H_dᵀ f_d` under the force at a contact `d`
-//! ([`crate::sections::near`]). A state remembers the forces of its last step, so that outputs show the modes
-//! and the residual together. With stiffness-proportional damping these forces are filtered
+//! it is taken as zero. A state remembers the forces of its last step, so that outputs show the modes and the
+//! residual together. With stiffness-proportional damping these forces are filtered
 //! ([`crate::sections::filter`]).
 
 use crate::base::error::LoadError;
 use crate::base::lend::{Lender, Short};
 use crate::base::scalar::Scalar;
 use crate::base::vec3::dot;
-use crate::sections::contact::Shares;
-use crate::sections::near::Near;
-use crate::sections::place::Place;
+use crate::sections::contact::Contact;
 use vademecum_format::{File, Numbers, SectionKind};
 
 /// The sections of the residual; `None` where they are absent or compressed.
@@ -28,15 +24,13 @@ pub(crate) struct Residual<'m> {
     pattern_probes: Option<Numbers<'m>>,
     n_load_nodes: usize,
     n_probes: usize,
-    /// The contact patch.
-    pub near: Option<Near<'m>>,
 }
 
 /// A 3×3 block, row by row: displacement by force \[m/N\].
-pub(crate) type Block = [[f64; 3]; 3];
+type Block = [[f64; 3]; 3];
 
 /// Numbers of nodes and patterns whose forces a scene remembers; zeros where nothing is made of them.
-pub(crate) fn room<T: Scalar>(file: &File<'_>, [contacts, each]: [usize; 2], residual: bool) -> [usize; 2] {
+pub(crate) fn room<T: Scalar>(file: &File<'_>, contacts: usize, residual: bool) -> [usize; 2] {
     use SectionKind as S;
     let metadata = file.metadata();
     let there = |kind| residual && file.section(kind).is_some_and(|s| s.numbers().is_ok());
@@ -44,7 +38,7 @@ pub(crate) fn room<T: Scalar>(file: &File<'_>, [contacts, each]: [usize; 2], res
     let countable = f64::from(metadata.n_load_nodes) * T::EPSILON < 0.5;
     let reactions = file.section(S::ReactionBasis).is_some_and(|s| s.f64s().is_ok());
     let remembered = (there(S::ContactResidual) || reactions) && countable;
-    let nodes = if remembered { contacts.saturating_mul(each) } else { 0 };
+    let nodes = if remembered { contacts.saturating_mul(file.contact_nodes()) } else { 0 };
     let patterns = there(S::PatternResidual) || there(S::PatternProbeResidual) || reactions;
     [nodes, if patterns { metadata.n_patterns as usize } else { 0 }]
 }
@@ -64,7 +58,6 @@ impl<'m> Residual<'m> {
             pattern_probes: optional(SectionKind::PatternProbeResidual),
             n_load_nodes: metadata.n_load_nodes as usize,
             n_probes: metadata.n_probes as usize,
-            near: Near::of(file),
         }
     }
 
@@ -76,19 +69,8 @@ impl<'m> Residual<'m> {
 
     /// `R` between two loadable nodes; zero where the file does not have it.
     pub fn between(&self, a: usize, b: usize) -> Block {
-        self.known(a, b).unwrap_or_default()
-    }
-
-    /// The same of two nodes of one contact: where the sections of a single contact leave it out, that of the
-    /// contact patch.
-    pub fn together(&self, a: usize, b: usize) -> Block {
-        let near = || self.near.as_ref().map(|near| near.whole(a, b));
-        self.known(a, b).or_else(near).unwrap_or_default()
-    }
-
-    /// `R` between two loadable nodes by the sections of a single contact; `None` where they leave it out.
-    pub fn known(&self, a: usize, b: usize) -> Option<Block> {
-        if a == b { self.own(a) } else { self.of_pair(a, b) }
+        let known = if a == b { self.own(a) } else { self.of_pair(a, b) };
+        known.unwrap_or_default()
     }
 
     fn own(&self, node: usize) -> Option<Block> {
@@ -115,58 +97,18 @@ impl<'m> Residual<'m> {
             return [0.0; 3];
         }
         let mut sum = self.of_forces(node, acting);
-        self.add_patterns(node, acting, &mut sum);
-        sum
-    }
-
-    /// `R F` at a place with these nodes and weights, to be added with weights: `add` takes a weight and the
-    /// answer of a node or, with a contact patch, of the place, which is `at` there.
-    pub fn place<T: Scalar>(
-        &self,
-        entries: impl Iterator<Item = (usize, f64)> + Clone,
-        at: [f64; 3],
-        acting: &Statics<'_, T>,
-        mut add: impl FnMut(f64, [f64; 3]),
-    ) {
-        let Some(near) = &self.near else {
-            entries.for_each(|(node, weight)| add(weight, self.node(node, acting)));
-            return;
-        };
-        if entries.clone().any(|(node, _)| node >= self.n_load_nodes) {
-            return;
-        }
-        let mut sum = near.answer::<T>(self, entries.clone(), at, acting);
-        for (node, weight) in entries {
-            let mut of_node = [0.0; 3];
-            self.add_patterns(node, acting, &mut of_node);
-            sum.iter_mut().zip(of_node).for_each(|(sum, of_node)| *sum += weight * of_node);
-        }
-        add(1.0, sum);
-    }
-
-    /// Place of a contact at rest \[m\] where there is a contact patch; else zero, which is nowhere used.
-    pub fn position(&self, place: &Place) -> [f64; 3] {
-        let entries = place.entries().map(|(node, weight)| (node as usize, weight));
-        self.near.as_ref().map_or([0.0; 3], |near| near.position(entries))
-    }
-
-    /// Adds what load patterns move at a loadable node.
-    fn add_patterns<T: Scalar>(&self, node: usize, acting: &Statics<'_, T>, sum: &mut [f64; 3]) {
-        let Some(patterns) = self.patterns else { return };
+        let Some(patterns) = self.patterns else { return sum };
         for (pattern, amplitude) in acting.amplitudes() {
             let row = patterns.row((pattern * self.n_load_nodes + node) * 3, 3);
             for (component, sum) in sum.iter_mut().enumerate() {
                 *sum += amplitude * row.and_then(|row| row.get(component)).unwrap_or(0.0);
             }
         }
+        sum
     }
 
     /// The same for the forces on nodes alone.
     fn of_forces<T: Scalar>(&self, node: usize, acting: &Statics<'_, T>) -> [f64; 3] {
-        if let Some(near) = &self.near {
-            let only = core::iter::once((node, 1.0));
-            return near.answer(self, only.clone(), near.position(only), acting);
-        }
         let mut sum = [0.0; 3];
         for (loaded, force) in acting.forces() {
             let answer = times(self.between(node, loaded), force);
@@ -190,9 +132,6 @@ impl<'m> Residual<'m> {
 
     /// `½ Fᵀ R F` \[J\] of the forces on nodes.
     pub fn energy<T: Scalar>(&self, acting: &Statics<'_, T>) -> f64 {
-        if let Some(near) = &self.near {
-            return near.energy(self, acting);
-        }
         let work = acting.forces().map(|(node, force)| dot(force, self.of_forces(node, acting)));
         0.5 * work.sum::<f64>()
     }
@@ -207,18 +146,14 @@ impl<'m> Residual<'m> {
             let answer = times(block, force);
             place.zip(answer).for_each(|(out, answer)| *out += T::from_f64(scale * answer));
         };
-        if let Some(near) = &self.near {
-            near.add_to_surface(self, self.n_load_nodes, acting, scale, out);
-        } else {
-            for (node, force) in acting.forces() {
-                add(node, self.between(node, node), force);
-            }
-            for pair in self.pairs {
-                let [a, b] = pair.map(|n| u32::from_le_bytes(n) as usize);
-                for (node, force) in acting.forces().filter(|&(node, _)| node == a || node == b) {
-                    let other = if node == a { b } else { a };
-                    add(other, self.between(other, node), force);
-                }
+        for (node, force) in acting.forces() {
+            add(node, self.between(node, node), force);
+        }
+        for pair in self.pairs {
+            let [a, b] = pair.map(|n| u32::from_le_bytes(n) as usize);
+            for (node, force) in acting.forces().filter(|&(node, _)| node == a || node == b) {
+                let other = if node == a { b } else { a };
+                add(other, self.between(other, node), force);
             }
         }
         let Some(patterns) = self.patterns else { return };
@@ -232,7 +167,7 @@ impl<'m> Residual<'m> {
     }
 }
 
-pub(crate) fn times(block: Block, force: [f64; 3]) -> [f64; 3] {
+fn times(block: Block, force: [f64; 3]) -> [f64; 3] {
     block.map(|row| dot(row, force))
 }
 
@@ -241,9 +176,6 @@ pub(crate) fn times(block: Block, force: [f64; 3]) -> [f64; 3] {
 pub(crate) struct Statics<'m, T> {
     /// A node and the force on it; the first `used` count.
     pub(super) forces: &'m mut [[T; 4]],
-    /// Place at rest of the contact of each of these forces \[m\]: of a file with a contact patch, where
-    /// contacts at different places have forces of their own on the same node; else empty.
-    pub(super) places: &'m mut [[T; 3]],
     pub(super) used: usize,
     pub(super) patterns: &'m mut [T],
     pub(super) some_pattern: bool,
@@ -253,15 +185,10 @@ pub(crate) struct Statics<'m, T> {
 
 impl<'m, T: Scalar> Statics<'m, T> {
     /// Nothing acts.
-    pub fn new(
-        [nodes, patterns]: [usize; 2],
-        has_patch: bool,
-        memory: &mut Lender<&'m mut [T]>,
-    ) -> Result<Self, Short> {
+    pub fn new([nodes, patterns]: [usize; 2], memory: &mut Lender<&'m mut [T]>) -> Result<Self, Short> {
         let (forces, patterns) = (memory.take(4 * nodes)?.as_chunks_mut().0, memory.take(patterns)?);
-        let places = memory.take(if has_patch { 3 * nodes } else { 0 })?.as_chunks_mut().0;
         patterns.fill(T::ZERO);
-        Ok(Self { forces, places, used: 0, patterns, some_pattern: false, forgotten: false })
+        Ok(Self { forces, used: 0, patterns, some_pattern: false, forgotten: false })
     }
 
     /// Takes everything away.
@@ -293,9 +220,6 @@ impl<'m, T: Scalar> Statics<'m, T> {
             to.copy_from_slice(from);
             self.used = other.used;
         }
-        if let (Some(to), Some(from)) = (self.places.get_mut(..other.used), other.places.get(..other.used)) {
-            to.copy_from_slice(from);
-        }
         if (self.some_pattern || other.some_pattern) && self.patterns.len() == other.patterns.len() {
             self.patterns.copy_from_slice(other.patterns);
             self.some_pattern = other.some_pattern;
@@ -303,16 +227,15 @@ impl<'m, T: Scalar> Statics<'m, T> {
     }
 
     /// Refuses a contact whose nodes there is no room for: so many for each contact.
-    pub fn check(&self, shares: &Shares<'_, T>, at: [f64; 3], each: usize) -> Result<(), LoadError> {
+    pub fn check(&self, contact: &Contact, each: usize) -> Result<(), LoadError> {
         let capacity = self.forces.len();
-        if capacity == 0 || self.used + shares.count() <= capacity {
+        if capacity == 0 || self.used + contact.place.nodes().len() <= capacity {
             return Ok(());
         }
-        let at = at.map(T::from_f64);
-        let known = |node: u32| self.place(T::from_f64(f64::from(node)), at).is_some();
+        let known = |node: u32| self.place(T::from_f64(f64::from(node))).is_some();
         let mut new = 0;
-        for (place, (node, _)) in shares.entries().enumerate() {
-            let before = shares.entries().take(place).any(|(other, _)| other == node);
+        for (place, &node) in contact.place.nodes().iter().enumerate() {
+            let before = contact.place.nodes().iter().take(place).any(|&other| other == node);
             new += usize::from(!before && !known(node));
         }
         if self.used + new <= capacity {
@@ -322,53 +245,30 @@ impl<'m, T: Scalar> Statics<'m, T> {
         }
     }
 
-    /// Adds a contact at a place that was checked.
-    pub fn add_contact(&mut self, shares: &Shares<'_, T>, at: [f64; 3], force: [f64; 3], amplitude: f64) {
+    /// Adds a contact that was checked.
+    pub fn add_contact(&mut self, contact: &Contact, amplitude: f64) {
         if self.forces.is_empty() || amplitude == 0.0 {
             return;
         }
-        let at = at.map(T::from_f64);
-        for (node, weight) in shares.entries() {
+        for (node, weight) in contact.place.entries() {
             let number = T::from_f64(f64::from(node));
-            let known = self.place(number, at);
+            let known = self.place(number);
             let place = known.unwrap_or(self.used);
-            let Some([node, sum @ ..]) = self.forces.get_mut(place) else { return };
+            let Some([at, sum @ ..]) = self.forces.get_mut(place) else { return };
             if known.is_none() {
-                *node = number;
+                *at = number;
                 *sum = [T::ZERO; 3];
                 self.used += 1;
-                if let Some(place) = self.places.get_mut(place) {
-                    *place = at;
-                }
             }
-            for (sum, force) in sum.iter_mut().zip(force) {
+            for (sum, force) in sum.iter_mut().zip(contact.force) {
                 *sum += T::from_f64(weight * amplitude * force);
             }
         }
     }
 
-    /// Number of the force on a node, if there is one; with a contact patch that of contacts at this place.
-    pub(super) fn place(&self, node: T, at: [T; 3]) -> Option<usize> {
-        let mut known = self.forces.iter().take(self.used);
-        if self.places.is_empty() {
-            return known.position(|[other, ..]| *other == node);
-        }
-        known.zip(&*self.places).position(|([other, ..], place)| *other == node && *place == at)
-    }
-
-    /// Place of the contact of a force; zero without a contact patch.
-    pub(super) fn place_of(&self, force: usize) -> [T; 3] {
-        self.places.get(force).copied().unwrap_or([T::ZERO; 3])
-    }
-
-    /// `true` where forces have the places of their contacts.
-    pub const fn has_places(&self) -> bool {
-        !self.places.is_empty()
-    }
-
-    /// Places of the contacts of all forces \[m\]; none without a contact patch.
-    pub fn places(&self) -> impl Iterator<Item = [f64; 3]> {
-        self.places.iter().take(self.used).map(|place| place.map(T::to_f64))
+    /// Place of a node, if a force acts on it.
+    pub(super) fn place(&self, node: T) -> Option<usize> {
+        self.forces.iter().take(self.used).position(|[other, ..]| *other == node)
     }
 
     /// Adds a pattern.
@@ -379,13 +279,10 @@ impl<'m, T: Scalar> Statics<'m, T> {
         }
     }
 
-    /// Adds a force on a node that none acts on yet, at a place.
-    pub fn add_force(&mut self, node: f64, force: [f64; 3], at: [f64; 3]) {
-        if let Some([number, sum @ ..]) = self.forces.get_mut(self.used) {
-            (*number, *sum) = (T::from_f64(node), force.map(T::from_f64));
-            if let Some(place) = self.places.get_mut(self.used) {
-                *place = at.map(T::from_f64);
-            }
+    /// Adds a force on a node that none acts on yet.
+    pub fn add_force(&mut self, node: f64, force: [f64; 3]) {
+        if let Some([at, sum @ ..]) = self.forces.get_mut(self.used) {
+            (*at, *sum) = (T::from_f64(node), force.map(T::from_f64));
             self.used += 1;
         }
     }

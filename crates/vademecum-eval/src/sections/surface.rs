@@ -80,16 +80,6 @@ impl<'m> Surface<'m> {
         shared.unwrap_or(Place::triangle(nodes, weights))
     }
 
-    /// `true` of a triangle that is a facet itself.
-    pub(crate) fn is_linear(&self, triangle: usize) -> bool {
-        u32::try_from(triangle).ok().and_then(|triangle| self.quadrangles.of_triangle(triangle)).is_none()
-    }
-
-    /// Position of a node at rest \[m\].
-    pub(crate) fn position(&self, node: u32) -> Option<[f64; 3]> {
-        self.node(node)
-    }
-
     /// Its triangles.
     pub(crate) const fn n_triangles(&self) -> usize {
         self.triangles.len() / 3

@@ -3,14 +3,11 @@
 
 use crate::base::error::OutputError;
 use crate::base::scalar::Scalar;
-use crate::base::vec3::add;
 use crate::scene::equation::Energy;
 use crate::scene::scene::Scene;
 use crate::scene::state::State;
-use crate::sections::disc::integrals;
-use crate::sections::place::{Place, PlaceError};
+use crate::sections::place::Place;
 use crate::sections::rows::{Factors, Field, factors};
-use vademecum_format::SectionKind;
 
 impl<T: Scalar> Scene<'_, T> {
     /// Value of probe `index`. `O(r)`.
@@ -61,11 +58,7 @@ impl<T: Scalar> Scene<'_, T> {
     /// [`OutputError`].
     pub fn node(&self, state: &State<'_, T>, node: usize, field: Field) -> Result<[f64; 3], OutputError> {
         let mut value = self.sections.rows.node(node, self.factors(state, field)?)?;
-        if shows_statics(state, field) {
-            let rest = self.sections.residual.node(node, state.shown());
-            let scale = 1.0 / self.parameters.stiffness;
-            value.iter_mut().zip(rest).for_each(|(value, rest)| *value += scale * rest);
-        }
+        self.add_static(state, field, node, 1.0, &mut value);
         Ok(value)
     }
 
@@ -98,51 +91,11 @@ impl<T: Scalar> Scene<'_, T> {
         field: Field,
     ) -> Result<[f64; 3], OutputError> {
         let place = at.as_ref();
-        if cfg!(feature = "full") && self.shape.disc_nodes > 0 && place.radius() > 0.0 {
-            return self.mean_over_disc(state, place, field);
-        }
         let mut value = self.sections.rows.point(place, self.factors(state, field)?)?;
-        if shows_statics(state, field) {
-            let nodes = place.entries().map(|(node, weight)| (node as usize, weight));
-            let at = self.sections.residual.position(place);
-            self.sections.residual.place(nodes, at, state.shown(), |weight, rest| {
-                let scale = weight / self.parameters.stiffness;
-                value.iter_mut().zip(rest).for_each(|(value, rest)| *value += scale * rest);
-            });
+        for (node, weight) in place.entries() {
+            self.add_static(state, field, node as usize, weight, &mut value);
         }
         Ok(value)
-    }
-
-    /// Mean over the disc around a place, which is conjugate to a force there.
-    fn mean_over_disc(
-        &self,
-        state: &State<'_, T>,
-        place: &Place,
-        field: Field,
-    ) -> Result<[f64; 3], OutputError> {
-        place.with_radius(0.0).check()?;
-        let kind = SectionKind::Triangles;
-        let surface = self.sections.surface.as_ref().ok_or(OutputError::Missing { kind })?;
-        let (factors, residual) = (self.factors(state, field)?, &self.sections.residual);
-        let (shows, at) = (shows_statics(state, field), residual.position(place));
-        let (mut sum, mut fault) = ([0.0; 3], None);
-        let area = integrals(surface, place, |node, share| {
-            match self.sections.rows.node(node as usize, factors) {
-                Ok(moved) => sum = add(sum, share, moved),
-                Err(error) => fault = Some(error),
-            }
-            if shows {
-                let only = core::iter::once((node as usize, 1.0));
-                residual.place(only, at, state.shown(), |weight, rest| {
-                    sum = add(sum, share * weight / self.parameters.stiffness, rest);
-                });
-            }
-        });
-        match fault {
-            Some(error) => Err(error),
-            None if area > 0.0 => Ok(sum.map(|x| x / area)),
-            None => Err(PlaceError::Radius { radius: place.radius() }.into()),
-        }
     }
 
     /// The surface, `out` of shape `(n_surface_nodes, 3)`. Bound by reading the basis once.
@@ -237,7 +190,16 @@ impl<T: Scalar> Scene<'_, T> {
         self.sections.residual.energy(state.shown()) / self.parameters.stiffness
     }
 
-    /// Adds what the modes leave out around contacts of a whole field; the loadable nodes are its first.
+    /// Adds to `value` what the modes leave out of the displacement of a node.
+    fn add_static(&self, state: &State<'_, T>, field: Field, node: usize, weight: f64, value: &mut [f64; 3]) {
+        if shows_statics(state, field) {
+            let rest = self.sections.residual.node(node, state.shown());
+            let scale = weight / self.parameters.stiffness;
+            value.iter_mut().zip(rest).for_each(|(value, rest)| *value += scale * rest);
+        }
+    }
+
+    /// The same for the nodes around contacts of a whole field; the loadable nodes are its first.
     fn add_static_field(&self, state: &State<'_, T>, field: Field, out: &mut [T]) {
         if shows_statics(state, field) {
             let scale = 1.0 / self.parameters.stiffness;

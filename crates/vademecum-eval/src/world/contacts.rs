@@ -34,7 +34,7 @@ impl<T: Scalar> World<'_, T> {
                 rows.fill(0.0);
                 if let Some(body) = member.elastic() {
                     let basis = self.room.work.get_mut(..3 * slot.r).ok_or(WorldError::Mismatch)?;
-                    body.scene.project(&[place], basis, &mut [])?;
+                    body.scene.project(&[place], basis)?;
                     let q = self.room.ahead.get(slot.ahead..).unwrap_or_default();
                     for (k, basis) in basis.chunks_exact(slot.r.max(1)).enumerate() {
                         let times = |x: &[T]| basis.iter().zip(x).map(|(b, x)| b.to_f64() * x.to_f64()).sum();
@@ -72,7 +72,7 @@ impl<T: Scalar> World<'_, T> {
                             let index = self.room.indices.get(slot.index..).unwrap_or_default();
                             patch::between(body, (patch, index), [&place, &place])
                         }
-                        None => body.scene.residual_of(&place),
+                        None => body.scene.residual_at(&place),
                     };
                     let block = turned(slot.middle.turn, own_block);
                     // With the sign of the force on the node, both sides open the gap.

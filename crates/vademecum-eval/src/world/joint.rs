@@ -302,7 +302,7 @@ pub(crate) fn basis<T: Scalar>(
     match anchor {
         Anchor::Place(place) => {
             let work = work.get_mut(..3 * r).ok_or(LoadError::Mismatch)?;
-            body.scene.project(&[place], work, &mut [])?;
+            body.scene.project(&[place], work)?;
             out.iter_mut().zip(&*work).for_each(|(out, value)| *out = value.to_f64());
         }
         Anchor::Frame(port) => {
@@ -341,7 +341,7 @@ pub(crate) fn residual<T: Scalar>(
 ) -> Moved {
     match (a, b) {
         (Anchor::Place(of), Anchor::Place(by)) if of == by => {
-            let block = body.scene.residual_of(of);
+            let block = body.scene.residual_at(of);
             Moved { by: block.map(|row| dot(row, force)), turned: [0.0; 3] }
         }
         (Anchor::Frame(of), Anchor::Frame(by)) => {
