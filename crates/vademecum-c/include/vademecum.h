@@ -719,6 +719,10 @@ typedef struct VdmJoint {
    Compliance of its displacements, in m/N; 0 of a joint that holds.
    */
   double compliance;
+  /*
+   Force at which it breaks, in N; 0 of a joint that never does.
+   */
+  double breaks_at;
 } VdmJoint;
 
 /*

@@ -162,12 +162,11 @@ fn unsafe_is_where_contributing_says() {
 
 const BROWSER_MODULE: &str = "crates/vademecum-cli/assets/evaluator.wasm";
 /// The size that the browser module may have, in bytes. It reads every quantity, filters residuals, moves
-/// coupled modes together, shares contacts over facets and discs, answers those near each other together, in
-/// both precisions, and names what it refuses.
-const BROWSER_MODULE_LIMIT: usize = 700_000;
+/// coupled modes together and shares contacts over facets, in both precisions, and names what it refuses.
+const BROWSER_MODULE_LIMIT: usize = 580_000;
 /// The module of worlds: one precision, contacts and joints, and memory of its own.
 const WORLD_MODULE: &str = "crates/vademecum-cli/assets/world.wasm";
-const WORLD_MODULE_LIMIT: usize = 560_000;
+const WORLD_MODULE_LIMIT: usize = 520_000;
 
 #[test]
 fn the_browser_modules_are_small() {
