@@ -330,7 +330,8 @@ impl PyWorld {
     /// space where a rigid body or the ground is held; `length` in m, and `stiffness` in N/m, are those of a
     /// cable; ports farther apart than `distance` in m are refused. A force above `breaks_at` in N breaks it.
     #[pyo3(signature = (
-        kind, first, second, *, at=None, length=None, stiffness=None, distance=None, breaks_at=None, name=None,
+        kind, first, second, *, at=None, length=None, stiffness=None, distance=None, breaks_at=None,
+        name=None,
     ))]
     #[expect(clippy::too_many_arguments, reason = "keywords of Python")]
     fn join(

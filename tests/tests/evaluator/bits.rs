@@ -30,6 +30,7 @@ const KNOWN: &[(&str, [u32; 2])] = &[
     ("fixed-f64.vdm, Block", [0x5a522db1, 0x35760690]),
     ("free.vdm, Exact", [0xe80c91b6, 0x31aa7c22]),
     ("parameters.vdm, Block", [0xd0fa08b1, 0xb2a9164b]),
+    ("parametric.vdm, Exact", [0xf04f1b3f, 0xfed2c470]),
     ("patch.vdm, Exact", [0xdf26442d, 0xcbcb1bda]),
     ("ports.vdm, Exact", [0xdc21195d, 0x541ecfbc]),
     ("probes.vdm, Diagonal", [0xad659dd5, 0xabaa89b0]),

@@ -230,7 +230,7 @@ fn a_built_beam_follows_the_full_model_to_corners_that_trained_nothing() {
         let (exact, _) = natural_modes(&problem, Some(4), None, &asked, &Silent).expect("modes");
         for (value, exact) in lambda.iter().zip(&exact.frequencies_hz) {
             let hertz = value.sqrt() / std::f64::consts::TAU;
-            assert!((hertz / exact - 1.0).abs() < 1e-5, "{hertz} beside {exact} at {root}, {tip}");
+            assert!((hertz / exact - 1.0).abs() < 1e-3, "{hertz} beside {exact} at {root}, {tip}");
         }
         let mut prepared = prepare(&problem, &mut Stopwatch::new(&Silent), &Silent).expect("prepared");
         prepared_at(&mut prepared, &body.values).expect("values of the problem");

@@ -138,6 +138,7 @@ fn every_command_prints_the_keys_of_its_page() {
             "info canonical.vdm --json",
             "info free.vdm --json",
             "info patch.vdm --json",
+            "info parametric.vdm --json",
             "info ports.vdm --json",
             "info reactions.vdm --json",
             "info live.vdm --json --terms-for 1e-2",

@@ -1,8 +1,8 @@
 //! One reduced basis for a box of live regions: natural modes at many points of the box, and their proper
 //! orthogonal decomposition.
 //!
-//! Modes at each sample come weighted by 1/λ, as they answer a static load, and are compared in `K + √(λ₁λ_m) M`
-//! with the matrices as built. In the basis the stiffness of every point of the box is a sum of one small
+//! Modes at each sample come weighted by 1/λ, as they answer a static load, and are compared in
+//! `K + √(λ₁λ_m) M` with the matrices as built. In the basis the stiffness of every point of the box is a sum of one small
 //! matrix for each region, so the cost of a point does not depend on the number of elements.
 
 use faer::Mat;

@@ -4,8 +4,8 @@
 //! ρ_i(κ) = tr R_ii(κ) / tr R_ii(as built) ≈ Σ_j c_j / (s_j·κ)        c_j ≥ 0,  Σ c_j = 1
 //! ```
 //!
-//! Each `s_j` is a unit weight: the region at the node, or a mixture of it with a neighbour, or with the mean of
-//! all. The weights are fitted to the residual at samples by nonnegative least squares. The rule is
+//! Each `s_j` is a unit weight: the region at the node, or a mixture of it with a neighbour, or with the mean
+//! of all. The weights are fitted to the residual at samples by nonnegative least squares. The rule is
 //! homogeneous of degree −1 and falls in every stiffness, as the true compliance does, and is exact where all
 //! regions change alike. A file scales its blocks between nodes `i` and `j` by `√(ρ_i ρ_j)`, which keeps them
 //! positive semidefinite.
