@@ -97,6 +97,7 @@ fn folder() -> tempfile::TempDir {
         ("golden/canonical.vdm", "canonical.vdm"),
         ("golden/parameters.vdm", "parameters.vdm"),
         ("golden/free.vdm", "free.vdm"),
+        ("golden/parametric.vdm", "parametric.vdm"),
         ("golden/patch.vdm", "patch.vdm"),
         ("golden/ports.vdm", "ports.vdm"),
         ("golden/reactions.vdm", "reactions.vdm"),
