@@ -1,5 +1,5 @@
-//! Bodies that touch. `cargo bench -p vademecum-tests --bench world` prints the time of binding a world and of
-//! its step, and at the end the step as a number of plain steps of the same bodies, measured in turns.
+//! Bodies that touch. `cargo bench -p vademecum-tests --bench world` prints the time of binding a world and
+//! of its step, and at the end the step as a number of plain steps of the same bodies, measured in turns.
 
 use std::hint::black_box;
 use std::path::PathBuf;

@@ -100,7 +100,7 @@ fn march(
             world.touches().iter().map(|t| (t.members(), t.places().map(|p| p.nodes().to_vec()))).collect();
         let force: f64 = world.touches().iter().map(|touch| touch.pressure()).sum();
         if report.pressed == 0 {
-            // Without contact the energy of a body that turns swings with its modes, in a file's floating frame.
+            // Without contact the energy of a body that turns swings with its modes in the floating frame.
             found.alone += 1;
         } else if step >= settled && now == old {
             found.fixed += 1;

@@ -2,8 +2,8 @@
 //! orthogonal decomposition.
 //!
 //! Modes at each sample come weighted by 1/λ, as they answer a static load, and are compared in
-//! `K + √(λ₁λ_m) M` with the matrices as built. In the basis the stiffness of every point of the box is a sum of one small
-//! matrix for each region, so the cost of a point does not depend on the number of elements.
+//! `K + √(λ₁λ_m) M` with the matrices as built. In the basis the stiffness of every point of the box is a sum
+//! of one small matrix for each region, so the cost of a point does not depend on the number of elements.
 
 use faer::Mat;
 

@@ -1,10 +1,9 @@
 //! Points of the box of live parameters: those at which a basis is trained, and fresh ones at which it is
 //! measured.
 //!
-//! Interior points are those of a Latin hypercube (McKay, Beckman and Conover 1979): each parameter takes each
-//! of its strata once. Corners are those of a two-level factorial design: all of
-//! them up to five live factors, 32 runs of resolution IV up to sixteen, a folded Hadamard matrix beyond
-//! (Box and Hunter 1961).
+//! Interior points are those of a Latin hypercube (McKay, Beckman and Conover 1979): each parameter takes
+//! each of its strata once. Corners are those of a two-level factorial design: all of them up to five live
+//! factors, 32 runs of resolution IV up to sixteen, a folded Hadamard matrix beyond (Box and Hunter 1961).
 
 use super::parameters::{LiveParameter, ParameterSpace, region_of};
 use crate::linalg::Random;
