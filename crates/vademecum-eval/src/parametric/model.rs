@@ -11,8 +11,8 @@ pub const STEPPED_MODES: usize = 32;
 /// `M(ρ) = Σ ρ_q m_q` of its live regions.
 ///
 /// At given values the lowest modes follow from one eigenproblem of `r` rows ([`Parametric::solve`]), and
-/// [`Tuned::write`] gives the body at these values as the bytes of an ordinary file, in lent memory: whatever
-/// takes a file takes it.
+/// [`Tuned::write`](crate::Tuned::write) gives the body at these values as the bytes of an ordinary file, in
+/// lent memory: whatever takes a file takes it.
 #[derive(Clone, Copy, Debug)]
 pub struct Parametric<'f> {
     pub(crate) file: File<'f>,
