@@ -97,7 +97,7 @@ fn lying<R>(files: &[Vec<u8>; 2], run: impl FnOnce(&mut dyn FnMut(Step)) -> R) -
     })
 }
 
-/// What a case does when it is called.
+/// Work of a case at each call.
 #[derive(Clone, Copy)]
 enum Step {
     /// Puts a force on each body, so that none is at rest; a step of the world takes it away.

@@ -74,7 +74,7 @@ pub struct CertificateReport {
     /// Whether the diagonal structure's figures are those of the strain structure.
     #[serde(skip)]
     pub large: bool,
-    /// Whether they are those of a parametric model over its box, whose floor is that of the basis alone.
+    /// True if they are those of a parametric model over its box, whose floor is that of the basis alone.
     #[serde(skip)]
     pub parametric: bool,
     /// Allowed: floor_ratio × floor + absolute.

@@ -57,6 +57,24 @@ pub struct LiveParameters<'a> {
     pub residual: &'a [[[u8; 8]; 5]],
 }
 
+/// The parameter of a row of the table; `None` for a role that there is not.
+fn of_row<'a>(row: &[[u8; 8]; LIVE_COLUMNS], name: &'a str) -> Option<Parameter<'a>> {
+    use ParameterRole as R;
+    let [role, region, log, lower, upper, nominal] = row.map(f64::from_le_bytes);
+    let region = region as u32;
+    let (role, unit) = match role as u32 {
+        0 => (R::Stiffness, ""),
+        1 => (R::RegionStiffness { region }, ""),
+        2 => (R::Density, ""),
+        3 => (R::RegionDensity { region }, ""),
+        4 => (R::Alpha, "1/s"),
+        5 => (R::Beta, "s"),
+        6 => (R::TimeStep, "s"),
+        _ => return None,
+    };
+    Some(Parameter { name, unit, role, log: log != 0.0, lower, upper, nominal })
+}
+
 impl<'a> LiveParameters<'a> {
     /// Number of parameters.
     #[must_use]
@@ -73,27 +91,12 @@ impl<'a> LiveParameters<'a> {
     /// Parameter `index`. Its region is that of the matrices, counted from 0.
     #[must_use]
     pub fn get(&self, index: usize) -> Option<Parameter<'a>> {
-        let [role, region, log, lower, upper, nominal] = self.rows.get(index)?.map(f64::from_le_bytes);
-        let region = region as u32;
-        use ParameterRole as R;
-        let (role, unit) = match role as u32 {
-            0 => (R::Stiffness, ""),
-            1 => (R::RegionStiffness { region }, ""),
-            2 => (R::Density, ""),
-            3 => (R::RegionDensity { region }, ""),
-            4 => (R::Alpha, "1/s"),
-            5 => (R::Beta, "s"),
-            6 => (R::TimeStep, "s"),
-            _ => return None,
-        };
-        let name = self.names.lines().nth(index)?;
-        Some(Parameter { name, unit, role, log: log != 0.0, lower, upper, nominal })
+        of_row(self.rows.get(index)?, self.names.lines().nth(index)?)
     }
 
     /// All parameters, in the order of their numbers.
     pub fn iter(&self) -> impl Iterator<Item = Parameter<'a>> + use<'a> {
-        let own = *self;
-        (0..own.len()).map_while(move |index| own.get(index))
+        self.rows.iter().zip(self.names.lines()).map_while(|(row, name)| of_row(row, name))
     }
 
     /// Number of the parameter of this name.
@@ -106,16 +109,15 @@ impl<'a> LiveParameters<'a> {
         if self.rows.is_empty() || self.rows.len() > MAX_LIVE {
             return Err(LiveError::Shape { kind: SectionKind::LiveParameters.number() });
         }
-        for index in 0..self.len() {
-            let wrong = LiveError::Parameter { index };
-            let parameter = self.get(index).ok_or(wrong)?;
+        if self.iter().count() != self.len() {
+            return Err(LiveError::Parameter { index: self.iter().count() });
+        }
+        for (index, parameter) in self.iter().enumerate() {
             let density = matches!(parameter.role, ParameterRole::RegionDensity { .. });
-            let twice = (0..index).filter_map(|earlier| self.get(earlier));
-            let twice =
-                twice.filter(|earlier| earlier.role == parameter.role || earlier.name == parameter.name);
             let sound = parameter.is_sound(self.n_regions as u32) && (!density || self.mass.is_some());
-            if !sound || twice.count() > 0 {
-                return Err(wrong);
+            let same = |other: &Parameter<'_>| other.role == parameter.role || other.name == parameter.name;
+            if !sound || self.iter().take(index).any(|other| same(&other)) {
+                return Err(LiveError::Parameter { index });
             }
         }
         Ok(())

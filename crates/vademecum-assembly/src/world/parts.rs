@@ -23,7 +23,7 @@ pub type PartBytes = Box<dyn AsRef<[u8]> + Send + Sync>;
 
 /// A part that is at hand, in place of the files that its entry names.
 pub enum GivenPart {
-    /// What the entry names.
+    /// The file or surface that the entry names.
     Named,
     /// Bytes of a vademecum file, unpacked, and options and live parameters of its body. Step and room for
     /// contacts are those of the world.

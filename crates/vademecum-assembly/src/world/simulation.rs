@@ -191,7 +191,7 @@ impl WorldSimulation {
         self.world.with_dependent(|lent, _| run(&lent.bonds.pairs, &lent.bonds.joints))
     }
 
-    /// What the parts were read from.
+    /// Files and rigid bodies of the parts.
     pub(crate) fn sources(&self) -> &[Source] {
         &self.parts.borrow_owner().sources
     }

@@ -45,7 +45,7 @@ pub enum BasisError {
     },
     /// More modes asked for than the snapshots span.
     #[error(
-        "{path}: `basis.modes` is {asked}; the snapshots span {found} dimensions: add positions, directions or time to `[snapshots]`"
+        "{path}: `basis.modes` is {asked}; the snapshots, or the modes over the box of live regions, span {found} dimensions: ask for no more, or add positions, directions or time to `[snapshots]`"
     )]
     TooManyModes {
         /// The problem file and line.

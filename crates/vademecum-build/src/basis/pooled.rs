@@ -12,7 +12,7 @@ use super::pod::{Pod, StreamingPod, apply};
 use super::ritz::{Basis, pod_basis, ritz_coordinates};
 use crate::dynamics::lowest_modes;
 use crate::parallel;
-use crate::prepared::{Design, Prepared, Setting};
+use crate::prepared::{Design, Prepared};
 use crate::progress::Listener;
 use crate::store::StageCache;
 use std::sync::atomic::{AtomicUsize, Ordering};
@@ -59,7 +59,7 @@ pub(crate) fn pool_modes(
         let done = AtomicUsize::new(0);
         let at = |sample: usize| -> Result<(Mat<f64>, Vec<f64>), BasisError> {
             let setting = prepared.space.setting(&design.trained[sample]);
-            let pencil = regional(&setting).pencil(nominal);
+            let pencil = setting.regional().pencil(nominal);
             let modes = lowest_modes(&pencil, &prepared.symbolic, count)?;
             report(kept.listener, 1 + done.fetch_add(1, Ordering::Relaxed), samples)?;
             Ok((modes.vectors, modes.eigenvalues))
@@ -76,13 +76,6 @@ pub(crate) fn pool_modes(
 
 fn report(listener: &dyn Listener, done: usize, of: usize) -> Result<(), BasisError> {
     listener.checkpoint(done, of).map_err(|cancelled| BasisError::Modes(cancelled.into()))
-}
-
-/// The regions' factors alone: factors of the whole body turn no mode.
-fn regional(setting: &Setting) -> Setting {
-    let mut own = setting.clone();
-    (own.step.stiffness, own.step.density) = (1.0, 1.0);
-    own
 }
 
 fn decompose(prepared: &Prepared, found: &[(Mat<f64>, Vec<f64>)]) -> Result<ModePool, BasisError> {

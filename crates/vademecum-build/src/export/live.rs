@@ -48,13 +48,24 @@ impl RegionForms {
 
     /// The reduced stiffness at scales of what is not live and of each live region.
     pub(crate) fn stiffness_at(&self, scales: &[f64]) -> Mat<f64> {
-        let r = self.stiffness[0].nrows();
-        let mut sum = Mat::zeros(r, r);
-        for (form, &scale) in self.stiffness.iter().zip(scales) {
-            sum += form * faer::Scale(scale);
-        }
-        sum
+        weighted(&self.stiffness, scales)
     }
+
+    /// The reduced mass at such scales, without factors of the whole body.
+    pub(crate) fn mass_at(&self, scales: &[f64]) -> Mat<f64> {
+        let r = self.stiffness[0].nrows();
+        self.mass.as_ref().map_or_else(|| Mat::identity(r, r), |mass| weighted(mass, scales))
+    }
+}
+
+/// `Σ scale · form`.
+fn weighted(forms: &[Mat<f64>], scales: &[f64]) -> Mat<f64> {
+    let r = forms[0].nrows();
+    let mut sum = Mat::zeros(r, r);
+    for (form, &scale) in forms.iter().zip(scales) {
+        sum += form * faer::Scale(scale);
+    }
+    sum
 }
 
 /// Lower triangles, row by row, one matrix after the other.

@@ -1,27 +1,29 @@
 //! Live regions by a parametric reduced-order model: one basis for the whole box, reduced matrices of each
 //! region, and the exact step of the modes at any point of the box.
 
+use std::sync::atomic::{AtomicUsize, Ordering};
+
 use faer::{Mat, MatRef};
 use vademecum_eval::{Parametric, SceneOptions, StructureChoice};
-use vademecum_format::File;
+use vademecum_format::{File, checksum};
 
 use super::exact::damping_section;
 use super::file::{CertifiedFile, FileStep, encode_file, ratios_of};
 use super::reduced::ReducedModel;
 use super::{BuildContext, BuildError, Built};
-use crate::basis::{Basis, ModePool, basis_of_pool, modes_of_sample, pool_modes};
+use crate::basis::{Basis, BasisError, ModePool, basis_of_pool, modes_of_sample, pool_modes};
 use crate::certificate::{
     Candidate, CertificateError, StructureMeasured, StructureReport, certify_exact, kept_certificate,
 };
 use crate::dynamics::{FirstMode, lowest_modes};
 use crate::export::{Draft, PointMeasured, RegionForms, live_certificate, live_sections};
 use crate::input::Problem;
-use crate::linalg::symmetric_eigen;
+use crate::linalg::{NoConvergence, symmetric_eigen, symmetric_part};
 use crate::parallel;
-use crate::prepared::{Design, LiveRegions};
+use crate::prepared::{Design, LiveRegions, Prepared};
 use crate::progress::{Quiet, Stopwatch};
 use crate::report::{BuildPlan, CertificateReport};
-use crate::residual::{ScaleTerm, residual_traces, scale_terms};
+use crate::residual::{ResidualError, ScaleTerm, residual_traces, scale_terms};
 use crate::store::Inputs;
 
 /// Sizes of the basis, smallest first.
@@ -65,7 +67,11 @@ pub(super) fn build(
     let first = first_size(context, problem, (&pool, design), regions, watch)?;
     let most = pool.singular_values.len();
     let mut sizes: Vec<usize> = match problem.basis.modes {
-        Some(asked) => vec![asked.min(most)],
+        Some(asked) if asked > most => {
+            let path = problem.place("basis.modes");
+            return Err(BasisError::TooManyModes { path, asked, found: most }.into());
+        }
+        Some(asked) => vec![asked],
         None => SIZES.into_iter().filter(|&size| size >= first && size < most).chain([most]).collect(),
     };
     sizes.truncate(3);
@@ -81,18 +87,6 @@ pub(super) fn build(
         kept.listener.note(&format!("{size} vectors do not keep the tolerance"));
     }
     unreachable!("there is a last size")
-}
-
-/// Scales of what is not live, of each live region, and their mean, at values of the parameters.
-fn scales_at(context: &BuildContext<'_>, regions: &LiveRegions, values: &[f64]) -> Vec<f64> {
-    let setting = context.prepared.space.setting(values);
-    let mut scales = vec![1.0; 1 + regions.count];
-    for (region, &live) in regions.of_mesh.iter().enumerate().filter(|(_, live)| **live > 0) {
-        scales[live as usize] = setting.stiffness[region];
-    }
-    let mean = scales[1..].iter().sum::<f64>() / regions.count as f64;
-    scales.push(mean);
-    scales
 }
 
 /// The size at which frequencies of fresh points are found well enough for the tolerance of trajectories.
@@ -131,7 +125,7 @@ fn first_size(
         for size in SIZES.into_iter().filter(|&size| size < most) {
             let mut worst: f64 = 0.0;
             for (values, exact) in points.iter().zip(&exact) {
-                let found = eigenvalues(context, (&forms, regions), leading.subcols(0, size), values)?;
+                let found = eigenvalues(prepared, (&forms, regions), leading.subcols(0, size), values)?;
                 let errors = exact.iter().zip(&found).map(|(exact, found)| (found / exact - 1.0).abs());
                 worst = errors.fold(worst, f64::max);
             }
@@ -147,50 +141,29 @@ fn first_size(
 
 /// Lowest eigenvalues of leading vectors at values of the parameters.
 fn eigenvalues(
-    context: &BuildContext<'_>,
+    prepared: &Prepared,
     (forms, regions): (&RegionForms, &LiveRegions),
     leading: MatRef<'_, f64>,
     values: &[f64],
 ) -> Result<Vec<f64>, BuildError> {
-    let setting = context.prepared.space.setting(values);
-    let scales = scales_at(context, regions, values);
-    let stiffness = leading.transpose() * forms.stiffness_at(&scales) * leading;
-    let mass = match &forms.mass {
-        None => leading.transpose() * leading,
-        Some(mass) => {
-            let mut sum = Mat::zeros(leading.nrows(), leading.nrows());
-            for (form, scale) in mass.iter().zip(density_scales(&setting.density, regions)) {
-                sum += form * faer::Scale(scale);
-            }
-            leading.transpose() * sum * leading
-        }
-    };
+    let setting = prepared.space.setting(values);
+    let stiffness = forms.stiffness_at(&regions.scales(&setting.stiffness));
+    let stiffness = leading.transpose() * stiffness * leading;
+    let mass = leading.transpose() * forms.mass_at(&regions.scales(&setting.density)) * leading;
     let lower = mass.llt(faer::Side::Lower).map_err(|_| no_convergence())?;
     let mut half = stiffness;
-    faer::linalg::triangular_solve::solve_lower_triangular_in_place(lower.L(), half.as_mut(), faer::Par::Seq);
+    lower.L().solve_lower_triangular_in_place(half.as_mut());
     let mut turned = half.transpose().to_owned();
-    faer::linalg::triangular_solve::solve_lower_triangular_in_place(
-        lower.L(),
-        turned.as_mut(),
-        faer::Par::Seq,
-    );
-    let symmetric = crate::linalg::symmetric_part(turned.as_ref());
-    let (found, _) = symmetric_eigen(symmetric.as_ref()).map_err(crate::basis::BasisError::from)?;
+    lower.L().solve_lower_triangular_in_place(turned.as_mut());
+    let symmetric = symmetric_part(turned.as_ref());
+    let (found, _) = symmetric_eigen(symmetric.as_ref()).map_err(BasisError::from)?;
     let scale = setting.step.stiffness / setting.step.density;
     Ok(found.into_iter().map(|value| scale * value).collect())
 }
 
 fn no_convergence() -> BuildError {
     let what = "the reduced mass";
-    crate::basis::BasisError::NoConvergence(crate::linalg::NoConvergence { what }).into()
-}
-
-fn density_scales(density: &[f64], regions: &LiveRegions) -> Vec<f64> {
-    let mut scales = vec![1.0; 1 + regions.count];
-    for (region, &live) in regions.of_mesh.iter().enumerate().filter(|(_, live)| **live > 0) {
-        scales[live as usize] = density[region];
-    }
-    scales
+    BasisError::NoConvergence(NoConvergence { what }).into()
 }
 
 impl Sized {
@@ -220,7 +193,7 @@ impl Sized {
     }
 }
 
-/// How the residual flexibility of each loadable node follows the parameters.
+/// Terms by which the residual flexibility of each loadable node follows the parameters.
 fn residual_scales(
     context: &BuildContext<'_>,
     (basis, forms): (&Basis, &RegionForms),
@@ -234,10 +207,11 @@ fn residual_scales(
     let terms: Vec<Vec<f64>> = kept.stage("residual-over-box", inputs, || -> Result<_, BuildError> {
         let mut samples = vec![];
         for (at, values) in points.iter().enumerate() {
-            let scales = scales_at(context, regions, values);
-            let mut setting = prepared.space.setting(values);
-            (setting.step.stiffness, setting.step.density) = (1.0, 1.0);
+            let setting = prepared.space.setting(values).regional();
             let pencil = setting.pencil(prepared.body.model.pencil());
+            let mut scales = regions.scales(&setting.stiffness);
+            // Mixtures with the mean of all live regions.
+            scales.push(scales[1..].iter().sum::<f64>() / regions.count as f64);
             let reduced = forms.stiffness_at(&scales);
             let basis = (basis.vectors.as_ref(), reduced.as_ref());
             let quiet = Quiet(kept.listener);
@@ -245,7 +219,7 @@ fn residual_scales(
                 return Ok(vec![]);
             };
             samples.push((scales, traces));
-            let stopped = |cancelled| BuildError::Residual(crate::residual::ResidualError::from(cancelled));
+            let stopped = |cancelled| BuildError::Residual(ResidualError::from(cancelled));
             kept.listener.checkpoint(at + 1, points.len()).map_err(stopped)?;
         }
         let terms = scale_terms(&prepared.body, nodes, (&regions.of_mesh, regions.count), &samples);
@@ -305,13 +279,13 @@ fn measured(
     design: &Design,
 ) -> Result<(StructureMeasured, Vec<PointMeasured>), BuildError> {
     let BuildContext { prepared, kept, .. } = *context;
-    let done = std::sync::atomic::AtomicUsize::new(0);
+    let done = AtomicUsize::new(0);
     let at = |place: usize| -> Result<StructureMeasured, CertificateError> {
         let values = &design.fresh[place];
-        let inputs = |inputs: Inputs| inputs.value(&(values, bytes.len())).with(basis).with(context.unseen);
+        let inputs = |inputs: Inputs| inputs.value(&(values, checksum(bytes))).with(context.unseen);
         let march = || Ok::<_, CertificateError>(vec![measured_at(context, (bytes, basis), values)?]);
         let found = kept_certificate(kept, &format!("certificate-point-{}", place + 1), inputs, march)?;
-        let finished = 1 + done.fetch_add(1, std::sync::atomic::Ordering::Relaxed);
+        let finished = 1 + done.fetch_add(1, Ordering::Relaxed);
         kept.listener.checkpoint(finished, design.fresh.len())?;
         Ok(found.into_iter().next().expect("one structure was measured"))
     };
@@ -322,7 +296,7 @@ fn measured(
     };
     let points = design.fresh.iter().zip(&found).map(|(values, found)| PointMeasured {
         values: values.clone(),
-        trained: design.trained.contains(values),
+        trained: false,
         error: found.certificate.trajectory_error,
     });
     let points = points.collect();

@@ -50,12 +50,13 @@ impl ReducedModel {
     ) -> Result<Self, BuildError> {
         let BuildContext { prepared, full, runs, kept, .. } = *context;
         kept.listener.note(&format!("estimate: {}", in_words(plan)));
+        let patch = PatchPlan::new(context, problem)?;
         let find = || find_basis(problem, prepared, full, runs, kept);
         let found = watch.stage("snapshots and basis", find)?;
-        Self::of_basis(context, problem, found, watch)
+        Ok(Self { patch, ..Self::of_basis(context, problem, found, watch)? })
     }
 
-    /// The same of a basis that was found, with the number of snapshots behind it.
+    /// The same of a basis that was found, with the number of snapshots behind it, without a contact patch.
     ///
     /// # Errors
     /// [`BuildError`], by stage.
@@ -66,7 +67,6 @@ impl ReducedModel {
         watch: &mut Stopwatch<'_>,
     ) -> Result<Self, BuildError> {
         let BuildContext { prepared, .. } = *context;
-        let patch = PatchPlan::new(context, problem)?;
         let dampers = prepared.body.model.pencil().dampers();
         if let Some(eigenvalues) = basis.eigenvalues.as_deref().filter(|_| !dampers.is_empty()) {
             uncouple(|modes| dampers.along(modes), eigenvalues, &mut basis.vectors)
@@ -81,7 +81,7 @@ impl ReducedModel {
         let has_factor = problem.output.static_fields == Some(true) && has_residual;
         let factor = if has_factor { factor(context, problem, watch)? } else { vec![] };
         let sections = stress.into_iter().chain(reactions).chain(ports).chain(factor).collect();
-        Ok(Self { basis, snapshots, sections, patch, has_residual, has_factor })
+        Ok(Self { basis, snapshots, sections, patch: None, has_residual, has_factor })
     }
 
     /// Adds the residual flexibility, and that between near contacts, where the file has it. It may use the
@@ -186,7 +186,8 @@ fn reduced<'b>(
     let Prepared { body, symbolic, exact, .. } = context.prepared;
     // A scheme without stages is exact in time. Dashpots push modes that the basis leaves out.
     let alone = body.model.pencil().dampers().is_empty();
-    let rigorous = problem.basis_kind() == BasisKind::Modes && *exact && alone;
+    let natural = problem.basis_kind() == BasisKind::Modes && !problem.is_parametric();
+    let rigorous = natural && *exact && alone;
     ResidualBasis { body, symbolic, vectors: basis.vectors.as_ref(), eigenvalues, rigorous }
 }
 

@@ -40,10 +40,21 @@ impl Design {
         let p = live.len();
         let corners = corners(p);
         let interior = (INTERIOR.0 * p).min(INTERIOR.1);
-        let trained = [vec![0.5; p]].into_iter().chain(hypercube(p, interior)).chain(corners.clone());
-        let trained = [space.nominal()].into_iter().chain(trained.map(|units| with(&units))).collect();
+        let inside = [vec![0.5; p]].into_iter().chain(hypercube(p, interior)).chain(corners.clone());
+        let mut trained: Vec<Vec<f64>> = vec![space.nominal()];
+        for values in inside.map(|units| with(&units)) {
+            // The centre of the box may be the values of the problem.
+            if !trained.iter().any(|known| is_same(known, &values)) {
+                trained.push(values);
+            }
+        }
         Self { trained, fresh: fresh(space, &live, &corners) }
     }
+}
+
+/// True of one point, up to the digits of a range.
+fn is_same(a: &[f64], b: &[f64]) -> bool {
+    a.iter().zip(b).all(|(a, b)| (a - b).abs() <= 1e-6 * b.abs())
 }
 
 /// A value of a parameter at this share of its range.

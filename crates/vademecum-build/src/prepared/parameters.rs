@@ -73,6 +73,17 @@ pub(crate) struct LiveRegions {
     pub(crate) factors: usize,
 }
 
+impl LiveRegions {
+    /// Factors of what is not live and of each live region, from those of the regions of the mesh.
+    pub(crate) fn scales(&self, of_mesh: &[f64]) -> Vec<f64> {
+        let mut scales = vec![1.0; 1 + self.count];
+        for (&live, &scale) in self.of_mesh.iter().zip(of_mesh).filter(|(live, _)| **live > 0) {
+            scales[live as usize] = scale;
+        }
+        scales
+    }
+}
+
 impl ParameterSpace {
     /// Resolves the parameters of a problem on its mesh.
     ///
@@ -272,6 +283,12 @@ impl ParameterSpace {
 }
 
 impl Setting {
+    /// The same without the factors of the whole body, which turn no mode.
+    pub(crate) fn regional(mut self) -> Self {
+        (self.step.stiffness, self.step.density) = (1.0, 1.0);
+        self
+    }
+
     /// The pencil at this setting, uniform factors included.
     pub fn pencil(&self, nominal: &Pencil) -> Pencil {
         let scaled =

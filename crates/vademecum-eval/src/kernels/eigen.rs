@@ -43,19 +43,28 @@ pub(crate) fn symmetric_eigen(
     if n == 0 {
         return Ok(());
     }
-    // Numbers near 1 neither overflow nor vanish when they are squared.
-    let largest = a.iter().fold(0.0, |m: f64, x| if x.abs() > m || x.is_nan() { x.abs() } else { m });
-    if !largest.is_finite() {
-        return Err(NoConvergence);
-    }
-    let scale = if largest > 0.0 { largest } else { 1.0 };
-    a.iter_mut().for_each(|x| *x /= scale);
+    let scale = to_one(a)?;
     reduce(a, n, values, off, (betas, w));
     accumulate(a, n, betas, vectors);
     diagonalise(values, off, vectors, n)?;
     values.iter_mut().for_each(|x| *x *= scale);
     sort(values, vectors, n);
     Ok(())
+}
+
+/// Divides numbers by the largest of them, which is given back: near 1 they neither overflow nor vanish when
+/// they are squared.
+///
+/// # Errors
+/// [`NoConvergence`]: a number that is not finite.
+pub(super) fn to_one(a: &mut [f64]) -> Result<f64, NoConvergence> {
+    let largest = a.iter().fold(0.0, |m: f64, x| if x.abs() > m || x.is_nan() { x.abs() } else { m });
+    if !largest.is_finite() {
+        return Err(NoConvergence);
+    }
+    let scale = if largest > 0.0 { largest } else { 1.0 };
+    a.iter_mut().for_each(|x| *x /= scale);
+    Ok(scale)
 }
 
 /// Reflections `I − β v vᵀ` of the columns left of each trailing block; `v` stays in the row above it.

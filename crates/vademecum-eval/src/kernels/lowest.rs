@@ -6,7 +6,7 @@
 //! to rounding.
 
 use super::dense::{add_scaled, at, dot, row, set};
-use super::eigen::{NoConvergence, diagonalise, eigen_work, reduce, symmetric_eigen};
+use super::eigen::{NoConvergence, diagonalise, eigen_work, reduce, symmetric_eigen, to_one};
 use crate::base::lend::Lender;
 
 /// Inverse iterations of one vector; two are usual.
@@ -53,12 +53,7 @@ pub(crate) fn lowest_eigen(
     let mut next = || lender.take(n).map_err(cut);
     let (diagonal, off, betas, w, all) = (next()?, next()?, next()?, next()?, next()?);
     let pieces = [next()?, next()?, next()?, next()?];
-    let largest = a.iter().fold(0.0, |m: f64, x| if x.abs() > m || x.is_nan() { x.abs() } else { m });
-    if !largest.is_finite() {
-        return Err(NoConvergence);
-    }
-    let scale = if largest > 0.0 { largest } else { 1.0 };
-    a.iter_mut().for_each(|x| *x /= scale);
+    let scale = to_one(a)?;
     reduce(a, n, diagonal, off, (betas, w));
     all.copy_from_slice(diagonal);
     w.copy_from_slice(off);

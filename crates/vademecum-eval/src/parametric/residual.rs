@@ -3,7 +3,7 @@
 //!
 //! With the factor `A = L Lᵀ` of the reduced stiffness, rows `a`, `b` over the basis and `a'`, `b'` over the
 //! stepped modes, the modes that are not stepped answer by `a (A⁻¹ − X Λ⁻¹ Xᵀ) bᵀ = (L⁻¹a)·(L⁻¹b) − a'Λ⁻¹b'`.
-//! What lies outside of the basis is that as built times `√(ρ_i ρ_j)` of both nodes, which is semidefinite as
+//! The part outside of the basis is that as built times `√(ρ_i ρ_j)` of both nodes, which is semidefinite as
 //! that as built is (Schur).
 
 use crate::kernels::dense::{dot, row, solve_lower};

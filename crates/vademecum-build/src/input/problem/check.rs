@@ -204,15 +204,18 @@ impl Problem {
             "1 to 100 000 ratios",
         )?;
         let exact = self.scheme() == (SchemeKind::Exact {});
+        let turned = self.is_parametric() && d.modal.is_some();
         let found = if self.basis.kind == Some(BasisKind::Pod) {
             "given beside `basis.kind = \"pod\"`".to_string()
+        } else if turned {
+            "given beside live regions, over which modes change places".to_string()
         } else if exact {
             format!("given beside a basis of {}", self.basis_kind().words())
         } else {
             format!("given beside the time scheme {}", self.scheme())
         };
         self.require_with(
-            exact && self.basis_kind() == BasisKind::Modes,
+            exact && self.basis_kind() == BasisKind::Modes && !turned,
             key,
             || found,
             "`time.scheme = { name = \"exact\" }` and `basis.kind = \"modes\"`: only natural modes that are moved \
@@ -387,10 +390,10 @@ impl Problem {
             "one of them",
         )?;
         self.require(
-            basis.error.is_none() || self.basis_kind() == BasisKind::Modes,
+            basis.error.is_none() || (self.basis_kind() == BasisKind::Modes && !self.is_parametric()),
             "basis.error",
             basis.error.unwrap_or(0.0),
-            "`kind = \"modes\"` beside it",
+            "`kind = \"modes\"` beside it, and no live regions",
         )?;
         self.require(
             basis.error.is_none() || (basis.modes.is_none() && basis.energy.is_none()),
@@ -442,6 +445,13 @@ impl Problem {
             "support",
             || format!("none beside a basis of {}", self.basis_kind().words()),
             "`[[support]]`, or for a body that flies freely `basis.kind = \"modes\"` and no key of snapshots",
+        )?;
+        let density = self.parameters.iter().any(|p| p.kind == ParameterKind::Density);
+        self.require(
+            !(self.is_parametric() && density),
+            "support",
+            Words("none beside live regions and a live density"),
+            "`[[support]]`, or no live density: the mass of a body that flies freely is that as built",
         )?;
         self.require(
             self.output.static_fields != Some(true),
