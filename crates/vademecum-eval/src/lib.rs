@@ -190,6 +190,7 @@ pub use motion::strain::{EnergyAccount, Training};
 #[cfg(feature = "parametric")]
 pub use parametric::{
     error::ParametricError,
+    memory::{Carried, LiveMemory},
     model::{Parametric, STEPPED_MODES},
     solve::ParametricSizes,
     tuned::Tuned,

@@ -20,6 +20,11 @@ pub enum BindError {
     /// A parameter was not set.
     #[error(transparent)]
     Parameter(#[from] ParameterError),
+    /// Live parameters that do not fit the matrices of the file, or matrices that are not definite.
+    #[error(
+        "the live parameters of the file do not fit its matrices, or these are not definite: build it again"
+    )]
+    LiveParameters,
     /// The structure asked for is not in the file.
     #[error("the file does not hold the structure asked for; choose the other or build it")]
     NoStructure,

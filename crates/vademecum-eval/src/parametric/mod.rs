@@ -2,6 +2,7 @@
 //! memory, each time as the bytes of an ordinary file.
 
 pub(crate) mod error;
+pub(crate) mod memory;
 pub(crate) mod model;
 pub(crate) mod residual;
 pub(crate) mod rows;

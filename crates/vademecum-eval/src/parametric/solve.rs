@@ -1,5 +1,6 @@
 //! Setting a parametric model to values: memory to lend, the eigenproblem, and the file.
 
+use crate::base::error::ParameterError;
 use crate::base::lend::Lender;
 use crate::kernels::dense::{factor, solve_lower_rows, solve_upper, symmetrise, transpose};
 use crate::kernels::lowest::{lowest_eigen, lowest_work};
@@ -34,6 +35,7 @@ impl Parametric<'_> {
     ///
     /// # Errors
     /// [`ParametricError::Modes`], [`ParametricError::Format`].
+    #[inline(never)]
     pub fn sizes(&self, modes: usize) -> Result<ParametricSizes, ParametricError> {
         let r = self.n_basis();
         if modes == 0 || modes > r {
@@ -58,6 +60,7 @@ impl Parametric<'_> {
     ///
     /// # Errors
     /// [`ParametricError`]: values out of the box, memory that is too short, matrices that are not definite.
+    #[inline(never)]
     pub fn solve<'m>(
         &self,
         values: &[f64],
@@ -73,14 +76,9 @@ impl Parametric<'_> {
         let (found, needed) = (work.len(), sizes.work);
         let work = work.get_mut(..needed).ok_or(short("numbers of work", found, needed))?;
         if values.len() != count {
-            return Err(ParametricError::Index { index: values.len(), count });
+            return Err(ParameterError::Unknown { index: values.len() }.into());
         }
-        for (index, (parameter, &found)) in self.parameters().zip(values).enumerate() {
-            let Parameter { lower, upper, .. } = parameter;
-            if !(lower..=upper).contains(&found) {
-                return Err(ParametricError::Range { index, found, lower, upper });
-            }
-        }
+        values.iter().enumerate().try_for_each(|(index, &value)| self.check(index, value))?;
         let cut = |_| ParametricError::NoConvergence;
         let mut lender = Lender::new(memory);
         let own_values = lender.take(count).map_err(cut)?;
@@ -133,6 +131,7 @@ impl Tuned<'_> {
     ///
     /// # Errors
     /// [`ParametricError::LentMemory`], [`ParametricError::Format`]: sections that are compressed.
+    #[inline(never)]
     pub fn write<'b>(
         &self,
         model: &Parametric<'_>,

@@ -50,6 +50,22 @@ impl<'m> Tuned<'m> {
         out: &mut [f64],
         work: &mut [f64],
     ) -> Result<(), ParametricError> {
+        let [_, weighted] = self.weighted(from, coordinates, work)?;
+        let r = weighted.len();
+        for (k, out) in out.iter_mut().enumerate() {
+            let shape = self.shapes.get(k * r..(k + 1) * r).unwrap_or_default();
+            *out = dot(shape, weighted);
+        }
+        Ok(())
+    }
+
+    /// A motion of other values along the basis, and the same times the mass of these values.
+    fn weighted<'w>(
+        &self,
+        from: &Tuned<'_>,
+        coordinates: &[f64],
+        work: &'w mut [f64],
+    ) -> Result<[&'w mut [f64]; 2], ParametricError> {
         let r = self.shapes.len().checked_div(self.eigenvalues.len()).unwrap_or(0);
         let found = work.len();
         let short = |_| ParametricError::LentMemory { what: "numbers of work", found, needed: 2 * r };
@@ -64,11 +80,36 @@ impl<'m> Tuned<'m> {
         } else {
             apply(self.mass, along, weighted);
         }
-        for (k, out) in out.iter_mut().enumerate() {
-            let shape = self.shapes.get(k * r..(k + 1) * r).unwrap_or_default();
-            *out = dot(shape, weighted);
+        Ok([along, weighted])
+    }
+
+    /// Kinetic energy \[J\] of rates of other values at the mass of these.
+    pub(crate) fn kinetic_of(
+        &self,
+        from: &Tuned<'_>,
+        rates: &[f64],
+        work: &mut [f64],
+    ) -> Result<f64, ParametricError> {
+        let [along, weighted] = self.weighted(from, rates, work)?;
+        Ok(0.5 * dot(along, weighted))
+    }
+
+    /// Elastic energy \[J\] of coordinates of other values at the stiffness of these.
+    pub(crate) fn elastic_of(
+        &self,
+        from: &Tuned<'_>,
+        coordinates: &[f64],
+        work: &mut [f64],
+    ) -> Result<f64, ParametricError> {
+        let [along, weighted] = self.weighted(from, coordinates, work)?;
+        weighted.fill(0.0);
+        let r = along.len();
+        for (i, (row, &x)) in self.lower.chunks_exact(r.max(1)).zip(&*along).enumerate() {
+            // Above the diagonal is no part of the factor.
+            let lower = row.get(..=i).unwrap_or_default();
+            weighted.iter_mut().zip(lower).for_each(|(sum, l)| *sum += l * x);
         }
-        Ok(())
+        Ok(0.5 * dot(weighted, weighted))
     }
 
     /// Frequency of stepped mode `k` \[Hz\]; 0 of one that there is not.
