@@ -193,7 +193,6 @@ impl<'m, T: Scalar> Body<'m, T> {
     ///
     /// # Errors
     /// [`BindError`].
-    #[inline(never)]
     pub fn bind(file: &File<'m>, options: &BodyOptions, memory: &'m mut [f64]) -> Result<Self, BindError> {
         let pieces = Pieces::of::<T>(file, options)?;
         let (found, needed) = (memory.len(), pieces.sum::<T>());
