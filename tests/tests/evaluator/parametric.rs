@@ -181,6 +181,9 @@ fn settings_are_checked_and_change_nothing_when_they_are_refused() {
     assert_eq!(model.sizes(4).err(), Some(E::Modes { found: 4, most: 3 }));
     assert_eq!(model.sizes(0).err(), Some(E::Modes { found: 0, most: 3 }));
     let sizes = model.sizes(2).expect("sizes");
+    let mut memory = vec![0.0; sizes.memory];
+    let wrong = model.solve(&values[..3], 2, &mut memory, &mut vec![0.0; sizes.work]);
+    assert_eq!(wrong.err(), Some(E::Values { found: 3, needed: 4 }));
     let short = model.solve(&values, 2, &mut [], &mut vec![0.0; sizes.work]);
     let needed = sizes.memory;
     assert_eq!(short.err(), Some(E::LentMemory { what: "numbers of memory", found: 0, needed }));
@@ -260,6 +263,50 @@ fn a_simulation_sets_parameters_while_it_moves_and_keeps_its_loads() {
         body.step(1).expect("stepped");
     }
     assert!(body.energy().expect("energy").is_finite());
+}
+
+#[test]
+fn motion_goes_over_to_other_values_and_its_energies_are_told() {
+    let bytes = golden::named("parametric.vdm");
+    // Energies of the third mode at the new values, of a motion that has none of it before.
+    let mut third = [0.0; 2];
+    for modes in [3, 2] {
+        let options = BodyOptions { modes: Some(modes), flight: false, ..BodyOptions::default() };
+        let mut body = Simulation::<f64>::with_options(bytes.clone(), &options).expect("bound");
+        body.with_body(|body| body.set(&[1e-3, -2e-3, 0.0][..modes], &[0.3, 0.2, 0.0][..modes]))
+            .expect("set");
+        let shown = |body: &Simulation<f64>| {
+            [Field::Displacement, Field::Velocity].map(|field| body.body().node(0, field).expect("shown"))
+        };
+        let energy = |body: &Simulation<f64>| {
+            let (mut zeta, mut rate) = (vec![0.0; modes], vec![0.0; modes]);
+            body.body().coordinates_into(&mut zeta, &mut rate).expect("read");
+            let lambda = numbers(body.file(), S::Eigenvalues);
+            let elastic: Vec<f64> = zeta.iter().zip(lambda).map(|(x, lambda)| 0.5 * lambda * x * x).collect();
+            [rate.iter().map(|x| 0.5 * x * x).collect(), elastic]
+        };
+        let sum = |energies: [Vec<f64>; 2]| energies.map(|energy| energy.iter().sum::<f64>());
+        let (before, [kinetic, elastic]) = (shown(&body), sum(energy(&body)));
+        body.set_parameters(&[(0, 0.5), (1, 3.0)]).expect("set");
+        let (after, [new_kinetic, new_elastic]) = (shown(&body), sum(energy(&body)));
+        let carried = body.carried().expect("a parametric file");
+        let close = |a: f64, b: f64, size: f64| assert!((a - b).abs() < 1e-11 * size, "{a} beside {b}");
+        close(kinetic - carried.lost_kinetic, new_kinetic, kinetic);
+        close(elastic + carried.work - carried.lost_elastic, new_elastic, elastic + new_elastic);
+        assert!(carried.work.abs() > 1e-3 * elastic);
+        if modes == 3 {
+            // All modes of the basis: nothing is lost, and nothing moves at once.
+            close(carried.lost_kinetic, 0.0, kinetic);
+            for (before, after) in before.as_flattened().iter().zip(after.as_flattened()) {
+                assert!((before - after).abs() < 1e-11 * before.abs().max(1e-3), "{before} {after}");
+            }
+            third = energy(&body).map(|energy| energy[2]);
+        } else {
+            close(carried.lost_kinetic, third[0], kinetic);
+            close(carried.lost_elastic, third[1], elastic);
+            assert!(third[1] > 1e-9 * elastic, "{third:?} of {kinetic:e} and {elastic:e}");
+        }
+    }
 }
 
 #[test]

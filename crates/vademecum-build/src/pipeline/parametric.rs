@@ -69,7 +69,7 @@ pub(super) fn build(
     let mut sizes: Vec<usize> = match problem.basis.modes {
         Some(asked) if asked > most => {
             let path = problem.place("basis.modes");
-            return Err(BasisError::TooManyModes { path, asked, found: most }.into());
+            return Err(BasisError::TooManyPooled { path, asked, found: most }.into());
         }
         Some(asked) => vec![asked],
         None => SIZES.into_iter().filter(|&size| size >= first && size < most).chain([most]).collect(),

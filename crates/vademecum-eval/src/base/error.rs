@@ -20,9 +20,11 @@ pub enum BindError {
     /// A parameter was not set.
     #[error(transparent)]
     Parameter(#[from] ParameterError),
-    /// Live parameters that do not fit the matrices of the file, or matrices that are not definite.
+    /// No live parameters of regions, or such that do not fit the matrices of the file, or matrices that are
+    /// not definite.
     #[error(
-        "the live parameters of the file do not fit its matrices, or these are not definite: build it again"
+        "the file has no live parameters of regions, or they do not fit its matrices, or these are not \
+         definite: build it again with live regions"
     )]
     LiveParameters,
     /// The structure asked for is not in the file.

@@ -544,10 +544,10 @@ impl<'m, T: Scalar> Body<'m, T> {
     /// Takes over from a body of the same file at other parameters all but its elastic motion: forces of the
     /// last step, and the rigid motion. Loads of the other are refused here as stale.
     #[cfg(feature = "parametric")]
-    #[inline(never)]
     pub(crate) fn follow(&mut self, other: &Body<'_, T>) -> LoadsAfter {
         if self.state.shape.statics == other.state.shape.statics {
             self.state.statics.copy(&other.state.statics);
+            self.state.statics.forgotten = other.state.statics.forgotten;
         }
         if self.state.shape.filtered == other.state.shape.filtered {
             self.state.filtered.forces.copy(&other.state.filtered.forces);

@@ -19,7 +19,7 @@ use crate::base::scalar::Scalar;
 use crate::body::body::{Body, BodyOptions, BodyParts, LoadsAfter};
 use crate::body::tree::SurfaceTree;
 #[cfg(feature = "parametric")]
-use crate::parametric::memory::LiveMemory;
+use crate::parametric::memory::{Carried, LiveMemory};
 use crate::scene::loads::Loads;
 use crate::scene::scene::Scene;
 use crate::scene::state::State;
@@ -331,6 +331,13 @@ impl<T: Scalar + 'static> Simulation<T> {
             return live.values().get(index).copied();
         }
         self.body.scene.options().value(self.body.scene.metadata(), index)
+    }
+
+    /// Energies of the last change of parameters; `None` of a file that is not parametric.
+    #[cfg(feature = "parametric")]
+    #[must_use]
+    pub fn carried(&self) -> Option<Carried> {
+        self.live.as_ref().map(LiveMemory::carried)
     }
 
     /// The nearest point of the loadable surface at rest, as [`Body::locate`].

@@ -17,6 +17,14 @@ pub enum ParametricError {
     /// A parameter that there is not, one that is set twice, or a value out of its range.
     #[error(transparent)]
     Parameter(#[from] ParameterError),
+    /// More or fewer values than the file has parameters.
+    #[error("{found} values of parameters; expected {needed}")]
+    Values {
+        /// Values given.
+        found: usize,
+        /// Parameters of the file.
+        needed: usize,
+    },
     /// A number of stepped modes that there is not.
     #[error("{found} stepped modes; expected 1 to {most}")]
     Modes {

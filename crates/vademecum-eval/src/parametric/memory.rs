@@ -12,13 +12,12 @@ use crate::base::error::BindError;
 use crate::base::lend::Lender;
 use crate::base::options::SceneOptions;
 use crate::base::scalar::Scalar;
-use crate::body::any::{AnyBody, Precision};
 use crate::body::body::{Body, BodyOptions, LoadsAfter};
 use crate::kernels::dense::at;
 use crate::parametric::error::ParametricError;
 use crate::parametric::model::Parametric;
 use crate::parametric::tuned::Tuned;
-use vademecum_format::{File, ParameterRole, SectionKind};
+use vademecum_format::{File, ParameterRole};
 
 /// Energies of a change of parameters \[J\].
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -54,7 +53,7 @@ pub struct LiveMemory<'m> {
 
 // SAFETY: the sides are numbers that were lent to this value alone, as a slice would be.
 unsafe impl Send for LiveMemory<'_> {}
-// SAFETY: nothing is reached through a shared reference to it.
+// SAFETY: nothing is written through a shared reference to it.
 unsafe impl Sync for LiveMemory<'_> {}
 
 /// Numbers of each piece.
@@ -182,7 +181,6 @@ impl<'m> LiveMemory<'m> {
     ///
     /// # Errors
     /// [`BindError`]; nothing has changed then.
-    #[inline(never)]
     pub unsafe fn set<T: Scalar>(
         &mut self,
         settings: &[(usize, f64)],
@@ -214,7 +212,6 @@ impl<'m> LiveMemory<'m> {
 }
 
 /// The body at these values in a side.
-#[inline(never)]
 fn bound<'m, T: Scalar>(
     model: &Parametric<'m>,
     (values, modes): (&[f64], usize),
@@ -231,7 +228,6 @@ fn bound<'m, T: Scalar>(
 }
 
 /// Carries the elastic motion over.
-#[inline(never)]
 fn carry<T: Scalar>(
     (from, old): (&Tuned<'_>, &Body<'_, T>),
     (to, new): (&Tuned<'_>, &mut Body<'_, T>),
@@ -247,9 +243,8 @@ fn carry<T: Scalar>(
         // A body that has not started yet stays so.
         return Ok(Carried::default());
     }
-    let kinetic = to.kinetic_of(from, rate, rest)?;
+    let [kinetic, elastic] = to.energies_of(from, (zeta, rate), rest)?;
     to.carry(from, rate, next_rate, rest)?;
-    let elastic = to.elastic_of(from, zeta, rest)?;
     to.carry(from, zeta, next, rest)?;
     new.set(next, next_rate).map_err(|_| BindError::NotFinite)?;
     let squares = |x: &[f64]| 0.5 * x.iter().map(|x| x * x).sum::<f64>();
@@ -262,71 +257,4 @@ fn carry<T: Scalar>(
         lost_elastic: elastic - energy(to, next),
         work: elastic - energy(from, zeta),
     })
-}
-
-/// The same for bodies of either precision, and for files that are not parametric, whose body sets its own
-/// parameters.
-impl<'m> LiveMemory<'m> {
-    /// Numbers of `f64` to lend for a body of a file, parametric or not.
-    ///
-    /// # Errors
-    /// [`BindError`].
-    pub fn any_len(file: &File<'_>, options: &BodyOptions, precision: Precision) -> Result<usize, BindError> {
-        if file.section(SectionKind::LiveParameters).is_none() {
-            return AnyBody::len_for(file, options, precision);
-        }
-        match precision {
-            Precision::Single => Self::len_for::<f32>(file, options),
-            #[cfg(feature = "double")]
-            Precision::Double => Self::len_for::<f64>(file, options),
-        }
-    }
-
-    /// The body at the values as built and, of a parametric file, its memory.
-    ///
-    /// # Errors
-    /// [`BindError`].
-    pub fn bind_any(
-        file: &File<'m>,
-        options: &BodyOptions,
-        precision: Precision,
-        memory: &'m mut [f64],
-    ) -> Result<(Option<Self>, AnyBody<'m>), BindError> {
-        if file.section(SectionKind::LiveParameters).is_none() {
-            return Ok((None, AnyBody::bind(file, options, precision, memory)?));
-        }
-        Ok(match precision {
-            Precision::Single => {
-                let (live, body) = Self::bind(file, options, memory)?;
-                (Some(live), AnyBody::Single(body))
-            }
-            #[cfg(feature = "double")]
-            Precision::Double => {
-                let (live, body) = Self::bind(file, options, memory)?;
-                (Some(live), AnyBody::Double(body))
-            }
-        })
-    }
-
-    /// [`LiveMemory::set`] of a body of either precision.
-    ///
-    /// # Safety
-    /// As for [`LiveMemory::set`].
-    ///
-    /// # Errors
-    /// [`BindError`]; nothing has changed then.
-    pub unsafe fn set_any(
-        &mut self,
-        settings: &[(usize, f64)],
-        body: &mut AnyBody<'m>,
-    ) -> Result<LoadsAfter, BindError> {
-        // SAFETY: as the caller promises.
-        unsafe {
-            match body {
-                AnyBody::Single(body) => self.set(settings, body),
-                #[cfg(feature = "double")]
-                AnyBody::Double(body) => self.set(settings, body),
-            }
-        }
-    }
 }

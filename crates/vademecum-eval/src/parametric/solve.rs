@@ -1,6 +1,5 @@
 //! Setting a parametric model to values: memory to lend, the eigenproblem, and the file.
 
-use crate::base::error::ParameterError;
 use crate::base::lend::Lender;
 use crate::kernels::dense::{factor, solve_lower_rows, solve_upper, symmetrise, transpose};
 use crate::kernels::lowest::{lowest_eigen, lowest_work};
@@ -35,7 +34,6 @@ impl Parametric<'_> {
     ///
     /// # Errors
     /// [`ParametricError::Modes`], [`ParametricError::Format`].
-    #[inline(never)]
     pub fn sizes(&self, modes: usize) -> Result<ParametricSizes, ParametricError> {
         let r = self.n_basis();
         if modes == 0 || modes > r {
@@ -60,7 +58,6 @@ impl Parametric<'_> {
     ///
     /// # Errors
     /// [`ParametricError`]: values out of the box, memory that is too short, matrices that are not definite.
-    #[inline(never)]
     pub fn solve<'m>(
         &self,
         values: &[f64],
@@ -76,7 +73,7 @@ impl Parametric<'_> {
         let (found, needed) = (work.len(), sizes.work);
         let work = work.get_mut(..needed).ok_or(short("numbers of work", found, needed))?;
         if values.len() != count {
-            return Err(ParameterError::Unknown { index: values.len() }.into());
+            return Err(ParametricError::Values { found: values.len(), needed: count });
         }
         values.iter().enumerate().try_for_each(|(index, &value)| self.check(index, value))?;
         let cut = |_| ParametricError::NoConvergence;
@@ -131,7 +128,6 @@ impl Tuned<'_> {
     ///
     /// # Errors
     /// [`ParametricError::LentMemory`], [`ParametricError::Format`]: sections that are compressed.
-    #[inline(never)]
     pub fn write<'b>(
         &self,
         model: &Parametric<'_>,

@@ -83,33 +83,23 @@ impl<'m> Tuned<'m> {
         Ok([along, weighted])
     }
 
-    /// Kinetic energy \[J\] of rates of other values at the mass of these.
-    pub(crate) fn kinetic_of(
+    /// Kinetic and elastic energy \[J\] of coordinates and rates of other values, at the mass and the
+    /// stiffness of these.
+    pub(crate) fn energies_of(
         &self,
         from: &Tuned<'_>,
-        rates: &[f64],
+        (coordinates, rates): (&[f64], &[f64]),
         work: &mut [f64],
-    ) -> Result<f64, ParametricError> {
+    ) -> Result<[f64; 2], ParametricError> {
         let [along, weighted] = self.weighted(from, rates, work)?;
-        Ok(0.5 * dot(along, weighted))
-    }
-
-    /// Elastic energy \[J\] of coordinates of other values at the stiffness of these.
-    pub(crate) fn elastic_of(
-        &self,
-        from: &Tuned<'_>,
-        coordinates: &[f64],
-        work: &mut [f64],
-    ) -> Result<f64, ParametricError> {
-        let [along, weighted] = self.weighted(from, coordinates, work)?;
-        weighted.fill(0.0);
-        let r = along.len();
-        for (i, (row, &x)) in self.lower.chunks_exact(r.max(1)).zip(&*along).enumerate() {
+        let kinetic = 0.5 * dot(along, weighted);
+        let [along, half] = self.weighted(from, coordinates, work)?;
+        half.fill(0.0);
+        for (i, (row, &x)) in self.lower.chunks_exact(along.len().max(1)).zip(&*along).enumerate() {
             // Above the diagonal is no part of the factor.
-            let lower = row.get(..=i).unwrap_or_default();
-            weighted.iter_mut().zip(lower).for_each(|(sum, l)| *sum += l * x);
+            half.iter_mut().zip(row).take(i + 1).for_each(|(sum, l)| *sum += l * x);
         }
-        Ok(0.5 * dot(weighted, weighted))
+        Ok([kinetic, 0.5 * dot(half, half)])
     }
 
     /// Frequency of stepped mode `k` \[Hz\]; 0 of one that there is not.
