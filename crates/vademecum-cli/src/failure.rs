@@ -416,6 +416,7 @@ impl From<StudyError> for Failure {
             | StudyError::ProbeTwice { .. }
             | StudyError::ColumnTwice { .. }
             | StudyError::NoStress
+            | StudyError::TableFile(_)
             | StudyError::FarPoint { .. }) => Self::new(Cause::Input, error),
             error @ StudyError::TooManySteps { .. } => {
                 Self::new(Cause::Input, error).remedy("a shorter `duration`")

@@ -26,6 +26,8 @@ use vademecum_format::scheme::TableError;
 use vademecum_format::{FormatError, SectionKind};
 use vademecum_rewrite::RewriteError;
 
+use crate::table::TableFileError;
+
 /// Cause of numbers that grow without end, and what to do.
 pub(crate) const LARGE_MOTION: &str = "the motion is so large that its square leaves the range of a double: lower the forces \
                                        of the scenario, or see in `info FILE` whether the step is stable";
@@ -272,6 +274,9 @@ pub enum StudyError {
     /// A parametric model that cannot be set.
     #[error(transparent)]
     Model(#[from] vademecum_eval::ParametricError),
+    /// A table of numbers that cannot be used.
+    #[error(transparent)]
+    TableFile(#[from] TableFileError),
     /// The file has no live parameter of this name.
     #[error("the file has no live parameter `{name}`; known: {known}")]
     NoParameter {

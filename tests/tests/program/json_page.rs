@@ -60,6 +60,7 @@ fn compare(folder: &Path, sections: &[&str], lines: &[&str]) {
 }
 
 const LIVE: &str = r#"
+representation = "separated"
 [mesh]
 block = { lengths = [1.0, 0.1, 0.1], divisions = [4, 1, 1], order = "linear" }
 [[mesh.region]]
@@ -164,6 +165,13 @@ fn every_command_prints_the_keys_of_its_page() {
         "frf beam.vdm --in gravity --out tip --range 1,10 --points 3 --json --problem beam.toml --compare 2";
     compare(at, &["frf"], &[frf]);
     compare(at, &["run"], &["run beam.vdm --scenario push.toml -o out --plot probes.svg --json"]);
+    std::fs::write(at.join("none.toml"), "duration = 0.01\n").expect("written");
+    std::fs::write(at.join("sets.csv"), "beta\n1e-5\n").expect("written");
+    compare(
+        at,
+        &["run of many bodies"],
+        &["run parametric.vdm --scenario none.toml --sets sets.csv -o out --json"],
+    );
     let still = "duration = 0.05\n[[contact]]\npoint = [1.0, 0.05, 0.1]\nforce = [0.0, 0.0, -1.0]\n";
     std::fs::write(at.join("still.toml"), still).expect("written");
     compare(

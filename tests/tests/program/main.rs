@@ -30,6 +30,7 @@ mod program_files;
 mod run_folder;
 mod scenarios;
 mod schema;
+mod sets_of_bodies;
 #[cfg(unix)]
 mod soak;
 mod surfaces;

@@ -1,6 +1,7 @@
 //! `vademecum run`: a scenario through a file, to tables and fields.
 
 mod list;
+mod sets;
 mod world;
 
 use std::fmt::Write as _;
@@ -16,6 +17,7 @@ use vademecum_study::contents::Geometry;
 use vademecum_study::parameters::{self, ParameterValue};
 use vademecum_study::run::{Fields, Moment, ProbeRow};
 use vademecum_study::scenario::{FieldChoice, OutputPlan, Scenario, Total};
+use vademecum_study::sets::{SetRun, Sets};
 use vademecum_study::stress::{LargestStress, StressPlace};
 use vademecum_study::{FileError, StudyError, run};
 
@@ -27,6 +29,7 @@ use crate::given::{Given, outputs_of};
 use crate::pictures::{Drawn, Panel, Series, Thinned, panels_chart};
 use crate::print::print_json;
 use list::{FILES, RunList, field_name};
+use sets::SetsCommand;
 use world::WorldCommand;
 
 /// Steps a vademecum through a scenario and writes probes (CSV) and fields (VTU, opens in ParaView).
@@ -36,6 +39,7 @@ use world::WorldCommand;
   vademecum run body.vdm --scenario push.toml --plot out/probes.svg
   vademecum run assembly.toml -o drop.csv --every 10    bodies that touch: an assembly with `[world]`
   vademecum run body.vdm --scenario push.toml --set \"tip stiffness=1.5\" --set damping=1e-4
+  vademecum run body.vdm --scenario push.toml --sets sets.csv    a body for each row of the table
 Rows and fields are written while they are computed: what was there before Ctrl-C or a full disk is kept.
 Keys of the scenario file: `vademecum help scenario`")]
 pub(crate) struct Run {
@@ -70,6 +74,11 @@ pub(crate) struct Run {
     /// and units.
     #[arg(long, value_name = "NAME=VALUE", value_parser = setting)]
     set: Vec<ParameterValue>,
+    /// Run one body for each row of this table (CSV): the first line has names of live parameters, the others
+    /// values. The results are `bodies.csv` in the folder: of every column of probes.csv the smallest, the
+    /// largest and the last value of each body.
+    #[arg(long, value_name = "FILE", conflicts_with = "plot")]
+    sets: Option<PathBuf>,
     /// March more than a billion steps.
     #[arg(long)]
     long: bool,
@@ -111,8 +120,13 @@ impl Run {
             return Err(Failure::new(Cause::Usage, error));
         };
         let folder = self.output.clone().unwrap_or_else(|| "out".into());
-        let scenario = Scenario::read(scenario_file)?;
-        let outputs = outputs_of(&self.outputs, &given, &[Some(&self.file), Some(scenario_file)]);
+        let mut scenario = Scenario::read(scenario_file)?;
+        if self.sets.is_some() && (scenario.output.fields_every > 0 || scenario.output.stress_every > 0) {
+            console.note("with `--sets`, no fields and no table of stresses are written");
+            (scenario.output.fields_every, scenario.output.stress_every) = (0, 0);
+        }
+        let inputs = [Some(&*self.file), Some(scenario_file), self.sets.as_deref()];
+        let outputs = outputs_of(&self.outputs, &given, &inputs);
         RunList::check(&outputs, &folder)?;
         // The folder of the results is made with them.
         let made = |path: &&PathBuf| path.parent() != Some(&folder) || folder.is_dir();
@@ -126,11 +140,18 @@ impl Run {
         let wanted = |kind| is_stepped(kind) && (inside || kind != SectionKind::InteriorBasis);
         let file = usable_file(&self.file, &mapped, wanted, self.limit, &mut memory)?;
         let about = |error: StudyError| Failure::of_study(error, &self.file, scenario_file);
-        let set_body = at_values(&file, &self.set).map_err(about)?;
-        let (file, settings) = to_step(file, &self.set, set_body.as_ref()).map_err(about)?;
         let mut options = self.structure.options();
         (options.scene.time_step, options.scene.terms) = (self.time_step, self.terms);
         options.long = self.long;
+        if let Some(path) = &self.sets {
+            let run = SetRun { file: &file, given: &self.set, options, scenario: &scenario };
+            let sets = Sets::read(path, &file, &self.set).map_err(about)?;
+            let command =
+                SetsCommand { run, sets: &sets, outputs: &outputs, folder: &folder, json: self.json };
+            return command.run(console, &about);
+        }
+        let set_body = at_values(&file, &self.set).map_err(about)?;
+        let (file, settings) = to_step(file, &self.set, set_body.as_ref()).map_err(about)?;
         if self.terms.is_some() && file.metadata().active_parameters().is_empty() {
             console
                 .note("`--terms` has no effect: without live parameters the file has no terms to leave out");
@@ -182,6 +203,7 @@ impl Run {
             ("--structure", self.structure != StructureArgument::Auto),
             ("--time-step", self.time_step.is_some()),
             ("--set", !self.set.is_empty()),
+            ("--sets", self.sets.is_some()),
             ("--long", self.long),
             ("--terms", self.terms.is_some()),
             ("--map", self.map),

@@ -12,12 +12,16 @@ use crate::failure::Failure;
 /// Name of the list.
 const NAME: &str = "run.json";
 
+/// Name of the table of many bodies.
+pub(super) const BODIES: &str = "bodies.csv";
+
 /// Files that a run may write; of the fields, the first. Nothing else is ever removed.
-pub(super) const FILES: [(&str, Kind); 4] = [
+pub(super) const FILES: [(&str, Kind); 5] = [
     ("probes.csv", Kind::Csv),
     ("stress.csv", Kind::Csv),
     ("fields.pvd", Kind::Pvd),
     ("field-000000.vtu", Kind::Vtu),
+    (BODIES, Kind::Csv),
 ];
 
 /// Name of a field file.

@@ -1,0 +1,127 @@
+//! `run --sets`: a body for each row of a table of live parameters.
+
+use std::path::{Path, PathBuf};
+
+use vademecum_tests::program::{Ran, repository, vademecum};
+
+const PULL: &str = "duration = 0.02\n[[pattern]]\nname = \"pull\"\n";
+
+struct Place(tempfile::TempDir);
+
+impl Place {
+    fn new(file: &str) -> Self {
+        let place = Self(tempfile::tempdir().expect("a folder"));
+        std::fs::copy(repository().join("fixtures/golden").join(file), place.at("a.vdm")).expect("copied");
+        std::fs::write(place.at("s.toml"), PULL).expect("written");
+        place
+    }
+
+    fn at(&self, name: &str) -> PathBuf {
+        self.0.path().join(name)
+    }
+
+    fn run(&self, folder: &str, more: &[&str]) -> Ran {
+        let [file, scenario, out] =
+            ["a.vdm", "s.toml", folder].map(|name| self.at(name).display().to_string());
+        vademecum(&[&["run", &file, "--scenario", &scenario, "-o", &out], more].concat())
+    }
+
+    fn run_sets(&self, table: &str, more: &[&str]) -> Ran {
+        std::fs::write(self.at("sets.csv"), table).expect("written");
+        let sets = self.at("sets.csv").display().to_string();
+        self.run("many", &[&["--sets", &sets], more].concat())
+    }
+}
+
+/// Names of a table, and its rows.
+fn table(path: &Path) -> (Vec<String>, Vec<Vec<f64>>) {
+    let text = std::fs::read_to_string(path).expect("a table");
+    let mut lines = text.lines();
+    let names = lines.next().expect("names").split(',').map(String::from).collect();
+    let row = |line: &str| line.split(',').map(|cell| cell.parse().expect("a number")).collect();
+    (names, lines.map(row).collect())
+}
+
+/// Smallest, largest and last value of each column of a run behind the time.
+fn summary(path: &Path) -> Vec<f64> {
+    let (names, rows) = table(path);
+    let column = |k: usize| {
+        let values: Vec<f64> = rows.iter().map(|row| row[k]).collect();
+        let least = values.iter().copied().fold(f64::INFINITY, f64::min);
+        let largest = values.iter().copied().fold(f64::NEG_INFINITY, f64::max);
+        [least, largest, values[values.len() - 1]]
+    };
+    (1..names.len()).flat_map(column).collect()
+}
+
+/// Rows of a table of many bodies are the summaries of single runs.
+fn rows_are_runs(file: &str, [first, second]: [&str; 2], rows: [[f64; 2]; 2]) {
+    let place = Place::new(file);
+    let text = |row: &[f64; 2]| format!("{},{}\n", row[0], row[1]);
+    let lines: String = rows.iter().map(text).collect();
+    let ran = place.run_sets(&format!("{first},{second}\n{lines}"), &["--json"]);
+    assert_eq!(ran.code, Some(0), "{}", ran.stderr);
+    let (names, found) = table(&place.at("many/bodies.csv"));
+    assert_eq!(names[..6], ["body", first, second, "energy_J.min", "energy_J.max", "energy_J.last"]);
+    let shown: serde_json::Value = serde_json::from_str(&ran.stdout).expect("JSON");
+    assert_eq!(shown["columns"], serde_json::json!(names));
+    assert_eq!(found.len(), 2);
+    for (row, found) in rows.iter().zip(&found) {
+        let set = [format!("{first}={}", row[0]), format!("{second}={}", row[1])];
+        let ran = place.run("one", &["--set", &set[0], "--set", &set[1]]);
+        assert_eq!(ran.code, Some(0), "{}", ran.stderr);
+        assert_eq!(found[1..3], *row);
+        assert_eq!(found[3..], summary(&place.at("one/probes.csv")));
+    }
+    assert_ne!(found[0][3..], found[1][3..]);
+}
+
+#[test]
+fn a_row_is_the_summary_of_a_run_at_its_values() {
+    let names = ["stiffness of the tip", "density of the tip"];
+    rows_are_runs("parametric.vdm", names, [[0.3, 1.25], [3.5, 0.625]]);
+}
+
+#[test]
+fn files_of_a_separated_step_are_set_too() {
+    let place = Place::new("parameters.vdm");
+    let bytes = std::fs::read(place.at("a.vdm")).expect("readable");
+    let file = vademecum_format::File::parse(&bytes).expect("a file");
+    let mut own = file.parameters().filter(|p| p.name != "step").map(|p| (p.name, p.lower, p.upper));
+    let (first, second) = (own.next().expect("a parameter"), own.next().expect("another"));
+    let rows = [[first.1, second.2], [first.2, second.1]];
+    rows_are_runs("parameters.vdm", [first.0, second.0], rows);
+}
+
+#[test]
+fn a_row_out_of_the_box_is_refused_with_its_line_and_the_others_run() {
+    let place = Place::new("parametric.vdm");
+    let ran = place.run_sets("# drawn\nstiffness of the tip\n1\n9\n2\n", &["--json"]);
+    assert_eq!(ran.code, Some(2), "{}", ran.stderr);
+    let line = "sets.csv:4: `stiffness of the tip` is 9; expected a value from 0.25 to 4";
+    assert!(ran.stderr.contains(line), "{}", ran.stderr);
+    let shown: serde_json::Value = serde_json::from_str(&ran.stdout).expect("JSON");
+    assert_eq!((&shown["bodies"], &shown["rows"]), (&serde_json::json!(3), &serde_json::json!(2)));
+    let (_, rows) = table(&place.at("many/bodies.csv"));
+    assert_eq!(rows.iter().map(|row| [row[0], row[1]]).collect::<Vec<_>>(), [[1.0, 1.0], [3.0, 2.0]]);
+}
+
+#[test]
+fn tables_that_set_nothing_of_the_file_are_refused_before_anything_is_written() {
+    let place = Place::new("parametric.vdm");
+    let given = ["--set", "beta=1e-5"];
+    for (table, more, part) in [
+        ("stifness of the tip\n1\n", &[][..], "sets.csv:1: column `stifness of the tip`"),
+        ("beta\n1e-5\n", &given, "sets.csv:1: column `beta`, which `--set` gives to all bodies"),
+        ("beta,beta\n1e-5,1e-5\n", &[], "sets.csv:1: column 2 has the name `beta`"),
+        ("beta\n1e-5\nx\n", &[], "sets.csv:3: `x` in column `beta`; expected a finite number"),
+        ("beta\n", &[], "sets.csv:1: names without a row"),
+    ] {
+        let ran = place.run_sets(table, more);
+        assert_eq!(ran.code, Some(3), "{table}: {}", ran.stderr);
+        assert!(ran.stderr.contains(part), "{table}: {}", ran.stderr);
+        assert!(!place.at("many").exists());
+    }
+    let ran = place.run_sets("beta\n1e-5\n", &["--plot", "p.svg"]);
+    assert_eq!(ran.code, Some(2), "{}", ran.stderr);
+}
