@@ -9,6 +9,9 @@
 //! takes at rest when the support is moved so and all others stay. Tested with `[Φ_S; T_S]`, the equation of
 //! motion over all dofs has no elastic force, so that loads and inertia are all that is left of the reaction.
 //!
+//! With live regions `Φ_S` is the shape as built. The file keeps the force `K_q [Φ_S; T_S]` and the inertia of
+//! each live region along the basis, from which the evaluator corrects shape and inertia.
+//!
 //! When all supports move alike the body moves as a rigid one. So the last support needs no solve: its shape
 //! is the rigid motion less those of the others, and reactions are in equilibrium to rounding. A body with
 //! attachments may be held by them too, and every support has its solve.
@@ -17,7 +20,7 @@ use faer::{Mat, MatRef};
 
 use crate::fem::{FactorError, Solve, Symbolic};
 use crate::linalg::vec3::cross;
-use crate::prepared::{Body, Support};
+use crate::prepared::{Body, LiveRegions, Support};
 
 /// Reactions at the supports as stored in a file: force, then moment about the support's point.
 #[derive(Clone, Debug)]
@@ -29,18 +32,22 @@ pub struct Reactions {
     pub nodes: Vec<Vec<[f64; 18]>>,
     /// Of each support under each pattern that stays: a list for each pattern.
     pub patterns: Vec<Vec<[f64; 6]>>,
+    /// `(K_q [Φ_S; T_S])ᵀB` and `(M_q [Φ_S; T_S])ᵀB` of what is not live and of each live region, shape (6,
+    /// r), one support after the other; empty without live regions.
+    pub(crate) regions: Vec<[Mat<f64>; 2]>,
 }
 
 /// The reactions of a body with supports, in the basis `B` of shape (n, r), for forces at the loadable nodes
-/// in the order given. Six solves for each support but the last.
+/// in the order given, with live regions or none. Six solves for each support but the last.
 ///
 /// # Errors
 /// [`FactorError`]: a stiffness that does not factorise.
-pub fn reactions(
+pub(crate) fn reactions(
     body: &Body,
     symbolic: &Symbolic,
     vectors: MatRef<'_, f64>,
     nodes: &[u32],
+    live: Option<&LiveRegions>,
 ) -> Result<Reactions, FactorError> {
     let model = &body.model;
     let (dofs, supports) = (model.dofs(), &body.supports);
@@ -58,7 +65,8 @@ pub fn reactions(
     // resists a turn.
     let alone = model.is_bare();
     let last = supports.iter().rposition(|support| alone && !support.dofs.is_empty());
-    let mut found = Reactions { basis: vec![], nodes: vec![], patterns: vec![vec![]; body.patterns.len()] };
+    let patterns = vec![vec![]; body.patterns.len()];
+    let mut found = Reactions { basis: vec![], nodes: vec![], patterns, regions: vec![] };
     for (index, support) in supports.iter().enumerate() {
         let mut held = Mat::zeros(dofs.n_dof(), 6);
         for &dof in &support.dofs {
@@ -78,12 +86,38 @@ pub fn reactions(
         };
         let shift = about(support, centre);
         let [shape, held, heavy] = [shape, held, heavy].map(|columns| columns * &shift);
+        if let Some(live) = live {
+            found.add_regions(body, vectors, live, [&shape, &held]);
+        }
         found.add(body, vectors, nodes, [&shape, &held, &heavy]);
     }
     Ok(found)
 }
 
 impl Reactions {
+    /// Adds what live regions have in a support, by its shape `Φ` and its motion `T` over all dofs.
+    fn add_regions(
+        &mut self,
+        body: &Body,
+        vectors: MatRef<'_, f64>,
+        live: &LiveRegions,
+        [shape, held]: [&Mat<f64>; 2],
+    ) {
+        let (model, pencil) = (&body.model, body.model.pencil());
+        for own in 0..=live.count as u32 {
+            let is_own = |region: u32| live.of_mesh[region as usize] == own;
+            let [mut stiff, mut heavy] = model.couple_regions(held.as_ref(), &is_own);
+            let mut image = Mat::zeros(shape.nrows(), shape.ncols());
+            for region in (0..live.of_mesh.len()).filter(|&region| is_own(region as u32)) {
+                pencil.region_stiffness(region).mul_into(shape.as_ref(), image.as_mut());
+                stiff += &image;
+                pencil.region_mass(region).mul_into(shape.as_ref(), image.as_mut());
+                heavy += &image;
+            }
+            self.regions.push([stiff.transpose() * vectors, heavy.transpose() * vectors]);
+        }
+    }
+
     /// Adds a support by its shape `Φ`, its motion `T` over all dofs and `M_fs T`.
     fn add(
         &mut self,

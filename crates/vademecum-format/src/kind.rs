@@ -418,6 +418,13 @@ kinds! {
     /// Points of the parameters' box at which a build measured: each its values, 1 if it trained the basis,
     /// and the relative error of trajectories there; `f64 (any, parameters + 2)`.
     LiveCertificate = 117: 14, optional, F64, [Any, Any];
+    /// `Bᵀ(K_q,ff Φ + K_q,fs T)` \[N kg^-½\] of the static shape `Φ` of each support as built and its rigid
+    /// motions `T`, of what is not live and of each live region; absent where all shapes are rigid motions;
+    /// `f64 (supports · (1 + live regions), 6, r)`.
+    LiveReactionStiffness = 118: 14, optional, F64, [Any, Of(6), Modes];
+    /// `Bᵀ(M_q,ff Φ + M_q,fs T)` \[kg^½\] of the same, if a density is live; they sum to section 55;
+    /// `f64 (supports · (1 + live regions), 6, r)`.
+    LiveReactionMass = 119: 14, optional, F64, [Any, Of(6), Modes];
 }
 
 impl SectionKind {

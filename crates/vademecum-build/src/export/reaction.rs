@@ -8,7 +8,10 @@ use crate::reaction::Reactions;
 
 /// Sections 53 to 57, as far as there is something to keep: double precision, whatever that of the fields, so
 /// that reactions and loads are in equilibrium to as many digits.
-pub(crate) fn reaction_sections(supports: &[Support], reactions: &Reactions) -> Vec<Draft> {
+///
+/// Sections 118 and 119 are those of live regions, the second if a `density` is live. One support alone moves
+/// the body as a rigid one, which no stiffness resists.
+pub(crate) fn reaction_sections(supports: &[Support], reactions: &Reactions, density: bool) -> Vec<Draft> {
     let count = supports.len();
     let r = reactions.basis.first().map_or(0, |rows| rows.ncols());
     let nodes = reactions.nodes.first().map_or(0, Vec::len);
@@ -26,6 +29,17 @@ pub(crate) fn reaction_sections(supports: &[Support], reactions: &Reactions) -> 
     if !reactions.patterns.is_empty() {
         let rows = reactions.patterns.iter().flatten().flatten().copied();
         drafts.push(Draft::f64s(S::PatternReaction, [reactions.patterns.len(), count, 6], rows));
+    }
+    let of_regions = |kind, place: usize| {
+        let rows = reactions.regions.iter().map(|forms| &forms[place]);
+        let numbers = rows.flat_map(|rows| (0..6 * r).map(|k| rows[(k / r, k % r)]));
+        Draft::f64s(kind, [reactions.regions.len(), 6, r], numbers)
+    };
+    if !reactions.regions.is_empty() && count > 1 {
+        drafts.push(of_regions(S::LiveReactionStiffness, 0));
+    }
+    if !reactions.regions.is_empty() && density {
+        drafts.push(of_regions(S::LiveReactionMass, 1));
     }
     drafts
 }

@@ -201,13 +201,15 @@ fn assemble_region(
     Ok(blocks)
 }
 
-/// `K_fs t` and `M_fs t` over the free dofs, for displacements `t` of held dofs: shape (n_dof, columns), and
-/// zero at free dofs. No matrix over held dofs is made; only elements that `t` moves are looked at.
+/// `K_fs t` and `M_fs t` of the elements of some regions over the free dofs, for displacements `t` of held
+/// dofs: shape (n_dof, columns), and zero at free dofs. No matrix over held dofs is made; only elements that
+/// `t` moves are looked at.
 pub(super) fn couple(
     mesh: &Mesh,
     materials: &[Material],
     dofs: &DofMap,
     t: MatRef<'_, f64>,
+    is_counted: &dyn Fn(u32) -> bool,
 ) -> Result<[Mat<f64>; 2], ElementError> {
     let kernels = ElementKernels::new(mesh);
     let columns = t.ncols();
@@ -220,10 +222,11 @@ pub(super) fn couple(
     for (element, (_, nodes)) in mesh.each().enumerate() {
         let n = nodes.len();
         let held: Vec<usize> = (0..n).filter(|&b| moved(nodes[b])).collect();
-        if held.is_empty() {
+        let region = mesh.element_region[element];
+        if held.is_empty() || !is_counted(region) {
             continue;
         }
-        let material = &materials[mesh.element_region[element] as usize];
+        let material = &materials[region as usize];
         element_matrices(mesh, &kernels, element as u32, material, &mut matrices)?;
         let (mass, stiffness) = matrices.split_at(n * n);
         for (a, &node) in nodes.iter().enumerate() {

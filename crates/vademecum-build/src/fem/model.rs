@@ -289,12 +289,21 @@ impl Model {
     /// zero at free dofs. Zeros where the matrices came from another program.
     pub(crate) fn couple(&self, t: MatRef<'_, f64>) -> [Mat<f64>; 2] {
         let Some(attached) = &self.attached else {
-            let found = couple(&self.mesh, &self.materials, &self.dofs, t);
-            return found.expect("the assembled mesh has no folded element");
+            return self.couple_regions(t, &|_| true);
         };
         let lumped = vec![false; self.mesh.regions.len()];
         let elements = attached.elements(&self.mesh, &self.materials, &lumped);
         let found = held_columns(&elements, &attached.blocks, &attached.elimination, t);
+        found.expect("the assembled mesh has no folded element")
+    }
+
+    /// [`Self::couple`] of the elements of some regions, without attachments.
+    pub(crate) fn couple_regions(
+        &self,
+        t: MatRef<'_, f64>,
+        is_counted: &dyn Fn(u32) -> bool,
+    ) -> [Mat<f64>; 2] {
+        let found = couple(&self.mesh, &self.materials, &self.dofs, t, is_counted);
         found.expect("the assembled mesh has no folded element")
     }
 

@@ -199,14 +199,17 @@ fn support_reactions(
     basis: &Basis,
     watch: &mut Stopwatch<'_>,
 ) -> Result<Vec<Draft>, BuildError> {
-    let BuildContext { prepared: Prepared { body, symbolic, .. }, order, .. } = *context;
+    let BuildContext { prepared, order, .. } = *context;
+    let Prepared { body, symbolic, .. } = prepared;
     if !problem.output.reactions {
         return Ok(vec![]);
     }
     let nodes = &order.nodes[..order.n_load];
-    let find = || reactions(body, symbolic, basis.vectors.as_ref(), nodes);
+    let live = prepared.is_parametric(problem).then(|| prepared.space.live_regions());
+    let find = || reactions(body, symbolic, basis.vectors.as_ref(), nodes, live.as_ref());
     let found = watch.stage("reactions", find).map_err(BuildError::Reactions)?;
-    Ok(reaction_sections(&body.supports, &found))
+    let density = live.is_some_and(|live| live.density);
+    Ok(reaction_sections(&body.supports, &found, density))
 }
 
 /// Sections of the ports.

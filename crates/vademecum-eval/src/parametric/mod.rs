@@ -4,6 +4,8 @@
 pub(crate) mod error;
 pub(crate) mod memory;
 pub(crate) mod model;
+pub(crate) mod ports;
+pub(crate) mod reactions;
 pub(crate) mod residual;
 pub(crate) mod rows;
 pub(crate) mod solve;

@@ -4,13 +4,15 @@ use crate::base::lend::Lender;
 use crate::kernels::dense::at;
 use crate::parametric::error::ParametricError;
 use crate::parametric::model::{Parametric, Scales};
+use crate::parametric::ports::PortAnswers;
+use crate::parametric::reactions::SupportShapes;
 use crate::parametric::residual::{Statics, solved};
 use crate::parametric::rows::{Reals, along, read_row};
 use crate::parametric::tuned::Tuned;
 use vademecum_format::{Codec, Element, File, FormatError, Numbers, Section, SectionInput, SectionKind as S};
 
 /// Most sections.
-const MOST: usize = 40;
+const MOST: usize = 56;
 /// Columns of the table of modes.
 const COLUMNS: usize = 6;
 
@@ -45,8 +47,15 @@ fn rule(kind: S) -> Rule {
         | S::ResidualPairs
         | S::StressPoints
         | S::MeshError
-        | S::Losses => Rule::Same,
-        S::SurfaceBasis | S::InteriorBasis | S::PatternBasis | S::ProbeRows => Rule::Rows,
+        | S::Losses
+        | S::SupportNames
+        | S::SupportPoints
+        | S::PortNames
+        | S::PortTable
+        | S::PortFrames
+        | S::PortNodes
+        | S::PortFacets => Rule::Same,
+        S::SurfaceBasis | S::InteriorBasis | S::PatternBasis | S::ProbeRows | S::PortRows => Rule::Rows,
         S::Eigenvalues
         | S::DampingRatios
         | S::ModeTable
@@ -59,7 +68,15 @@ fn rule(kind: S) -> Rule {
         | S::PatternResidual
         | S::PatternProbeResidual
         | S::StressResidual
-        | S::PatternStress => Rule::Anew,
+        | S::PatternStress
+        | S::ReactionBasis
+        | S::ReactionLoads
+        | S::PatternReaction
+        | S::PortCompliance
+        | S::PortInertia
+        | S::PortResidual
+        | S::PortProbes
+        | S::PortPatterns => Rule::Anew,
         _ => Rule::Gone,
     }
 }
@@ -97,8 +114,8 @@ pub(crate) fn planned<'p>(
         // The place of the modes in the shape.
         let place = match kind {
             S::Eigenvalues | S::DampingRatios | S::ModeTable => Some(0),
-            S::PatternBasis | S::ProbeRows => Some(1),
-            S::SurfaceBasis | S::InteriorBasis | S::StressBasis => Some(2),
+            S::PatternBasis | S::ProbeRows | S::PortRows => Some(1),
+            S::SurfaceBasis | S::InteriorBasis | S::StressBasis | S::ReactionBasis => Some(2),
             _ => None,
         };
         if let Some(extent) = place.and_then(|place| shape.get_mut(place)) {
@@ -122,17 +139,24 @@ pub(crate) fn planned<'p>(
     Ok(room.0.get(..count).unwrap_or_default())
 }
 
+/// Rows of a section; 0 of none.
+fn rows_of(file: &File<'_>, kind: S) -> usize {
+    file.section(kind).map_or(0, |section| section.shape()[0] as usize)
+}
+
 /// Numbers of work of a [`Filler`].
 pub(crate) fn write_work(model: &Parametric<'_>, modes: usize) -> usize {
-    let (r, metadata) = (model.live.n_modes, model.file.metadata());
-    let statics = if model.file.section(S::ContactResidual).is_some() {
-        let rows = 3 * metadata.n_load_nodes as usize;
-        let rows = rows + metadata.n_probes as usize + metadata.n_patterns as usize;
-        Statics::len(rows, r, modes) + metadata.n_load_nodes as usize
+    let (r, metadata, file) = (model.live.n_modes, model.file.metadata(), &model.file);
+    let load = metadata.n_load_nodes as usize;
+    let statics = if file.section(S::ContactResidual).is_some() {
+        let rows = 3 * load + metadata.n_probes as usize + metadata.n_patterns as usize;
+        Statics::len(rows, r, modes)
     } else {
         0
     };
-    statics + 6 * (r + modes) + 2 * r
+    let supports = SupportShapes::len(rows_of(file, S::ReactionBasis), r);
+    let ports = PortAnswers::len(rows_of(file, S::PortRows), r);
+    statics.saturating_add(supports).saturating_add(ports).saturating_add(load + 6 * (r + modes) + 2 * r)
 }
 
 /// Writes the sections.
@@ -141,6 +165,8 @@ pub(crate) struct Filler<'w, 'f> {
     tuned: &'w Tuned<'w>,
     scales: &'w Scales<'w>,
     statics: Option<Statics<'w>>,
+    supports: Option<SupportShapes<'w>>,
+    ports: Option<PortAnswers<'w>>,
     /// `√ρ` of each loadable node.
     roots: &'w [f64],
     /// A row over the basis, and six rows over basis and modes.
@@ -162,13 +188,13 @@ impl<'w, 'f> Filler<'w, 'f> {
         let mut lender = Lender::new(work);
         let row = lender.take(2 * r).map_err(short)?;
         let solved = lender.take(6 * (r + m)).map_err(short)?;
-        let (mut statics, mut roots): (_, &[f64]) = (None, &[]);
+        let [load, probes, patterns] =
+            [metadata.n_load_nodes, metadata.n_probes, metadata.n_patterns].map(|n| n as usize);
+        let roots = lender.take(load).map_err(short)?;
+        model.roots_into(scales, roots);
+        let roots: &[f64] = roots;
+        let mut statics = None;
         if model.file.section(S::ContactResidual).is_some() {
-            let [load, probes, patterns] =
-                [metadata.n_load_nodes, metadata.n_probes, metadata.n_patterns].map(|n| n as usize);
-            let own = lender.take(load).map_err(short)?;
-            model.roots_into(scales, own);
-            roots = own;
             let numbers = |kind| model.file.section(kind).map(|section| section.numbers()).transpose();
             let sections = [
                 (numbers(S::SurfaceBasis)?, 3 * load),
@@ -178,7 +204,19 @@ impl<'w, 'f> Filler<'w, 'f> {
             let lent = lender.take(Statics::len(3 * load + probes + patterns, r, m)).map_err(short)?;
             statics = Some(Statics::new(tuned, r, &sections, lent));
         }
-        Ok(Self { model, tuned, scales, statics, roots, row, solved })
+        let at = (tuned, scales);
+        let mut supports = None;
+        if model.file.section(S::ReactionBasis).is_some() {
+            let count = rows_of(&model.file, S::ReactionBasis);
+            let lent = lender.take(SupportShapes::len(count, r)).map_err(short)?;
+            supports = Some(SupportShapes::new(model, at, lent)?);
+        }
+        let mut ports = None;
+        if model.file.section(S::PortRows).is_some() {
+            let lent = lender.take(PortAnswers::len(rows_of(&model.file, S::PortRows), r)).map_err(short)?;
+            ports = Some(PortAnswers::new(model, at, roots, (&mut *row, lent))?);
+        }
+        Ok(Self { model, tuned, scales, statics, supports, ports, roots, row, solved })
     }
 
     fn section(&self, kind: S) -> Result<Section<'f>, FormatError> {
@@ -207,6 +245,12 @@ impl<'w, 'f> Filler<'w, 'f> {
             S::ProbeResidual | S::PatternResidual => self.write_beside_nodes(kind, &numbers, &mut out),
             S::PatternProbeResidual => self.write_pattern_probes(&numbers, &mut out),
             S::StressResidual | S::PatternStress => self.write_stress_residual(kind, &numbers, &mut out)?,
+            S::ReactionBasis | S::ReactionLoads | S::PatternReaction => {
+                self.write_reactions(kind, &numbers, &mut out)?;
+            }
+            S::PortCompliance | S::PortInertia | S::PortResidual | S::PortProbes | S::PortPatterns => {
+                self.write_ports(kind, &numbers, &mut out)?;
+            }
             _ => {
                 let r = self.model.n_basis();
                 let row = self.row.get_mut(..r).unwrap_or_default();
@@ -327,6 +371,51 @@ impl<'w, 'f> Filler<'w, 'f> {
             let (pattern, probe) = (place / probes.max(1), place % probes.max(1));
             out.push(mean * outside + self.statics(3 * load + probes + pattern, 3 * load + probe));
         }
+    }
+
+    /// Reactions of the supports.
+    fn write_reactions(
+        &mut self,
+        kind: S,
+        numbers: &Numbers<'_>,
+        out: &mut Reals<'_>,
+    ) -> Result<(), FormatError> {
+        let Some(supports) = &self.supports else { return Ok(()) };
+        if kind == S::ReactionBasis {
+            let at = (self.tuned, self.scales);
+            return supports.write_inertia(self.model, at, numbers, (self.row, out));
+        }
+        let of_nodes = kind == S::ReactionLoads;
+        let loads = self.section(if of_nodes { S::SurfaceBasis } else { S::PatternBasis })?.numbers()?;
+        supports.write_loads(numbers, (&loads, of_nodes), (self.row, out));
+        Ok(())
+    }
+
+    /// Residual flexibility of the ports.
+    fn write_ports(
+        &mut self,
+        kind: S,
+        numbers: &Numbers<'_>,
+        out: &mut Reals<'_>,
+    ) -> Result<(), FormatError> {
+        let Some(ports) = &self.ports else { return Ok(()) };
+        let others = match kind {
+            S::PortCompliance => S::PortRows,
+            S::PortResidual => S::SurfaceBasis,
+            S::PortProbes => S::ProbeRows,
+            _ => S::PatternBasis,
+        };
+        match kind {
+            S::PortInertia => ports.write_inertia(self.tuned, numbers, (self.row, out)),
+            S::PortCompliance => {
+                ports.write_compliance(&self.section(others)?.numbers()?, numbers, (self.row, out));
+            }
+            _ => {
+                let roots = if kind == S::PortResidual { self.roots } else { &[] };
+                ports.write_others(&self.section(others)?.numbers()?, roots, numbers, (self.row, out));
+            }
+        }
+        Ok(())
     }
 
     /// Stress of the residual flexibility, under forces at loadable nodes or under patterns.

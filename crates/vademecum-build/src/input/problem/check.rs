@@ -326,7 +326,7 @@ impl Problem {
         Ok(())
     }
 
-    /// Reactions need elements, modes that move apart, and static shapes that no parameter turns.
+    /// Reactions need elements, and modes that move apart.
     fn check_reactions(&self) -> Result<(), ProblemError> {
         let found = if self.mesh.matrices.is_some() {
             "true beside `mesh.matrices`, whose rows are the free dofs alone"
@@ -334,15 +334,15 @@ impl Problem {
             "true beside `representation = \"chapter\"`"
         } else if self.basis.kind == Some(BasisKind::Pod) {
             "true beside `basis.kind = \"pod\"`, whose vectors do not move apart"
-        } else if self.parameters.iter().any(|parameter| parameter.region != "*") {
-            "true beside a live parameter of a region, which changes how supports share a load"
+        } else if !self.is_parametric() && self.parameters.iter().any(|parameter| parameter.region != "*") {
+            "true beside a step that is separated over live regions, which change how supports share a load"
         } else if self.supports.is_empty() {
             "true without any `[[support]]`"
         } else {
             return Ok(());
         };
-        let expected = "false, or a body of elements on supports, with the basis \"modes\" or \"ritz\" and live \
-                        parameters of the whole body alone";
+        let expected = "false, or a body of elements on supports, with the basis \"modes\" or \"ritz\" and no \
+                        separated step";
         self.require(!self.output.reactions, "output.reactions", Words(found), expected)
     }
 

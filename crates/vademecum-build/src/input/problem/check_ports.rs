@@ -50,6 +50,8 @@ impl Problem {
             Some("beside `mesh.matrices`, which have no facets")
         } else if self.is_large() {
             Some("beside `model = \"large-displacement\"`")
+        } else if self.is_parametric() {
+            None
         } else {
             self.without_exact_modes()
         };
