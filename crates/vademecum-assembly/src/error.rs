@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 
 use vademecum_build::input::toml_file::TomlError;
-use vademecum_eval::PartFault;
+use vademecum_eval::{ParametricError, PartFault};
 use vademecum_format::{FormatError, SectionKind};
 use vademecum_rewrite::RewriteError;
 
@@ -32,6 +32,15 @@ pub enum AssemblyError {
         path: PathBuf,
         /// The reason.
         source: RewriteError,
+    },
+    /// A parametric model that cannot be set.
+    #[error("part `{part}`: its live parameters")]
+    Parameters {
+        /// The part.
+        part: String,
+        /// The reason.
+        #[source]
+        fault: ParametricError,
     },
     /// A file of a part is not one that is joined.
     #[error("part `{part}`: the file {found}; expected {expected}")]

@@ -1,5 +1,6 @@
 //! The assembly file: parts, and the joints between them (normative: `formats/assembly-1.md`).
 
+use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
 use schemars::JsonSchema;
@@ -66,6 +67,9 @@ pub struct PartEntry {
     pub rigid: Option<RigidEntry>,
     /// Mesh hash of the file, as `vademecum info` prints it; another file is refused.
     pub hash: Option<String>,
+    /// Values of live parameters of its file by name, of a parametric model; others are as built.
+    #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
+    pub parameters: BTreeMap<String, f64>,
     /// Place of the origin of its coordinates \[m\].
     #[serde(default)]
     pub position: [f64; 3],

@@ -298,6 +298,7 @@ impl From<AssemblyError> for Failure {
             AssemblyError::Unreadable { .. } => (Cause::Machine, ""),
             AssemblyError::Part { .. }
             | AssemblyError::Fault { .. }
+            | AssemblyError::Parameters { .. }
             | AssemblyError::Kind { .. }
             | AssemblyError::Missing { .. } => (Cause::File, ""),
             AssemblyError::NoConvergence | AssemblyError::Format(_) => (Cause::Numerics, ""),

@@ -1,5 +1,6 @@
 //! Parts, pairs and joints of a world before it moves.
 
+use std::collections::BTreeMap;
 use std::sync::Arc;
 
 use pyo3::exceptions::PyValueError;
@@ -81,6 +82,7 @@ impl Setup {
             file,
             rigid,
             hash: None,
+            parameters: BTreeMap::new(),
             position,
             rotation: quaternion,
             velocity,

@@ -45,12 +45,7 @@ pub fn at_values(
         model.set(&mut values, &[(index, *value)]).map_err(|_| outside)?;
     }
     let modes = modes.unwrap_or(model.usual_modes());
-    let sizes = model.sizes(modes)?;
-    let (mut memory, mut work) = (vec![0.0; sizes.memory], vec![0.0; sizes.work.max(sizes.write_work)]);
-    let tuned = model.solve(&values, modes, &mut memory, &mut work)?;
-    let mut bytes = vec![0; sizes.bytes];
-    let length = tuned.write(&model, &mut bytes, &mut work)?.bytes().len();
-    bytes.truncate(length);
+    let bytes = model.body_at(&values, modes)?;
     let named = model.parameters().zip(&values);
     let values = named.map(|(p, &value)| ParameterValue { name: p.name.to_string(), value }).collect();
     Ok(Some(BodyAtValues { bytes, values }))

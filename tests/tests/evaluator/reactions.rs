@@ -8,6 +8,8 @@ use vademecum_build::progress::Silent;
 use vademecum_eval::format::{File, SectionInput, SectionKind, encode_into, encoded_len};
 use vademecum_eval::{Contact, OutputError, SceneOptions, StructureChoice, Surface};
 use vademecum_rewrite::{Fault, Keep, RewriteError, check, pack, strip, unpack};
+use vademecum_study::live::at_values;
+use vademecum_study::parameters::ParameterValue;
 use vademecum_tests::held_rows::{Full, Scaled, add_at};
 use vademecum_tests::page::block;
 use vademecum_tests::program::{repository, vademecum};
@@ -473,5 +475,52 @@ fn the_page_does_what_it_says() {
         let line = said.lines().find(|line| line.starts_with(name)).expect("a line");
         let number: f64 = line.split_whitespace().nth(1).expect("a number").parse().expect("a number");
         assert!((number - value).abs() < 0.006, "{name}: {number} on the page, {value} found");
+    }
+}
+
+/// The beam of all modes in two regions whose stiffness and one of whose densities are live.
+fn of_regions() -> String {
+    let region = "[[mesh.region]]\nname = \"tip\"\non = { fraction = { axis = \"x\", side = \"max\", fraction = 0.4 \
+                  } }\n[[material]]";
+    let live = |name: &str, kind: &str, region: &str| {
+        format!(
+            "[[parameter]]\nname = \"{name}\"\nkind = \"{kind}\"\nregion = \"{region}\"\nrange = [0.25, 4.0]\n"
+        )
+    };
+    let parameters =
+        [("root", "stiffness", "body"), ("tip", "stiffness", "tip"), ("heavy", "density", "tip")];
+    let parameters = parameters.map(|(name, kind, region)| live(name, kind, region)).concat();
+    ALL_MODES.replacen("[[material]]", region, 1) + &parameters
+}
+
+#[test]
+fn reactions_follow_live_regions() {
+    let text = of_regions();
+    let bytes = built(&text);
+    check(&bytes).expect("sound");
+    let file = File::parse(&bytes).expect("a file");
+    let r = file.metadata().n_modes;
+    for [root, tip, heavy] in [[1.0, 1.0, 1.0], [0.3, 3.5, 1.0], [3.0, 0.4, 2.5]] {
+        let values = [("root", root), ("tip", tip), ("heavy", heavy)];
+        let values = values.map(|(name, value)| ParameterValue { name: name.into(), value });
+        let set = at_values(&file, &values, Some(r as usize)).expect("set").expect("a model");
+        check(&set.bytes).expect("sound");
+        let material = |region: &str, young: f64, density: f64| {
+            format!(
+                "[[material]]\nregion = \"{region}\"\nyoung = {young}\npoisson = 0.3\ndensity = {density}\n"
+            )
+        };
+        let (before, _) = text.split_once("[[material]]").expect("a material");
+        let (_, after) = text.split_once("density = 1200.0\n").expect("a density");
+        let (after, _) = after.split_once("[[parameter]]").expect("parameters");
+        let fixed = format!(
+            "{before}{}{}{after}",
+            material("body", 2e9 * root, 1200.0),
+            material("tip", 2e9 * tip, 1200.0 * heavy)
+        );
+        let found = marched(&fixed, &set.bytes, Scaled::AS_BUILT, &SceneOptions::default(), PUSH, [40, 40]);
+        let off = apart(&found);
+        println!("{r} vectors at {root}, {tip}, {heavy}: {off:.1e}");
+        assert!(off < 1e-6, "{off:e} at {root}, {tip}, {heavy}");
     }
 }

@@ -447,3 +447,84 @@ fn parts_are_led_and_copied_and_joints_break() {
     let (code, _, errors) = run(at, "view bad.toml --export bad.html");
     assert!(code == Some(3) && errors.contains("`part[0].path`"), "{code:?}: {errors}");
 }
+
+/// A plate whose free half is live in stiffness and density, or is built at values of it.
+fn live_plate(values: Option<[f64; 2]>) -> String {
+    let [stiffness, density] = values.unwrap_or([1.0, 1.0]);
+    let tip = "[[mesh.region]]\nname = \"tip\"\non = { fraction = { axis = \"x\", side = \"max\", fraction = 0.5 } }\n";
+    let material = |region: &str, stiffness: f64, density: f64| {
+        let (young, density) = (2e9 * stiffness, 1000.0 * density);
+        format!("[[material]]\nregion = \"{region}\"\nyoung = {young}\npoisson = 0.3\ndensity = {density}\n")
+    };
+    let (_, rest) = BOTH.split_once("density = 1000.0\n").expect("a density");
+    let live = |kind: &str| {
+        format!(
+            "[[parameter]]\nname = \"{kind}\"\nkind = \"{kind}\"\nregion = \"tip\"\nrange = [0.25, 4.0]\n"
+        )
+    };
+    let live = if values.is_none() { live("stiffness") + &live("density") } else { String::new() };
+    let materials = material("body", 1.0, 1.0) + &material("tip", stiffness, density);
+    let modes = if values.is_none() { "modes = 48" } else { "modes = 24" };
+    format!("{PLATE}{tip}{materials}{}{live}", rest.replace("modes = 8", modes))
+}
+
+#[test]
+fn parts_with_live_regions_are_joined_and_move_at_their_values() {
+    let folder = folder();
+    let at = folder.path();
+    let values = [0.4, 2.5];
+    for (name, text) in [("live", live_plate(None)), ("fixed", live_plate(Some(values)))] {
+        std::fs::write(at.join(format!("{name}.toml")), text).expect("written");
+        let (code, _, errors) = run(at, &format!("build {name}.toml -o {name}.vdm --keep-missed"));
+        assert_eq!(code, Some(0), "{errors}");
+    }
+    let set = format!("parameters = {{ stiffness = {}, density = {} }}", values[0], values[1]);
+    let of = |file: &str, more: &str| {
+        let example = example();
+        assert!(example.contains("file = \"plate.vdm\"\n"));
+        example.replace("file = \"plate.vdm\"\n", &format!("file = \"{file}.vdm\"\n{more}\n"))
+    };
+    let frequencies = |text: &str| -> Vec<f64> {
+        let (code, _, errors) = assembled(at, text);
+        assert_eq!(code, Some(0), "{errors}");
+        let bytes = std::fs::read(at.join("tower.vdm")).expect("a file");
+        let file = vademecum_format::File::parse(&bytes).expect("a file");
+        let section = file.section(vademecum_format::SectionKind::Eigenvalues).expect("eigenvalues");
+        section.f64s().expect("numbers").iter().map(|x| f64::from_le_bytes(*x).sqrt()).collect()
+    };
+    let [set_to, fixed, built] =
+        [of("live", &set), of("fixed", ""), of("live", "")].map(|text| frequencies(&text));
+    for (k, (found, expected)) in set_to.iter().zip(&fixed).enumerate().take(6) {
+        assert!((found / expected - 1.0).abs() < 1e-3, "mode {k}: {found} beside {expected}");
+    }
+    assert!((built[0] / fixed[0] - 1.0).abs() > 0.02, "{} beside {}", built[0], fixed[0]);
+
+    // A cube that lies on the plate, in a world.
+    let world = |text: String| {
+        let part = text.split("[[part]]").find(|part| part.contains("\"plate\"")).expect("the plate");
+        let part = part.split("[[").next().expect("a table");
+        format!(
+            "format = 1\n[world]\ntime = 0.1\nstep = 1e-3\ngravity = [0, 0, -9.81]\n[[part]]{part}[[part]]\nname = \
+             \"box\"\nrigid = {{ box = {{ lengths = [0.1, 0.1, 0.1] }}, density = 2e3 }}\nposition = [0.3, 0.15, \
+             0.041]\n[[contact]]\nbetween = [\"box\", \"plate\"]\n[[output]]\npart = \"box\"\n"
+        )
+    };
+    let fallen = |text: String| {
+        std::fs::write(at.join("world.toml"), world(text)).expect("written");
+        let (code, _, errors) = run(at, "run world.toml -o world.csv");
+        assert_eq!(code, Some(0), "{errors}");
+        let table = table(&at.join("world.csv"));
+        *column(&table, "box.z").last().expect("a row")
+    };
+    let [set_to, fixed, built] = [of("live", &set), of("fixed", ""), of("live", "")].map(fallen);
+    assert!((set_to - fixed).abs() < 0.02 * (built - fixed).abs(), "{set_to} {fixed} {built}");
+
+    for (text, words) in [
+        (of("live", "parameters = { stifness = 1.0 }"), "did you mean `stiffness`?"),
+        (of("live", "parameters = { stiffness = 9.0 }"), "`part[0].parameters`"),
+        (of("fixed", "parameters = { stiffness = 1.0 }"), "a file with live regions"),
+    ] {
+        let (code, _, errors) = assembled(at, &text);
+        assert!(code == Some(3) && errors.contains(words), "{words}: {code:?}: {errors}");
+    }
+}

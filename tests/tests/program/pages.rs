@@ -191,7 +191,7 @@ fn bad_problems() -> Vec<(usize, String)> {
         (
             70,
             reactions(
-                "",
+                "representation = \"separated\"",
                 "[[parameter]]\nname = \"a\"\nkind = \"density\"\nregion = \"b\"\nrange = [0.5, 2.0]",
             ),
         ),

@@ -119,6 +119,25 @@ impl Parametric<'_> {
     }
 }
 
+#[cfg(feature = "alloc")]
+impl Parametric<'_> {
+    /// Bytes of the body at values of all parameters, an ordinary file of so many modes:
+    /// [`Parametric::solve`] and [`Tuned::write`] in memory of its own.
+    ///
+    /// # Errors
+    /// [`ParametricError`].
+    pub fn body_at(&self, values: &[f64], modes: usize) -> Result<alloc::vec::Vec<u8>, ParametricError> {
+        let sizes = self.sizes(modes)?;
+        let mut memory = alloc::vec![0.0; sizes.memory];
+        let mut work = alloc::vec![0.0; sizes.work.max(sizes.write_work)];
+        let tuned = self.solve(values, modes, &mut memory, &mut work)?;
+        let mut bytes = alloc::vec![0; sizes.bytes];
+        let length = tuned.write(self, &mut bytes, &mut work)?.bytes().len();
+        bytes.truncate(length);
+        Ok(bytes)
+    }
+}
+
 impl Tuned<'_> {
     /// Writes the body at these values as an ordinary file and opens it. Lends [`ParametricSizes::bytes`] and
     /// [`ParametricSizes::write_work`](crate::ParametricSizes::write_work). `O(rows r m)`, and with residual

@@ -9,10 +9,12 @@ use super::super::numbers::{reals_of, unsound};
 /// Largest difference of the sum of the matrices from that as built, relative to its largest number.
 const SUM: f64 = 1e-9;
 
-/// Sections 111 to 117, if the file has any of them.
+/// Sections 111 to 119, if the file has any of them.
 pub(super) fn check(file: &File<'_>) -> Result<(), RewriteError> {
     let needed = [S::LiveParameters, S::LiveNames, S::LiveStiffness, S::LiveRegions];
-    let mut all = needed.into_iter().chain([S::LiveMass, S::LiveResidual, S::LiveCertificate]);
+    let of_supports = [S::LiveReactionStiffness, S::LiveReactionMass];
+    let others = [S::LiveMass, S::LiveResidual, S::LiveCertificate];
+    let mut all = needed.into_iter().chain(others).chain(of_supports);
     let Some(there) = all.find(|kind| file.section(*kind).is_some()) else { return Ok(()) };
     if let Some(missing) = needed.into_iter().find(|kind| file.section(*kind).is_none()) {
         let reason = format!("without section {} ({missing}) no parameter is live", missing.number());
@@ -31,6 +33,15 @@ pub(super) fn check(file: &File<'_>) -> Result<(), RewriteError> {
     let eigenvalues = reals_of(file, S::Eigenvalues)?.unwrap_or_default();
     sums(file, S::LiveStiffness, &eigenvalues)?;
     sums(file, S::LiveMass, &vec![1.0; eigenvalues.len()])?;
+    let supports = file.section(S::ReactionBasis).map_or(0, |section| section.shape()[0]);
+    for section in of_supports.into_iter().filter_map(|kind| file.section(kind)) {
+        let (found, expected) = (section.shape()[0], supports * (1 + live.n_regions as u64));
+        if found != expected || found == 0 {
+            let reason =
+                format!("it has {found} rows; {supports} supports and the live regions have {expected}");
+            return Err(unsound(section.kind(), Fault::Disagrees, reason));
+        }
+    }
     let (nodes, regions) = (f64::from(file.metadata().n_load_nodes), live.n_regions as f64);
     for (place, term) in live.residual.iter().enumerate() {
         let [node, first, second, share, weight] = term.map(f64::from_le_bytes);
