@@ -1,4 +1,5 @@
-"""Plays a scenario file, from `formats/scenario-1.md`: `scenario.py FILE SCENARIO PROBES_CSV STRUCTURE`.
+"""Plays a scenario file, from `formats/scenario-1.md`: `scenario.py FILE SCENARIO PROBES_CSV STRUCTURE
+[NAME=VALUE ...]`, with values of live regions at the end.
 
 Compares the rows with those that `vademecum run` wrote, which have ten digits. A number that lies on the edge
 between two last digits may be printed as either; a difference of 1 is what such a number may have.
@@ -14,6 +15,7 @@ import tomllib
 import numpy as np
 
 import agree
+import live
 import step
 import vademecum
 
@@ -342,8 +344,11 @@ def printed(value):
     return f"{digits}e{int(exponent)}"
 
 
-def main(file, scenario, table, structure):
+def main(file, scenario, table, structure, *values):
     file, folder = vademecum.read(file), pathlib.Path(scenario).parent
+    if values:
+        named = (value.rsplit("=", 1) for value in values)
+        live.set_to(file, {name: float(number) for name, number in named})
     with open(scenario, "rb") as text:
         scenario = tomllib.load(text)
     with open(table, encoding="utf-8", newline="") as rows:
@@ -357,6 +362,9 @@ def main(file, scenario, table, structure):
         print(f"{table}: {len(given)} rows of {names}, and the reader has {len(ours)}")
         return False
     slack = agree.bound_of(structure, len(ours))
+    if values:
+        # The eigenproblem is solved in two ways, each to rounding in its largest eigenvalue.
+        slack *= 10
     if structure == "canonical":
         # There the bound is relative to the reach of the axes, which the motion does not fill.
         slack *= scene.reach(0) / scene.farthest

@@ -504,7 +504,6 @@ fn reactions_follow_live_regions() {
         let values = [("root", root), ("tip", tip), ("heavy", heavy)];
         let values = values.map(|(name, value)| ParameterValue { name: name.into(), value });
         let set = at_values(&file, &values, Some(r as usize)).expect("set").expect("a model");
-        check(&set.bytes).expect("sound");
         let material = |region: &str, young: f64, density: f64| {
             format!(
                 "[[material]]\nregion = \"{region}\"\nyoung = {young}\npoisson = 0.3\ndensity = {density}\n"

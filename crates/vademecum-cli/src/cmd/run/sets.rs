@@ -48,13 +48,14 @@ impl SetsCommand<'_> {
         let columns = columns(self.sets, &self.run.columns(console).map_err(about)?);
         let path = self.folder.join(BODIES);
         self.outputs.make_folder(self.folder)?;
-        let list = RunList::begin(self.outputs, self.folder, &[BODIES], 0)?;
+        let mut list = RunList::begin(self.outputs, self.folder, &[BODIES], 0)?;
         let mut table = self.outputs.grow(&path, Kind::Csv, &(columns.join(",") + "\n"), "")?;
-        let (count, mut refused, mut ended) = (self.sets.len(), vec![], Ok(()));
+        let (run, sets) = (self.run, self.sets);
+        let (count, mut refused, mut ended) = (sets.len(), vec![], Ok(()));
         console.stage("step the bodies");
         for begin in (0..count).step_by(ROUND) {
             let round = ROUND.min(count - begin);
-            let found = parallel::map(round, &|place| self.run.body(self.sets, begin + place, console));
+            let found = parallel::map(round, &|place| run.body(sets, begin + place, console));
             for (row, found) in (begin..).zip(found) {
                 let written = match found {
                     Ok(summary) => table.add(&line(row, self.sets, &summary)),
