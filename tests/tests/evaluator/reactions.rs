@@ -490,7 +490,10 @@ fn of_regions() -> String {
     let parameters =
         [("root", "stiffness", "body"), ("tip", "stiffness", "tip"), ("heavy", "density", "tip")];
     let parameters = parameters.map(|(name, kind, region)| live(name, kind, region)).concat();
-    ALL_MODES.replacen("[[material]]", region, 1) + &parameters
+    // The force of gravity is that of the density as built.
+    let pressure = "on = { group = \"y_max\" }\npressure = 200.0";
+    let text = ALL_MODES.replace("acceleration = [0.5, 1.0, -9.81]", pressure);
+    text.replacen("[[material]]", region, 1) + &parameters
 }
 
 #[test]

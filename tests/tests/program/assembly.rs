@@ -464,7 +464,7 @@ fn live_plate(values: Option<[f64; 2]>) -> String {
     };
     let live = if values.is_none() { live("stiffness") + &live("density") } else { String::new() };
     let materials = material("body", 1.0, 1.0) + &material("tip", stiffness, density);
-    let modes = if values.is_none() { "modes = 48" } else { "modes = 24" };
+    let modes = if values.is_none() { "modes = 96" } else { "modes = 64" };
     format!("{PLATE}{tip}{materials}{}{live}", rest.replace("modes = 8", modes))
 }
 

@@ -4,7 +4,8 @@ use std::path::{Path, PathBuf};
 
 use vademecum_tests::program::{Ran, repository, vademecum};
 
-const PULL: &str = "duration = 0.02\n[[pattern]]\nname = \"pull\"\n";
+const PUSH: &str =
+    "duration = 0.02\n[[contact]]\npoint = [0.3, 0.4, 0.0]\nforce = [1.0, -2.0, 3.0]\nend = 0.01\n";
 
 struct Place(tempfile::TempDir);
 
@@ -12,7 +13,7 @@ impl Place {
     fn new(file: &str) -> Self {
         let place = Self(tempfile::tempdir().expect("a folder"));
         std::fs::copy(repository().join("fixtures/golden").join(file), place.at("a.vdm")).expect("copied");
-        std::fs::write(place.at("s.toml"), PULL).expect("written");
+        std::fs::write(place.at("s.toml"), PUSH).expect("written");
         place
     }
 

@@ -30,7 +30,9 @@ pub(crate) use read::read_text_within;
 pub use read::{open_regular, read_regular, read_text};
 pub use solves::CachedSolves;
 
+use std::collections::HashSet;
 use std::fmt::Debug;
+use std::sync::{Mutex, MutexGuard, PoisonError};
 
 use serde::Serialize;
 use serde::de::DeserializeOwned;
@@ -41,6 +43,8 @@ use folder::CachedStage;
 /// The finished stages of one build.
 pub struct StageCache<'a> {
     store: Option<(&'a Store, Inputs)>,
+    /// Stages that this build has kept: another size of the basis does them again.
+    own: Mutex<HashSet<String>>,
     /// Hears what was used again and what was not.
     pub listener: &'a dyn Listener,
 }
@@ -48,7 +52,8 @@ pub struct StageCache<'a> {
 impl<'a> StageCache<'a> {
     /// Of the build of one model; without a store every stage is computed.
     pub fn new(store: Option<&'a Store>, model: &impl StageInput, listener: &'a dyn Listener) -> Self {
-        Self { store: store.map(|store| (store, Inputs::none().with(model))), listener }
+        let store = store.map(|store| (store, Inputs::none().with(model)));
+        Self { store, own: Mutex::default(), listener }
     }
 
     /// The result of a stage: the kept one for the same model and `inputs`, or that of `work`, which is then
@@ -72,16 +77,21 @@ impl<'a> StageCache<'a> {
             CachedStage::Damaged(path) => {
                 self.listener.note(&format!("{name}: {} is damaged, computed again", path.display()));
             }
-            CachedStage::Other => {
+            CachedStage::Other if !self.own().contains(name) => {
                 self.listener.note(&format!("{name}: rebuilt, what it depends on has changed"))
             }
-            CachedStage::Nothing => {}
+            CachedStage::Other | CachedStage::Nothing => {}
         }
         let result = work()?;
+        self.own().insert(name.to_string());
         if let Err(error) = store.write(name, address, &result) {
             self.listener.note(&format!("{name}: not kept in {}: {error}", store.folder().display()));
         }
         Ok(result)
+    }
+
+    fn own(&self) -> MutexGuard<'_, HashSet<String>> {
+        self.own.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
     /// The solves of a search, as far as they are kept; `solver` is how they are done.

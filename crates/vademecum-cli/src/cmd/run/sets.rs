@@ -17,6 +17,9 @@ use crate::print::print_json;
 /// Bodies whose results are in memory at once.
 const ROUND: usize = 64;
 
+/// Most refused rows that a message names; JSON has all.
+const NAMED: usize = 10;
+
 /// A run of many bodies.
 pub(super) struct SetsCommand<'a> {
     pub run: SetRun<'a>,
@@ -83,9 +86,6 @@ impl SetsCommand<'_> {
         let finished = table.finish().map_err(|error| Failure::io(&path, error));
         let kept = format!("{} bodies in {}", table.lines(), path.display());
         ended.and(finished).and(list.finish(0)).map_err(|failure| failure.kept(kept.clone()))?;
-        for fault in &refused {
-            console.note(&format!("refused: {fault}"));
-        }
         let output = SetsOutput {
             bodies: count,
             rows: table.lines(),
@@ -101,7 +101,8 @@ impl SetsCommand<'_> {
         if output.refused.is_empty() {
             return Ok(());
         }
-        let error = format!("{} of {count} rows were refused; the others ran", output.refused.len());
+        let some = output.refused.iter().take(NAMED).cloned().collect::<Vec<_>>().join("; ");
+        let error = format!("{} of {count} rows were refused, the others ran: {some}", output.refused.len());
         Err(Failure::new(Cause::Usage, error).kept(kept))
     }
 }
