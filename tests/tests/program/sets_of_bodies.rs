@@ -56,42 +56,39 @@ fn summary(path: &Path) -> Vec<f64> {
 }
 
 /// Rows of a table of many bodies are the summaries of single runs.
-fn rows_are_runs(file: &str, [first, second]: [&str; 2], rows: [[f64; 2]; 2]) {
+fn rows_are_runs(file: &str, names: &[&str], rows: [&[f64]; 2]) {
     let place = Place::new(file);
-    let text = |row: &[f64; 2]| format!("{},{}\n", row[0], row[1]);
+    let text = |row: &&[f64]| row.iter().map(f64::to_string).collect::<Vec<_>>().join(",") + "\n";
     let lines: String = rows.iter().map(text).collect();
-    let ran = place.run_sets(&format!("{first},{second}\n{lines}"), &["--json"]);
+    let ran = place.run_sets(&format!("{}\n{lines}", names.join(",")), &["--json"]);
     assert_eq!(ran.code, Some(0), "{}", ran.stderr);
-    let (names, found) = table(&place.at("many/bodies.csv"));
-    assert_eq!(names[..6], ["body", first, second, "energy_J.min", "energy_J.max", "energy_J.last"]);
+    let (columns, found) = table(&place.at("many/bodies.csv"));
+    let first = [&["body"], names, &["energy_J.min", "energy_J.max", "energy_J.last"]].concat();
+    assert_eq!(columns[..first.len()], first);
     let shown: serde_json::Value = serde_json::from_str(&ran.stdout).expect("JSON");
-    assert_eq!(shown["columns"], serde_json::json!(names));
+    assert_eq!(shown["columns"], serde_json::json!(columns));
     assert_eq!(found.len(), 2);
     for (row, found) in rows.iter().zip(&found) {
-        let set = [format!("{first}={}", row[0]), format!("{second}={}", row[1])];
-        let ran = place.run("one", &["--set", &set[0], "--set", &set[1]]);
+        let set: Vec<String> =
+            names.iter().zip(*row).map(|(name, value)| format!("{name}={value}")).collect();
+        let set: Vec<&str> = set.iter().flat_map(|set| ["--set", set]).collect();
+        let ran = place.run("one", &set);
         assert_eq!(ran.code, Some(0), "{}", ran.stderr);
-        assert_eq!(found[1..3], *row);
-        assert_eq!(found[3..], summary(&place.at("one/probes.csv")));
+        assert_eq!(found[1..=names.len()], **row);
+        assert_eq!(found[1 + names.len()..], summary(&place.at("one/probes.csv")));
     }
-    assert_ne!(found[0][3..], found[1][3..]);
+    assert_ne!(found[0][1 + names.len()..], found[1][1 + names.len()..]);
 }
 
 #[test]
 fn a_row_is_the_summary_of_a_run_at_its_values() {
     let names = ["stiffness of the tip", "density of the tip"];
-    rows_are_runs("parametric.vdm", names, [[0.3, 1.25], [3.5, 0.625]]);
-}
-
-#[test]
-fn files_of_a_separated_step_are_set_too() {
-    let place = Place::new("parameters.vdm");
-    let bytes = std::fs::read(place.at("a.vdm")).expect("readable");
+    rows_are_runs("parametric.vdm", &names, [&[0.3, 1.25], &[3.5, 0.625]]);
+    // Live parameters of the whole body.
+    let bytes = std::fs::read(repository().join("fixtures/golden/exact-f64.vdm")).expect("readable");
     let file = vademecum_format::File::parse(&bytes).expect("a file");
-    let mut own = file.parameters().filter(|p| p.name != "step").map(|p| (p.name, p.lower, p.upper));
-    let (first, second) = (own.next().expect("a parameter"), own.next().expect("another"));
-    let rows = [[first.1, second.2], [first.2, second.1]];
-    rows_are_runs("parameters.vdm", [first.0, second.0], rows);
+    let own = file.parameters().next().expect("a parameter");
+    rows_are_runs("exact-f64.vdm", &[own.name], [&[own.lower], &[own.upper]]);
 }
 
 #[test]

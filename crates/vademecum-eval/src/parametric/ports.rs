@@ -2,8 +2,8 @@
 //! their forces do at nodes, at probes and beside patterns.
 //!
 //! With `w_i = (K⁻¹ − X Λ⁻¹ Xᵀ) a_i` the modes that are not stepped answer row `b` by `b w_i`, and between two
-//! ports their inertia is `w_iᵀ M w_j`. The part outside of the basis is scaled as that of loadable nodes is,
-//! by the mean over the nodes of a port.
+//! ports their inertia is `w_iᵀ M w_j`. The part outside of the basis is scaled as that of loadable nodes is: a
+//! row of a patch as its node, or by the mean over the port where that is not loadable.
 
 use crate::kernels::dense::{add_scaled, apply, dot, row, solve_lower, solve_upper};
 use crate::parametric::model::{Parametric, Scales};
@@ -51,9 +51,12 @@ impl<'w> PortAnswers<'w> {
         for port in table.as_chunks::<7>().0 {
             let [_, first, count, node, n_nodes, ..] = port.map(|x| u32::from_le_bytes(x) as usize);
             let of_port = nodes.get(node..node.saturating_add(n_nodes)).unwrap_or_default();
-            let known = of_port.iter().filter_map(|node| node_roots.get(u32::from_le_bytes(*node) as usize));
-            let own = mean(known.copied()).unwrap_or(all);
-            roots.iter_mut().skip(first).take(count).for_each(|root| *root = own);
+            let known = |node: &[u8; 4]| node_roots.get(u32::from_le_bytes(*node) as usize).copied();
+            let own = mean(of_port.iter().filter_map(known)).unwrap_or(all);
+            // A patch has three rows a node.
+            for (row, root) in roots.iter_mut().skip(first).take(count).enumerate() {
+                *root = of_port.get(row / 3).and_then(known).unwrap_or(own);
+            }
         }
         for (place, w) in rows.chunks_exact_mut(r.max(1)).enumerate() {
             let a = work.get_mut(..r).unwrap_or_default();
