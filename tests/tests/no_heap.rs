@@ -6,11 +6,12 @@ use std::alloc::{GlobalAlloc, Layout as Memory, System};
 use std::cell::Cell;
 use vademecum_eval::{
     Anchor, Assembly, AssemblyOptions, Body as Bound, BodyOptions, Contact, End, Field, Joint, JointKind,
-    Loads, Member, Part, PartState, Place, Pose, RigidMotion, RigidShape, Scene, SceneOptions, State,
-    StructureChoice, Surface, Touching, World, WorldBuffers, WorldJoint, WorldOptions,
+    LiveMemory, Loads, Member, Part, PartState, Place, Pose, RigidMotion, RigidShape, Scene, SceneOptions,
+    State, StructureChoice, Surface, Touching, World, WorldBuffers, WorldJoint, WorldOptions,
 };
 use vademecum_format::File;
 use vademecum_format::scheme::StepParameters;
+use vademecum_tests::golden;
 use vademecum_tests::regions::{R, TwoRegions, chebyshev};
 use vademecum_tests::synthetic::{Body, Layout, bathe};
 
@@ -46,6 +47,33 @@ fn nothing_is_allocated_from_opening_to_reading() {
     a_life_with_changing_parameters();
     a_life_in_a_world();
     bodies_joined_and_taken_apart();
+    live_regions_while_the_body_moves();
+}
+
+fn live_regions_while_the_body_moves() {
+    let bytes = golden::named("parametric.vdm");
+    let file = File::parse(&bytes).expect("a file");
+    let options = BodyOptions { modes: Some(2), ..BodyOptions::default() };
+    let mut memory = vec![0.0; LiveMemory::len_for::<f32>(&file, &options).expect("a length")];
+    let before = ALLOCATIONS.get();
+    let (mut live, mut body) = LiveMemory::bind::<f32>(&file, &options, &mut memory).expect("bound");
+    let find = |name| live.model().find(name).expect("known");
+    let [root, heavy, beta] = ["stiffness of the root", "density of the tip", "beta"].map(find);
+    for n in 0..50 {
+        let share = 0.02 * f64::from(n);
+        let settings = [(root, 0.5 + share), (heavy, 1.5 - share), (beta, 1e-4 * share)];
+        // SAFETY: the body is that of this memory, and nothing else borrows from it.
+        unsafe { live.set(&settings, &mut body) }.expect("set");
+        // SAFETY: as above.
+        assert!(unsafe { live.set(&[(root, 9.0)], &mut body) }.is_err());
+        body.clear();
+        body.push(&Place::node(0), [0.0, 0.1, -1.0]).expect("pushed");
+        body.march(2).expect("stepped");
+    }
+    let energy = body.energy().expect("energy");
+    let after = ALLOCATIONS.get();
+    assert_eq!(after - before, 0);
+    assert!(energy > 0.0 && energy.is_finite() && live.carried().lost_kinetic >= 0.0);
 }
 
 fn bodies_joined_and_taken_apart() {
