@@ -103,7 +103,16 @@ fn measured(problem: &Problem, file: &File<'_>, corner: bool, dice: &mut Random)
 fn push(file: &File<'_>, time_step: f64, dice: &mut Random) -> Scenario {
     let nodes = file.section(SectionKind::NodeCoordinates).expect("nodes").numbers().expect("numbers");
     let count = f64::from(file.metadata().n_load_nodes);
-    let node = ((0.5 * (1.0 + dice.number()) * count) as usize).min(count as usize - 1);
+    let basis = file.section(SectionKind::SurfaceBasis).expect("a basis").numbers().expect("numbers");
+    let width = 3 * file.metadata().n_modes as usize;
+    // A held node carries no push.
+    let moves = |node: usize| (0..width).any(|k| basis.get(width * node + k) != Some(0.0));
+    let node = loop {
+        let node = ((0.5 * (1.0 + dice.number()) * count) as usize).min(count as usize - 1);
+        if moves(node) {
+            break node;
+        }
+    };
     let point: Vec<f64> = (0..3).map(|c| nodes.get(3 * node + c).expect("a coordinate")).collect();
     let direction = loop {
         let vector = [dice.number(), dice.number(), dice.number()];

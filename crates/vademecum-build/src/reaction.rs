@@ -9,8 +9,8 @@
 //! takes at rest when the support is moved so and all others stay. Tested with `[Φ_S; T_S]`, the equation of
 //! motion over all dofs has no elastic force, so that loads and inertia are all that is left of the reaction.
 //!
-//! With live regions `Φ_S` is the shape as built. The file keeps the force `K_q [Φ_S; T_S]` and the inertia of
-//! each live region along the basis, from which the evaluator corrects shape and inertia.
+//! With live regions `Φ_S` is the shape as built. The file keeps the force `K_q [Φ_S; T_S]` and the inertia
+//! of each live region along the basis, from which the evaluator corrects shape and inertia.
 //!
 //! When all supports move alike the body moves as a rigid one. So the last support needs no solve: its shape
 //! is the rigid motion less those of the others, and reactions are in equilibrium to rounding. A body with

@@ -25,8 +25,8 @@ impl Sets {
     /// Reads a table whose names are those of live parameters of the file.
     ///
     /// # Errors
-    /// [`TableFileError`](crate::table::TableFileError): a table that cannot be read, a column that is no live
-    /// parameter or is among those that are `given` for all bodies.
+    /// [`TableFileError`](crate::table::TableFileError): a table that cannot be read, a column that is no
+    /// live parameter or is among those that are `given` for all bodies.
     pub fn read(path: &Path, file: &File<'_>, given: &[ParameterValue]) -> Result<Self, StudyError> {
         let table = Table::read(path)?;
         let known: Vec<&str> = file.parameters().map(|parameter| parameter.name).collect();

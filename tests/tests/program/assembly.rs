@@ -514,7 +514,7 @@ fn parts_with_live_regions_are_joined_and_move_at_their_values() {
         let (code, _, errors) = run(at, "run world.toml -o world.csv");
         assert_eq!(code, Some(0), "{errors}");
         let table = table(&at.join("world.csv"));
-        *column(&table, "box.z").last().expect("a row")
+        *column(&table, "box z [m]").last().expect("a row")
     };
     let [set_to, fixed, built] = [of("live", &set), of("fixed", ""), of("live", "")].map(fallen);
     assert!((set_to - fixed).abs() < 0.02 * (built - fixed).abs(), "{set_to} {fixed} {built}");

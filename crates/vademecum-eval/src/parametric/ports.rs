@@ -1,9 +1,9 @@
 //! Ports at values of the parameters: residual flexibility and residual inertia between their rows, and what
 //! their forces do at nodes, at probes and beside patterns.
 //!
-//! With `w_i = (K⁻¹ − X Λ⁻¹ Xᵀ) a_i` the modes that are not stepped answer row `b` by `b w_i`, and between two
-//! ports their inertia is `w_iᵀ M w_j`. The part outside of the basis is scaled as that of loadable nodes is: a
-//! row of a patch as its node, or by the mean over the port where that is not loadable.
+//! With `w_i = (K⁻¹ − X Λ⁻¹ Xᵀ) a_i` the modes that are not stepped answer row `b` by `b w_i`, and between
+//! two ports their inertia is `w_iᵀ M w_j`. The part outside of the basis is scaled as that of loadable nodes
+//! is: a row of a patch as its node, or by the mean over the port where that is not loadable.
 
 use crate::kernels::dense::{add_scaled, apply, dot, row, solve_lower, solve_upper};
 use crate::parametric::model::{Parametric, Scales};
