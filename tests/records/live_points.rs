@@ -2,12 +2,13 @@
 //!
 //! ```text
 //! cargo run --release -p vademecum-tests --example live_points -- PROBLEM FILE
-//!     [--random N] [--corners N] [--seed N]
+//!     [--random N] [--corners N] [--seed N] [--modes N]
 //! ```
 //!
 //! Each point has one push at a random loadable node in a random direction, over one period of the first
 //! natural frequency there, and 200 steps of a fortieth of that period. Errors are relative to the motion of
-//! the full model that is exact in time: over all unknowns and steps, and of the displacement under the push.
+//! the full model that is exact in time: over all unknowns and steps, of the projection of that motion on the
+//! stepped modes, and of the displacement under the push.
 
 use std::fmt::Write as _;
 use std::path::PathBuf;
@@ -28,7 +29,7 @@ use vademecum_tests::synthetic::Random;
 const STEPS: [f64; 2] = [40.0, 200.0];
 
 fn main() {
-    let (mut paths, mut random, mut corners, mut seed) = (vec![], 64, 16, 1);
+    let (mut paths, mut random, mut corners, mut seed, mut modes) = (vec![], 64, 16, 1, 32);
     let mut arguments = std::env::args().skip(1);
     while let Some(argument) = arguments.next() {
         let mut value = || arguments.next().and_then(|text| text.parse().ok()).expect("a number");
@@ -36,6 +37,7 @@ fn main() {
             "--random" => random = value(),
             "--corners" => corners = value(),
             "--seed" => seed = value(),
+            "--modes" => modes = value() as usize,
             _ => paths.push(PathBuf::from(argument)),
         }
     }
@@ -45,13 +47,19 @@ fn main() {
     let file = File::parse(&bytes).expect("a file");
     let mut dice = Random::new(seed);
     for (kind, count) in [("interior", random), ("corner", corners)] {
-        let mut errors = [vec![], vec![]];
+        let mut errors = [vec![], vec![], vec![]];
         for point in 0..count {
-            let found = measured(&problem, &file, kind == "corner", &mut dice);
-            eprintln!("{kind} {}: {:.2e}, under the push {:.2e}", point + 1, found[0], found[1]);
+            let found = measured(&problem, (&file, modes), kind == "corner", &mut dice);
+            let [all, projection, push] = found;
+            eprintln!(
+                "{kind} {}: {all:.2e}, projection {projection:.2e}, under the push {push:.2e}",
+                point + 1
+            );
             errors.iter_mut().zip(found).for_each(|(all, own)| all.push(own));
         }
-        for (what, mut errors) in ["all unknowns", "under the push"].into_iter().zip(errors) {
+        for (what, mut errors) in
+            ["all unknowns", "projection on the basis", "under the push"].into_iter().zip(errors)
+        {
             errors.sort_by(f64::total_cmp);
             if let [.., worst] = errors[..] {
                 let median = errors[errors.len() / 2];
@@ -61,8 +69,13 @@ fn main() {
     }
 }
 
-/// Both errors at a point of the box.
-fn measured(problem: &Problem, file: &File<'_>, corner: bool, dice: &mut Random) -> [f64; 2] {
+/// Errors at a point of the box: of the motion, of its projection on the basis, under the push.
+fn measured(
+    problem: &Problem,
+    (file, modes): (&File<'_>, usize),
+    corner: bool,
+    dice: &mut Random,
+) -> [f64; 3] {
     let mut values: Vec<ParameterValue> = vec![];
     let mut step = None;
     for parameter in file.parameters() {
@@ -79,8 +92,8 @@ fn measured(problem: &Problem, file: &File<'_>, corner: bool, dice: &mut Random)
             values.push(ParameterValue { name: parameter.name.into(), value: value.clamp(lower, upper) });
         }
     }
-    let (modes, _) = natural_modes(problem, Some(1), None, &values, &Silent).expect("a first mode");
-    let time_step = 1.0 / (STEPS[0] * modes.frequencies_hz[0]);
+    let (first, _) = natural_modes(problem, Some(1), None, &values, &Silent).expect("a first mode");
+    let time_step = 1.0 / (STEPS[0] * first.frequencies_hz[0]);
     let mut options = PlayOptions::default();
     match step {
         Some(step) => {
@@ -89,14 +102,15 @@ fn measured(problem: &Problem, file: &File<'_>, corner: bool, dice: &mut Random)
         }
         None => options.scene.time_step = Some(time_step),
     }
-    let body = at_values(file, &values, None).expect("set").expect("a parametric model");
+    let body = at_values(file, &values, Some(modes)).expect("set").expect("a parametric model");
     let at = File::parse(&body.bytes).expect("a file");
     let scenario = push(file, time_step, dice);
     let mut prepared = prepare(problem, &mut Stopwatch::new(&Silent), &Silent).expect("prepared");
     prepared_at(&mut prepared, &body.values).expect("values of the problem");
     let found = verify(&at, &options, problem, &prepared, &scenario, &Silent).expect("verified");
     let Figures::Linear(figures) = found.figures else { panic!("a linear body") };
-    [figures.truth.total_error, figures.truth.contact_error.unwrap_or(f64::NAN)]
+    let truth = figures.truth;
+    [truth.total_error, truth.basis_error, truth.contact_error.unwrap_or(f64::NAN)]
 }
 
 /// A push at a random loadable node.
