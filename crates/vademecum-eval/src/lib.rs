@@ -192,6 +192,9 @@ pub use parametric::{
     error::ParametricError,
     model::{Parametric, STEPPED_MODES},
     solve::ParametricSizes,
+    tangents::{TangentSizes, Tangents},
+    tracked::Tracked,
+    tracker::{Sensor, Tracker, TrackerOptions, TrackerSizes},
     tuned::Tuned,
 };
 pub use scene::cost::Cost;
