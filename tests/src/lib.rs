@@ -13,6 +13,7 @@ pub mod held_rows;
 pub mod hostile;
 pub mod large;
 pub mod largest;
+pub mod live_beam;
 pub mod long_march;
 pub mod matrices;
 pub mod page;

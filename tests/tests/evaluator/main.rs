@@ -28,6 +28,7 @@ mod quantised;
 mod reactions;
 mod residual;
 mod rest;
+mod sensitivities;
 mod simulation;
 mod soundness;
 mod start;

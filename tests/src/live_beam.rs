@@ -1,0 +1,103 @@
+//! A cantilever of equal regions along its axis, with live stiffness of each and live `β`, and the same beam
+//! at fixed values.
+
+use std::fmt::Write as _;
+use std::path::PathBuf;
+
+use vademecum_build::input::Problem;
+use vademecum_build::pipeline::{BuildOptions, build};
+use vademecum_build::progress::Silent;
+
+/// `β` as built \[s\].
+pub const BETA: f64 = 1e-4;
+/// Places of the sensors along the axis; each has three components.
+pub const SENSORS: [f64; 3] = [0.35, 0.65, 1.0];
+
+/// A cantilever of length 1 m.
+#[derive(Clone, Copy, Debug)]
+pub struct LiveBeam {
+    /// Number of regions.
+    pub regions: usize,
+    /// Height; the width is 0.1 m, so that 0.1 makes pairs of equal frequencies.
+    pub height: f64,
+    /// Vectors of the basis, or modes.
+    pub modes: usize,
+}
+
+impl LiveBeam {
+    /// The problem file: with live parameters, or at factors of the stiffness of each region and a `β`.
+    #[must_use]
+    pub fn text(&self, fixed: Option<(&[f64], f64)>) -> String {
+        let Self { regions, height, modes } = *self;
+        let beta = fixed.map_or(BETA, |(_, beta)| beta);
+        let mut text = String::new();
+        if fixed.is_none() {
+            text += "representation = \"parametric\"\n";
+        }
+        let divisions = 2 * regions;
+        let _ = write!(
+            text,
+            "[mesh]\nblock = {{ lengths = [1.0, 0.1, {height}], divisions = [{divisions}, 1, 1], order = \"quadratic\" }}\n"
+        );
+        for region in 1..regions {
+            let share = 1.0 - region as f64 / regions as f64;
+            let _ = write!(
+                text,
+                "[[mesh.region]]\nname = \"part{}\"\non = {{ fraction = {{ axis = \"x\", side = \"max\", fraction = {share:.12} }} }}\n",
+                region + 1
+            );
+        }
+        for region in 0..regions {
+            let name = name(region);
+            let factor = fixed.map_or(1.0, |(factors, _)| factors[region]);
+            let _ = write!(
+                text,
+                "[[material]]\nregions = [\"{name}\"]\nyoung = {:.12e}\npoisson = 0.3\ndensity = 1200.0\n",
+                2.1e9 * factor
+            );
+        }
+        let _ = write!(
+            text,
+            "[damping]\nalpha = 1.0\nbeta = {beta:e}\n[[support]]\non = {{ group = \"x_min\" }}\n\
+             [load]\nsurface = {{ any = [{{ group = \"z_max\" }}, {{ group = \"y_max\" }}] }}\n[time]\nstep = 1e-3\n\
+             [basis]\nmodes = {modes}\n[tolerance]\nsteps = 200\n"
+        );
+        for (place, x) in SENSORS.into_iter().enumerate() {
+            for (axis, direction) in [("x", [1.0, 0.0, 0.0]), ("y", [0.0, 1.0, 0.0]), ("z", [0.0, 0.0, 1.0])]
+            {
+                let _ = write!(
+                    text,
+                    "[[output.probe]]\nname = \"s{place}{axis}\"\npoint = [{x}, 0.1, {height}]\ndirection = {direction:?}\n"
+                );
+            }
+        }
+        if fixed.is_none() {
+            for region in 0..regions {
+                let _ = write!(
+                    text,
+                    "[[parameter]]\nname = \"k{}\"\nkind = \"stiffness\"\nregion = \"{}\"\nrange = [0.5, 2.0]\nscale = \"log\"\n",
+                    region + 1,
+                    name(region)
+                );
+            }
+            text +=
+                "[[parameter]]\nname = \"beta\"\nkind = \"beta\"\nrange = [2e-5, 5e-4]\nscale = \"log\"\n";
+        }
+        text
+    }
+
+    /// Bytes of the file of [`LiveBeam::text`].
+    ///
+    /// # Panics
+    /// If it is not built.
+    #[must_use]
+    pub fn build(&self, fixed: Option<(&[f64], f64)>) -> Vec<u8> {
+        let problem = Problem::parse(&self.text(fixed), "beam.toml", PathBuf::new()).expect("a problem");
+        build(&problem, &BuildOptions::default(), &Silent).expect("built").kept().expect("kept").bytes
+    }
+}
+
+/// Name of a region.
+fn name(region: usize) -> String {
+    if region == 0 { "body".into() } else { format!("part{}", region + 1) }
+}
