@@ -1,0 +1,198 @@
+//! Least squares in the box: Gauss and Newton's steps, damped as by Levenberg and Marquardt.
+
+use faer::linalg::solvers::Solve as _;
+use faer::{Mat, Side};
+use vademecum_build::progress::Listener;
+use vademecum_format::File;
+
+use super::error::CalibrateError;
+use super::experiment::{Experiment, Measurement, Noise, Reading};
+use super::model::Model;
+use super::report::{Calibration, report};
+use crate::error::StudyError;
+use crate::parameters::ParameterValue;
+
+/// Settings of a calibration.
+#[derive(Clone, Debug)]
+pub struct CalibrateOptions {
+    /// Names of the parameters that are fitted; all but the time step if empty.
+    pub fit: Vec<String>,
+    /// Values of the others, and of those that are fitted at the start.
+    pub settings: Vec<ParameterValue>,
+    /// Noise of the measured numbers.
+    pub noise: Noise,
+    /// Time step of histories \[s\]; that of the file if absent.
+    pub time_step: Option<f64>,
+}
+
+/// Change of a coordinate for its central difference, as a share of the range.
+const CHANGE: f64 = 2e-4;
+/// Shares of histories that are fitted one after the other: early motion depends on the parameters in fewer
+/// turns, and leads to the valley of the whole.
+const SHARES: [f64; 3] = [0.25, 0.5, 1.0];
+/// Most iterations of each share.
+const ITERATIONS: usize = 40;
+/// Smallest step, as a share of the range.
+const SETTLED: f64 = 1e-6;
+/// Largest step.
+const LARGEST: f64 = 0.3;
+
+/// A point of the fit.
+pub(super) struct Point {
+    pub u: Vec<f64>,
+    pub differences: Vec<f64>,
+}
+
+impl Point {
+    fn chi(&self) -> f64 {
+        self.differences.iter().map(|x| x * x).sum()
+    }
+}
+
+/// The differences as a function of the coordinates.
+pub(super) struct Problem<'a> {
+    pub model: Model<'a>,
+    pub experiments: Vec<Experiment>,
+    listener: &'a dyn Listener,
+}
+
+impl Problem<'_> {
+    fn differences(&self, u: &[f64], share: f64) -> Result<Vec<f64>, CalibrateError> {
+        let bytes = self.model.bytes(u)?;
+        let file = File::parse(&bytes).map_err(StudyError::from)?;
+        let mut out = vec![];
+        for experiment in &self.experiments {
+            experiment.differences(&file, share, &mut out)?;
+        }
+        if out.iter().all(|x| x.is_finite()) { Ok(out) } else { Err(self.not_finite(u)) }
+    }
+
+    pub fn not_finite(&self, u: &[f64]) -> CalibrateError {
+        let values = self.model.values(u);
+        let at = values.iter().map(|v| format!("`{}` = {}", v.name, v.value)).collect::<Vec<_>>().join(", ");
+        CalibrateError::NotFinite { at }
+    }
+
+    /// Derivatives of the differences, a column for each coordinate.
+    pub fn slopes(&self, u: &[f64], share: f64) -> Result<Mat<f64>, CalibrateError> {
+        let mut columns = vec![];
+        for place in 0..u.len() {
+            self.listener.checkpoint(place, u.len()).map_err(StudyError::from)?;
+            let at = |change: f64| {
+                let mut moved = u.to_vec();
+                moved[place] = (moved[place] + change).clamp(0.0, 1.0);
+                moved
+            };
+            let (above, below) = (at(CHANGE), at(-CHANGE));
+            let width = above[place] - below[place];
+            let (above, below) = (self.differences(&above, share)?, self.differences(&below, share)?);
+            columns.push(above.iter().zip(below).map(|(a, b)| (a - b) / width).collect::<Vec<f64>>());
+        }
+        let rows = columns.first().map_or(0, Vec::len);
+        Ok(Mat::from_fn(rows, columns.len(), |i, j| columns[j][i]))
+    }
+
+    fn point(&self, u: Vec<f64>, share: f64) -> Result<Point, CalibrateError> {
+        let differences = self.differences(&u, share)?;
+        Ok(Point { u, differences })
+    }
+
+    /// The minimum from a start.
+    fn minimise(&self, start: Vec<f64>, share: f64) -> Result<(Point, usize, bool), CalibrateError> {
+        let mut point = self.point(start, share)?;
+        let mut damping = 1e-3;
+        for iteration in 0..ITERATIONS {
+            let slopes = self.slopes(&point.u, share)?;
+            let mut moved = None;
+            while damping < 1e12 {
+                let Some(next) = step(&slopes, &point, damping) else {
+                    return Err(self.not_finite(&point.u));
+                };
+                let length = next.iter().zip(&point.u).fold(0.0, |m: f64, (a, b)| m.max((a - b).abs()));
+                if length < SETTLED {
+                    break;
+                }
+                let next = self.point(next, share)?;
+                if next.chi() < point.chi() {
+                    moved = Some((next, length));
+                    break;
+                }
+                damping *= 8.0;
+            }
+            let Some((next, length)) = moved else { return Ok((point, iteration, true)) };
+            let gained = 1.0 - next.chi() / point.chi();
+            point = next;
+            damping = (0.1 * damping).max(1e-9);
+            if gained < 1e-9 && length < 100.0 * SETTLED {
+                return Ok((point, iteration + 1, true));
+            }
+        }
+        Ok((point, ITERATIONS, false))
+    }
+}
+
+/// The next coordinates: a damped step of those that are not held at a bound, into the box.
+fn step(slopes: &Mat<f64>, point: &Point, damping: f64) -> Option<Vec<f64>> {
+    let p = point.u.len();
+    let r = Mat::from_fn(point.differences.len(), 1, |i, _| point.differences[i]);
+    let gradient = slopes.transpose() * &r;
+    let held = |k: usize| {
+        (point.u[k] <= 0.0 && gradient[(k, 0)] > 0.0) || (point.u[k] >= 1.0 && gradient[(k, 0)] < 0.0)
+    };
+    let free: Vec<usize> = (0..p).filter(|&k| !held(k)).collect();
+    let square = slopes.transpose() * slopes;
+    let largest = (0..p).fold(0.0, |m: f64, k| m.max(square[(k, k)]));
+    if !largest.is_finite() || !gradient.is_all_finite() {
+        return None;
+    }
+    let mut next = point.u.clone();
+    if free.is_empty() || largest == 0.0 {
+        return Some(next);
+    }
+    let matrix = Mat::from_fn(free.len(), free.len(), |i, j| {
+        let own = square[(free[i], free[j])];
+        if i == j { own * (1.0 + damping) + 1e-9 * damping.max(1e-6) * largest } else { own }
+    });
+    let right = Mat::from_fn(free.len(), 1, |i, _| -gradient[(free[i], 0)]);
+    let change = matrix.llt(Side::Lower).ok()?.solve(&right);
+    for (place, &k) in free.iter().enumerate() {
+        next[k] = (next[k] + change[(place, 0)].clamp(-LARGEST, LARGEST)).clamp(0.0, 1.0);
+    }
+    Some(next)
+}
+
+/// Fits live parameters of a parametric model to measured numbers.
+///
+/// # Errors
+/// [`CalibrateError`]: a table, a parameter or a file that cannot be used.
+pub fn calibrate(
+    file: &File<'_>,
+    measurements: &[Measurement],
+    options: &CalibrateOptions,
+    listener: &dyn Listener,
+) -> Result<Calibration, CalibrateError> {
+    let model = Model::new(file, &options.fit, &options.settings)?;
+    let start: Vec<f64> = model.axes.iter().map(|axis| axis.coordinate(axis.start)).collect();
+    let bytes = model.bytes(&start)?;
+    let at_start = File::parse(&bytes).map_err(StudyError::from)?;
+    let model_error = options.noise.model.map_or_else(|| model.error(), Ok)?;
+    let (noise, time_step) = (options.noise, options.time_step);
+    let reading = Reading { file: &at_start, noise, model_error, time_step, listener };
+    let experiments = measurements.iter().map(|own| reading.read(own)).collect::<Result<Vec<_>, _>>()?;
+    let numbers: usize = experiments.iter().map(Experiment::len).sum();
+    if numbers <= start.len() {
+        return Err(CalibrateError::TooFew { numbers, parameters: start.len() });
+    }
+    let problem = Problem { model, experiments, listener };
+    let (mut u, mut iterations, mut settled) = (start, 0, false);
+    let mut point = None;
+    for share in SHARES {
+        listener.stage(&format!("fit the first {:.0} % of the histories", 100.0 * share));
+        let found = problem.minimise(u, share)?;
+        u = found.0.u.clone();
+        (iterations, settled) = (iterations + found.1, found.2);
+        point = Some(found.0);
+    }
+    let point = point.ok_or(CalibrateError::TooFew { numbers, parameters: u.len() })?;
+    report(&problem, &point, model_error, iterations, settled)
+}

@@ -1,0 +1,120 @@
+//! A table of measured numbers: names with units, then rows.
+
+use std::path::{Path, PathBuf};
+
+use vademecum_build::store::read_regular;
+
+use super::error::CalibrateError;
+
+/// Most measured numbers of a table.
+const MOST: usize = 20_000_000;
+
+/// A table that was read.
+pub(super) struct Table {
+    pub path: PathBuf,
+    /// Name and unit of each column; empty of a column without.
+    pub columns: Vec<(String, String)>,
+    /// Line of the names.
+    pub head: usize,
+    /// Line and numbers of each row.
+    pub rows: Vec<(usize, Vec<f64>)>,
+}
+
+impl Table {
+    /// Reads a table; empty lines and those that begin with `#` or `%` are left out.
+    pub fn read(path: &Path) -> Result<Self, CalibrateError> {
+        let unreadable = |source| CalibrateError::Unreadable { path: path.into(), source };
+        let bytes = read_regular(path).map_err(unreadable)?;
+        let text = String::from_utf8(bytes).map_err(|error| CalibrateError::Table {
+            path: path.into(),
+            reason: format!("it is no text in UTF-8: {}", error.utf8_error()),
+        })?;
+        Self::parse(path, text.trim_start_matches('\u{feff}'))
+    }
+
+    fn parse(path: &Path, text: &str) -> Result<Self, CalibrateError> {
+        let lines = text.lines().enumerate().map(|(place, line)| (place + 1, line.trim()));
+        let mut lines = lines.filter(|(_, line)| !line.is_empty() && !line.starts_with(['#', '%']));
+        let refused = |line, found: String, expected: &str| CalibrateError::Line {
+            path: path.into(),
+            line,
+            found,
+            expected: expected.into(),
+        };
+        let (head, names) = lines.next().ok_or_else(|| CalibrateError::Table {
+            path: path.into(),
+            reason: "it is empty; expected a line of names, then rows of numbers".into(),
+        })?;
+        let columns: Vec<(String, String)> = names.split(',').map(name_and_unit).collect();
+        for (place, (name, _)) in columns.iter().enumerate() {
+            if name.is_empty() || columns[..place].iter().any(|(other, _)| other == name) {
+                let found = format!("column {} has the name `{name}`", place + 1);
+                return Err(refused(head, found, "a name of its own for each column"));
+            }
+        }
+        let mut rows = vec![];
+        for (line, text) in lines {
+            let cells: Vec<&str> = text.split(',').map(str::trim).collect();
+            if cells.len() != columns.len() {
+                let found = format!("{} cells", cells.len());
+                return Err(refused(line, found, &format!("{}, one for each name", columns.len())));
+            }
+            let mut numbers = Vec::with_capacity(cells.len());
+            for (cell, (name, _)) in cells.iter().zip(&columns) {
+                let number = cell.parse::<f64>().ok().filter(|number| number.is_finite());
+                let found = || format!("`{cell}` in column `{name}`");
+                numbers.push(number.ok_or_else(|| refused(line, found(), "a finite number"))?);
+            }
+            rows.push((line, numbers));
+            if rows.len().saturating_mul(columns.len()) > MOST {
+                return Err(refused(line, "a longer table".into(), &format!("at most {MOST} numbers")));
+            }
+        }
+        if rows.is_empty() {
+            return Err(refused(head, "names without a row below".into(), "rows of numbers"));
+        }
+        Ok(Self { path: path.into(), columns, head, rows })
+    }
+
+    /// A fault in a line.
+    pub fn fault(
+        &self,
+        line: usize,
+        found: impl Into<String>,
+        expected: impl Into<String>,
+    ) -> CalibrateError {
+        CalibrateError::Line { path: self.path.clone(), line, found: found.into(), expected: expected.into() }
+    }
+}
+
+/// `name [unit]`.
+fn name_and_unit(cell: &str) -> (String, String) {
+    let cell = cell.trim();
+    match cell.strip_suffix(']').and_then(|cell| cell.rsplit_once('[')) {
+        Some((name, unit)) => (name.trim().into(), unit.trim().into()),
+        None => (cell.into(), String::new()),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn said(text: &str) -> String {
+        Table::parse(Path::new("m.csv"), text).err().expect("a fault").to_string()
+    }
+
+    #[test]
+    fn names_units_and_rows_are_read_and_faults_are_named_by_their_line() {
+        let text = "# bench 3\ntime_s, tip [m]\n0,1e-3\n\n1e-3,2e-3\n";
+        let table = Table::parse(Path::new("m.csv"), text).expect("a table");
+        assert_eq!(table.columns[1], ("tip".into(), "m".into()));
+        assert_eq!((table.head, table.rows[1].0), (2, 5));
+        assert_eq!(table.rows[1].1, [1e-3, 2e-3]);
+        assert!(said("a,b\n1,2\n3\n").starts_with("m.csv:3: 1 cells; expected 2"));
+        assert!(said("a,b\n1,nan\n").contains("m.csv:2: `nan` in column `b`; expected a finite number"));
+        assert!(said("a,a [m]\n1,2\n").contains("m.csv:1: column 2 has the name `a`"));
+        assert!(said("a\n").contains("m.csv:1: names without a row"));
+        assert!(said("").contains("it is empty"));
+    }
+}
