@@ -25,6 +25,7 @@ use vademecum_build::store::OutputError as WriteError;
 use vademecum_deck::DeckError;
 use vademecum_eval::OutputError;
 use vademecum_rewrite::RewriteError;
+use vademecum_study::calibrate::CalibrateError;
 use vademecum_study::scenario::ScenarioError;
 use vademecum_study::{FileError, StudyError};
 
@@ -252,6 +253,23 @@ impl From<ProblemError> for Failure {
             _ => PROBLEM_KEYS,
         };
         Self::new(Cause::Input, error).remedy(remedy)
+    }
+}
+
+impl From<CalibrateError> for Failure {
+    fn from(error: CalibrateError) -> Self {
+        use CalibrateError as E;
+        let (cause, remedy) = match error {
+            E::Study(error) => return Self::from(error),
+            E::Unreadable { .. } => (Cause::Machine, UNREAD),
+            E::Line { .. } | E::Table { .. } => {
+                (Cause::Input, "`vademecum calibrate --help` shows what tables may hold")
+            }
+            E::NotParametric => (Cause::File, ""),
+            E::Parameters { .. } | E::TooFew { .. } => (Cause::Usage, ""),
+            E::NotFinite { .. } => (Cause::Numerics, "a smaller range of the parameters, or other data"),
+        };
+        Self::new(cause, error).remedy(remedy)
     }
 }
 

@@ -3,6 +3,7 @@
 mod batch;
 mod bind;
 mod bits;
+mod calibrate;
 mod contact;
 mod coupled;
 mod damped_residual;
@@ -37,6 +38,7 @@ mod step;
 mod strain;
 mod stress;
 mod total_error;
+mod tracker;
 mod tree;
 mod uniform;
 mod world;

@@ -13,10 +13,13 @@ mod error;
 mod experiment;
 mod fit;
 mod model;
+mod pair;
+mod problem;
 mod report;
 mod table;
 
 pub use error::CalibrateError;
 pub use experiment::{Measurement, Noise, Source};
 pub use fit::{CalibrateOptions, calibrate};
+pub use pair::measurements;
 pub use report::{Calibration, Direction, Estimate, Fit, Share};

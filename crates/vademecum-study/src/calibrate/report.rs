@@ -4,7 +4,7 @@ use serde::Serialize;
 
 use super::error::CalibrateError;
 use super::experiment::ColumnFit;
-use super::fit::{Point, Problem};
+use super::problem::{Point, Problem};
 use crate::parameters::ParameterValue;
 
 /// A fitted parameter.
