@@ -1,4 +1,4 @@
-//! A cantilever of equal regions along its axis, with live stiffness of each and live `β`, and the same beam
+//! A beam of equal regions along its axis, with live stiffness of each and live `β`, and the same beam
 //! at fixed values.
 
 use std::fmt::Write as _;
@@ -10,10 +10,8 @@ use vademecum_build::progress::Silent;
 
 /// `β` as built \[s\].
 pub const BETA: f64 = 1e-4;
-/// Places of the sensors along the axis; each has three components.
-pub const SENSORS: [f64; 3] = [0.35, 0.65, 1.0];
 
-/// A cantilever of length 1 m.
+/// A beam of length 1 m.
 #[derive(Clone, Copy, Debug)]
 pub struct LiveBeam {
     /// Number of regions.
@@ -22,13 +20,22 @@ pub struct LiveBeam {
     pub height: f64,
     /// Vectors of the basis, or modes.
     pub modes: usize,
+    /// True of a beam that is held at both ends, false of a cantilever.
+    pub both_ends: bool,
 }
 
 impl LiveBeam {
+    /// Places of the sensors along the axis; each has three components.
+    #[must_use]
+    pub const fn sensors(&self) -> [f64; 3] {
+        if self.both_ends { [0.25, 0.5, 0.75] } else { [0.35, 0.65, 1.0] }
+    }
+
     /// The problem file: with live parameters, or at factors of the stiffness of each region and a `β`.
     #[must_use]
     pub fn text(&self, fixed: Option<(&[f64], f64)>) -> String {
-        let Self { regions, height, modes } = *self;
+        let Self { regions, height, modes, both_ends } = *self;
+        let more = if both_ends { "[[support]]\non = { group = \"x_max\" }\n" } else { "" };
         let beta = fixed.map_or(BETA, |(_, beta)| beta);
         let mut text = String::new();
         if fixed.is_none() {
@@ -58,11 +65,11 @@ impl LiveBeam {
         }
         let _ = write!(
             text,
-            "[damping]\nalpha = 1.0\nbeta = {beta:e}\n[[support]]\non = {{ group = \"x_min\" }}\n\
+            "[damping]\nalpha = 1.0\nbeta = {beta:e}\n[[support]]\non = {{ group = \"x_min\" }}\n{more}\
              [load]\nsurface = {{ any = [{{ group = \"z_max\" }}, {{ group = \"y_max\" }}] }}\n[time]\nstep = 1e-3\n\
              [basis]\nmodes = {modes}\n[tolerance]\nsteps = 200\n"
         );
-        for (place, x) in SENSORS.into_iter().enumerate() {
+        for (place, x) in self.sensors().into_iter().enumerate() {
             for (axis, direction) in [("x", [1.0, 0.0, 0.0]), ("y", [0.0, 1.0, 0.0]), ("z", [0.0, 0.0, 1.0])]
             {
                 let _ = write!(

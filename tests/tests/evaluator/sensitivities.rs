@@ -7,6 +7,8 @@ use vademecum_tests::golden;
 use vademecum_tests::live_beam::LiveBeam;
 
 const STEPS: usize = 60;
+/// Relative change of a parameter for a difference.
+const CHANGE: f64 = 4e-3;
 
 /// Richardson's extrapolation of central differences: `f` at value plus and minus a change.
 fn derivative(change: f64, f: impl Fn(f64) -> Vec<f64>) -> Vec<f64> {
@@ -91,7 +93,7 @@ fn compare(model: &Parametric<'_>, values: &[f64], rows: &[Vec<f64>], force: &[f
             values[index] += change;
             values
         };
-        let change = 4e-3 * values[index];
+        let change = CHANGE * values[index];
         let size = 1.0 / values[index];
         let expected = derivative(change, |h| modes(model, &at(h))[0].clone());
         let mut found = vec![0.0; r];
@@ -117,9 +119,13 @@ fn compare(model: &Parametric<'_>, values: &[f64], rows: &[Vec<f64>], force: &[f
     }
     let [eigenvalues, shapes, histories] = worst;
     println!("eigenvalues {eigenvalues:.1e}, shapes {shapes:.1e}, histories {histories:.1e}");
-    // Rounding 1e-13 over a change of 4e-3, and its fourth power: both are below 1e-9; shapes are worse by the
-    // ratio of an eigenvalue to a gap.
-    assert!(eigenvalues < 1e-9 && shapes < 1e-6 && histories < 1e-7, "{worst:?}");
+    // An eigenvalue is known to ε times the largest, and a difference of them to that over the change; beside it
+    // is the fourth power of the change. Histories turn by as many radians as they last, and of a region that
+    // hardly strains they are compared with little.
+    let (lambda, all) = (tuned.eigenvalues()[0], tuned.eigenvalues()[r - 1]);
+    let known = CHANGE.powi(4) + f64::EPSILON * all / (lambda * CHANGE);
+    println!("differences are known to {known:.1e}");
+    assert!(eigenvalues < 10.0 * known && shapes < 100.0 * known && histories < 100.0 * known, "{worst:?}");
 }
 
 fn rows(model: &Parametric<'_>, probes: &[usize]) -> Vec<Vec<f64>> {
@@ -153,6 +159,15 @@ fn equal_pair() -> Vec<u8> {
         let first: [u8; 8] = triangle[..8].try_into().expect("a number");
         triangle[16..24].copy_from_slice(&first);
     }
+    // Modes of one frequency and different ratios would have no derivative.
+    let file = File::parse(&bytes).expect("a file");
+    if let Some(section) = file.section(SectionKind::DampingRatios) {
+        let raw = section.raw().expect("raw");
+        let start = raw.as_ptr() as usize - bytes.as_ptr() as usize;
+        bytes[start..start + 8 * r]
+            .chunks_exact_mut(8)
+            .for_each(|ratio| ratio.copy_from_slice(&0.03f64.to_le_bytes()));
+    }
     bytes
 }
 
@@ -179,7 +194,7 @@ fn tangents_hold_for_equal_eigenvalues() {
 
 #[test]
 fn tangents_of_a_beam_are_differences_and_the_march_is_that_of_the_file() {
-    let beam = LiveBeam { regions: 4, height: 0.12, modes: 32 };
+    let beam = LiveBeam { regions: 4, height: 0.12, modes: 32, both_ends: false };
     let bytes = beam.build(None);
     let file = File::parse(&bytes).expect("a file");
     let model = Parametric::new(&file).expect("a model");

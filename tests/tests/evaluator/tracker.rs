@@ -113,7 +113,8 @@ fn node_at(file: &File<'_>, point: [f64; 3]) -> usize {
 
 #[test]
 fn a_region_that_loses_stiffness_is_tracked_and_deviations_are_honest() {
-    let [rich, lean] = [96, 48].map(|modes| LiveBeam { regions: 4, height: 0.12, modes }.build(None));
+    let [rich, lean] =
+        [96, 48].map(|modes| LiveBeam { regions: 4, height: 0.12, modes, both_ends: false }.build(None));
     let [rich, lean] = [&rich, &lean].map(|bytes| File::parse(bytes).expect("a file"));
     let [real, model] = [&rich, &lean].map(|file| Parametric::new(file).expect("a model"));
     let nodes = [node_at(&rich, [1.0, 0.1, 0.12]), node_at(&rich, [0.5, 0.1, 0.12])];

@@ -23,7 +23,9 @@ pub struct TangentSizes {
 ///
 /// The derivative is that of the motion in the span of the stepped modes. Where all modes of the basis are
 /// stepped, it is the derivative of the whole answer of the basis to rounding. With fewer it leaves out that
-/// the span turns; residual flexibility is in neither. A parameter of the time step has zeros.
+/// the span turns; residual flexibility is in neither. A parameter of the time step has zeros. Modes of one
+/// frequency and different damping ratios beside Rayleigh's damping have no derivative; the mean of the ratios
+/// is taken.
 #[derive(Debug)]
 pub struct Tangents<'m, 'f> {
     model: Parametric<'f>,

@@ -5,8 +5,7 @@
 //! first-order change of a step ([`SlopeStep`]). When an estimate has moved by one percent, the eigenproblem is
 //! solved again, and state and covariance are carried over by the projection of [`Tuned::carry`].
 //!
-//! Sources: Kalman 1960; Jazwinski 1970 (extended filter); Joseph's form is not needed, since measurements
-//! are taken one by one.
+//! Sources: Kalman 1960; Jazwinski 1970 (extended filter).
 
 use crate::base::lend::Lender;
 use crate::kernels::dense::{add_scaled, at, dot, row, row_mut, set};

@@ -94,6 +94,8 @@ const NORMAL_95: f64 = 1.959_963_984_540_054;
 /// Deviation of a direction, as a share of the range, beyond which the data do not determine it: at random
 /// over the range it would be 1/√12 = 0.29.
 const UNDETERMINED: f64 = 0.25;
+/// Largest deviation, as a share of the range.
+const FAR: f64 = 1e6;
 /// Shares in a direction below this are left out.
 const LITTLE: f64 = 0.1;
 
@@ -115,8 +117,8 @@ pub(super) fn report(
     let spread = 3.0 * (2.0 / free as f64).sqrt();
     let widened = if chi > 1.0 + spread { chi.sqrt() } else { 1.0 };
     let turned = |k: usize, i: usize| svd.V()[(i, k)];
-    // Directions without any slope have no finite deviation.
-    let deviation = |k: usize| widened / singular[k].max(1e-9 * singular[0]).max(f64::MIN_POSITIVE);
+    // Directions without any slope have no deviation; this is far beyond any range.
+    let deviation = |k: usize| (widened / singular[k]).min(FAR);
     let covariance = |i: usize, j: usize| -> f64 {
         (0..p).map(|k| turned(k, i) * turned(k, j) * deviation(k) * deviation(k)).sum()
     };
