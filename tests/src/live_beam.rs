@@ -6,7 +6,12 @@ use std::path::PathBuf;
 
 use vademecum_build::input::Problem;
 use vademecum_build::pipeline::{BuildOptions, build};
-use vademecum_build::progress::Silent;
+use vademecum_build::prepared::prepare;
+use vademecum_build::progress::{Silent, Stopwatch};
+use vademecum_format::File;
+use vademecum_study::player::PlayOptions;
+use vademecum_study::scenario::Scenario;
+use vademecum_study::verify::verify_linear;
 
 /// `β` as built \[s\].
 pub const BETA: f64 = 1e-4;
@@ -22,6 +27,10 @@ pub struct LiveBeam {
     pub modes: usize,
     /// True of a beam that is held at both ends, false of a cantilever.
     pub both_ends: bool,
+    /// Elements along a region, and one less over the height and the width.
+    pub fine: usize,
+    /// Time step \[s\].
+    pub step: f64,
 }
 
 impl LiveBeam {
@@ -34,17 +43,17 @@ impl LiveBeam {
     /// The problem file: with live parameters, or at factors of the stiffness of each region and a `β`.
     #[must_use]
     pub fn text(&self, fixed: Option<(&[f64], f64)>) -> String {
-        let Self { regions, height, modes, both_ends } = *self;
+        let Self { regions, height, modes, both_ends, fine, step } = *self;
         let more = if both_ends { "[[support]]\non = { group = \"x_max\" }\n" } else { "" };
         let beta = fixed.map_or(BETA, |(_, beta)| beta);
         let mut text = String::new();
         if fixed.is_none() {
             text += "representation = \"parametric\"\n";
         }
-        let divisions = 2 * regions;
+        let (along, across) = (fine * regions, fine - 1);
         let _ = write!(
             text,
-            "[mesh]\nblock = {{ lengths = [1.0, 0.1, {height}], divisions = [{divisions}, 1, 1], order = \"quadratic\" }}\n"
+            "[mesh]\nblock = {{ lengths = [1.0, 0.1, {height}], divisions = [{along}, {across}, {across}], order = \"quadratic\" }}\n"
         );
         for region in 1..regions {
             let share = 1.0 - region as f64 / regions as f64;
@@ -66,7 +75,7 @@ impl LiveBeam {
         let _ = write!(
             text,
             "[damping]\nalpha = 1.0\nbeta = {beta:e}\n[[support]]\non = {{ group = \"x_min\" }}\n{more}\
-             [load]\nsurface = {{ any = [{{ group = \"z_max\" }}, {{ group = \"y_max\" }}] }}\n[time]\nstep = 1e-3\n\
+             [load]\nsurface = {{ any = [{{ group = \"z_max\" }}, {{ group = \"y_max\" }}] }}\n[time]\nstep = {step:e}\n\
              [basis]\nmodes = {modes}\n[tolerance]\nsteps = 200\n"
         );
         for (place, x) in self.sensors().into_iter().enumerate() {
@@ -101,6 +110,27 @@ impl LiveBeam {
     pub fn build(&self, fixed: Option<(&[f64], f64)>) -> Vec<u8> {
         let problem = Problem::parse(&self.text(fixed), "beam.toml", PathBuf::new()).expect("a problem");
         build(&problem, &BuildOptions::default(), &Silent).expect("built").either().bytes
+    }
+
+    /// Histories of the nine probes at full order, exact in time, at factors of the stiffness and a `β`: a
+    /// row for each step from the start on. Beside them the number of free dofs.
+    ///
+    /// # Panics
+    /// If there are none.
+    #[must_use]
+    pub fn full_order(&self, fixed: (&[f64], f64), scenario: &Scenario) -> (Vec<[f64; 9]>, usize) {
+        // The file is only what the loads of the scenario are found on.
+        let few = Self { modes: 6, ..*self };
+        let (text, bytes) = (few.text(Some(fixed)), few.build(Some(fixed)));
+        let problem = Problem::parse(&text, "beam.toml", PathBuf::new()).expect("a problem");
+        let prepared = prepare(&problem, &mut Stopwatch::new(&Silent), &Silent).expect("prepared");
+        let file = File::parse(&bytes).expect("a file");
+        let options = PlayOptions::default();
+        let found =
+            verify_linear(&file, &options, &problem, &prepared, scenario, &Silent).expect("full order");
+        assert!(found.figures.truth.truth_error < 1e-5, "{:e}", found.figures.truth.truth_error);
+        let rows = found.probe_series[0].as_chunks().0.to_vec();
+        (rows, prepared.body.n_dof())
     }
 }
 

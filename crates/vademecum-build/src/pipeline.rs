@@ -33,7 +33,7 @@ use faer::MatRef;
 
 use crate::basis::BasisError;
 use crate::input::{BasisKind, Problem};
-use crate::prepared::ParameterSpace;
+use crate::prepared::Prepared;
 use crate::progress::{Listener, Stopwatch};
 
 /// Runs the whole build. Nothing is written here; the caller has the bytes.
@@ -50,7 +50,8 @@ pub fn build(
     }
     with_context(problem, options, listener, |context, watch| {
         let mut missed = None;
-        for modes in basis_sizes(problem, &context.prepared.space) {
+        note_separated(context, problem);
+        for modes in basis_sizes(problem, context.prepared) {
             let mut sized = problem.clone();
             sized.basis.modes = modes;
             let built = build_sized(context, &sized, watch);
@@ -77,6 +78,16 @@ pub fn build(
     })
 }
 
+/// Tells why the time step is separated over live regions.
+fn note_separated(context: &BuildContext<'_>, problem: &Problem) {
+    if let Some(by) = problem.separated_by().filter(|_| context.prepared.space.has_region_parameters()) {
+        context.kept.listener.note(&format!(
+            "live regions: the time step is separated over their factors, because of {by}; without it a \
+             parametric reduced-order model is built, with exact steps"
+        ));
+    }
+}
+
 /// One file, at one size of the basis.
 fn build_sized(
     context: &BuildContext<'_>,
@@ -87,7 +98,7 @@ fn build_sized(
     if problem.is_large() {
         return large::build(context, problem, plan, watch);
     }
-    if problem.is_parametric() {
+    if context.prepared.is_parametric(problem) {
         return parametric::build(context, problem, plan, watch);
     }
     let mut model = ReducedModel::new(context, problem, &plan, watch)?;
@@ -118,8 +129,8 @@ fn natural_modes<'m>(
 
 /// Sizes of the basis to try, smallest first: the one asked for, unless live regions turn the eigenvectors
 /// and the problem leaves the number open.
-fn basis_sizes(problem: &Problem, space: &ParameterSpace) -> Vec<Option<usize>> {
+fn basis_sizes(problem: &Problem, prepared: &Prepared) -> Vec<Option<usize>> {
     let asked = problem.basis.modes.is_some() || problem.basis_kind() == BasisKind::Modes;
-    let fixed = asked || problem.is_parametric() || !space.has_region_parameters();
+    let fixed = asked || problem.is_parametric() || !prepared.space.has_region_parameters();
     if fixed { vec![problem.basis.modes] } else { [8, 16, 32, 64].map(Some).to_vec() }
 }

@@ -190,11 +190,12 @@ pub use motion::strain::{EnergyAccount, Training};
 #[cfg(feature = "parametric")]
 pub use parametric::{
     error::ParametricError,
+    memory::{Carried, LiveMemory},
     model::{Parametric, STEPPED_MODES},
     solve::ParametricSizes,
     tangents::{TangentSizes, Tangents},
     tracked::Tracked,
-    tracker::{Sensor, Tracker, TrackerOptions, TrackerSizes},
+    tracker::{Sensor, Tracker, TrackerOptions},
     tuned::Tuned,
 };
 pub use scene::cost::Cost;

@@ -125,6 +125,14 @@ impl<'a> LiveParameters<'a> {
 }
 
 impl<'a> File<'a> {
+    /// Live parameters in the order of their numbers, those of a parametric reduced-order model too; none of
+    /// a table that cannot be read.
+    pub fn parameters(&self) -> impl Iterator<Item = Parameter<'a>> + use<'a> {
+        let metadata = *self.metadata();
+        let own = (0..).map_while(move |index: usize| metadata.active_parameters().get(index).copied());
+        own.chain(self.live_parameters().ok().flatten().into_iter().flat_map(|live| live.iter()))
+    }
+
     /// Live parameters of a parametric reduced-order model; `None` of a file without them.
     ///
     /// # Errors

@@ -459,7 +459,8 @@ fn what_a_free_body_cannot_have_is_refused_by_name() {
     build(&plain.replace("\"gravity\"", "\"centrifugal xy\""))
         .fails(3, &["`load.pattern[0].name`", "another name"]);
     let region = "[[parameter]]\nname = \"a\"\nkind = \"stiffness\"\nregion = \"body\"\nrange = [0.5, 2.0]\n";
-    build(&(plain.replace("ratio = 1.0", "alpha = 1.0") + region))
+    let separated = "representation = \"separated\"\n".to_string() + &plain;
+    build(&(separated.replace("ratio = 1.0", "alpha = 1.0") + region))
         .fails(3, &["`support` is none beside a live parameter of a region"]);
     let hinge = "[[support]]\non = { box = { min = [-1, -1, -1], max = [0.01, 0.01, 1] } }\n";
     build(&(plain.clone() + hinge)).fails(5, &["can still move in 1 of the 6 rigid ways"]);

@@ -7,7 +7,9 @@ use vademecum_build::input::Problem;
 use vademecum_build::pipeline::{BuildOptions, build};
 use vademecum_build::prepared::prepare;
 use vademecum_build::progress::{Silent, Stopwatch};
-use vademecum_eval::{Parametric, ParametricError};
+use vademecum_eval::{
+    BodyOptions, Field, ParameterError, Parametric, ParametricError, SceneOptions, Simulation,
+};
 use vademecum_format::{File, SectionKind as S};
 use vademecum_study::live::{at_values, prepared_at};
 use vademecum_study::modes::natural_modes;
@@ -157,6 +159,7 @@ fn modes_and_static_answers_are_those_of_the_reduced_matrices() {
 
 #[test]
 fn settings_are_checked_and_change_nothing_when_they_are_refused() {
+    use ParameterError as P;
     use ParametricError as E;
     let bytes = golden::named("parametric.vdm");
     let file = File::parse(&bytes).expect("a file");
@@ -166,18 +169,21 @@ fn settings_are_checked_and_change_nothing_when_they_are_refused() {
     assert_eq!(model.find("beta"), Some(3));
     let mut values = [1.0, 1.0, 1.0, 1e-6];
     let before = values;
-    assert_eq!(model.set(&mut values, &[(0, 1.5), (4, 1.0)]), Err(E::Index { index: 4, count: 4 }));
-    assert_eq!(model.set(&mut values, &[(0, 1.5), (0, 1.0)]), Err(E::Twice { index: 0 }));
-    let range = |found| E::Range { index: 1, found, lower: 0.25, upper: 4.0 };
+    assert_eq!(model.set(&mut values, &[(0, 1.5), (4, 1.0)]), Err(P::Unknown { index: 4 }));
+    assert_eq!(model.set(&mut values, &[(0, 1.5), (0, 1.0)]), Err(P::Twice { parameter: 0 }));
+    let range = |value| P::OutsideRange { parameter: 1, value, lower: 0.25, upper: 4.0 };
     assert_eq!(model.set(&mut values, &[(0, 1.5), (1, 4.5)]), Err(range(4.5)));
     assert!(model.set(&mut values, &[(1, f64::NAN)]).is_err());
     assert_eq!(values, before);
     model.set(&mut values, &[(0, 1.5), (3, 2e-5)]).expect("set");
     assert_eq!(values, [1.5, 1.0, 1.0, 2e-5]);
-    assert_eq!(set(&file, &[1.0, 9.0, 1.0, 0.0], 2).err(), Some(range(9.0)));
+    assert_eq!(set(&file, &[1.0, 9.0, 1.0, 0.0], 2).err(), Some(range(9.0).into()));
     assert_eq!(model.sizes(4).err(), Some(E::Modes { found: 4, most: 3 }));
     assert_eq!(model.sizes(0).err(), Some(E::Modes { found: 0, most: 3 }));
     let sizes = model.sizes(2).expect("sizes");
+    let mut memory = vec![0.0; sizes.memory];
+    let wrong = model.solve(&values[..3], 2, &mut memory, &mut vec![0.0; sizes.work]);
+    assert_eq!(wrong.err(), Some(E::Values { found: 3, needed: 4 }));
     let short = model.solve(&values, 2, &mut [], &mut vec![0.0; sizes.work]);
     let needed = sizes.memory;
     assert_eq!(short.err(), Some(E::LentMemory { what: "numbers of memory", found: 0, needed }));
@@ -207,6 +213,100 @@ fn a_state_carried_to_other_values_gains_no_kinetic_energy() {
     let same = model.solve(&[0.5, 0.25, 1.0, 0.0], 2, third, &mut work).expect("solved");
     same.carry(&soft, &rates, &mut back, &mut work).expect("carried");
     assert!(back.iter().zip(rates).all(|(a, b)| (a - b).abs() < 1e-13), "{back:?}");
+}
+
+#[test]
+fn a_simulation_sets_parameters_while_it_moves_and_keeps_its_loads() {
+    let bytes = golden::named("parametric.vdm");
+    let options = BodyOptions { modes: Some(2), flight: false, ..BodyOptions::default() };
+    let mut body = Simulation::<f64>::with_options(bytes.clone(), &options).expect("bound");
+    assert_eq!(body.scene().n_modes(), 2);
+    let names: Vec<_> = body.parameters().map(|parameter| parameter.name.to_string()).collect();
+    assert_eq!(names.len(), 4);
+    let (root, tip) =
+        (body.find_parameter(&names[0]).expect("root"), body.find_parameter(&names[1]).expect("tip"));
+    let place = body.body().file().section(S::NodeCoordinates).expect("nodes").numbers().expect("raw");
+    let point: Vec<f64> = place.iter().take(3).collect();
+    let finger = body.locate([point[0], point[1], point[2]]).expect("a place");
+    body.push(&finger, [0.0, 3.0, -20.0]).expect("pushed");
+    body.step(3).expect("stepped");
+
+    // Refused: nothing changes.
+    let before = body.point(&finger, Field::Velocity).expect("shown");
+    assert!(body.set_parameters(&[(root, 0.5), (tip, 90.0)]).is_err());
+    assert_eq!(body.parameter(root), Some(1.0));
+    assert_eq!(body.point(&finger, Field::Velocity).expect("shown"), before);
+
+    body.set_parameters(&[(root, 0.5), (tip, 3.0)]).expect("set");
+    assert_eq!((body.parameter(root), body.parameter(tip)), (Some(0.5), Some(3.0)));
+    let mut values = vec![0.0; 4];
+    let file = File::parse(&bytes).expect("a file");
+    Parametric::new(&file).expect("a model").nominal_into(&mut values);
+    (values[root], values[tip]) = (0.5, 3.0);
+    let expected = set(&file, &values, 2).expect("set");
+    let expected = numbers(&File::parse(&expected).expect("a file"), S::Eigenvalues);
+    assert_eq!(numbers(body.file(), S::Eigenvalues), expected);
+    // The loads go on: from rest the same body of a file at these values moves alike.
+    body.rest();
+    body.step(5).expect("stepped");
+    let own = set(&file, &values, 2).expect("set");
+    let mut other = Simulation::<f64>::new(own, &SceneOptions::default()).expect("bound");
+    other.push(&finger, [0.0, 3.0, -20.0]).expect("pushed");
+    other.step(5).expect("stepped");
+    let [own, other] = [&body, &other].map(|body| body.point(&finger, Field::Displacement).expect("shown"));
+    assert_eq!(own, other);
+    // Another of it starts at the same values, and many changes need no more memory.
+    let another = body.another().expect("another");
+    assert_eq!((another.parameter(root), another.parameter(tip)), (Some(0.5), Some(3.0)));
+    for turn in 0..20 {
+        body.set_parameters(&[(root, 0.5 + 0.1 * f64::from(turn % 7))]).expect("set");
+        body.step(1).expect("stepped");
+    }
+    assert!(body.energy().expect("energy").is_finite());
+}
+
+#[test]
+fn motion_goes_over_to_other_values_and_its_energies_are_told() {
+    let bytes = golden::named("parametric.vdm");
+    // Energies of the third mode at the new values, of a motion that has none of it before.
+    let mut third = [0.0; 2];
+    for modes in [3, 2] {
+        let options = BodyOptions { modes: Some(modes), flight: false, ..BodyOptions::default() };
+        let mut body = Simulation::<f64>::with_options(bytes.clone(), &options).expect("bound");
+        body.with_body(|body| body.set(&[1e-3, -2e-3, 0.0][..modes], &[0.3, 0.2, 0.0][..modes]))
+            .expect("set");
+        let shown = |body: &Simulation<f64>| {
+            [Field::Displacement, Field::Velocity].map(|field| body.body().node(0, field).expect("shown"))
+        };
+        let energy = |body: &Simulation<f64>| {
+            let (mut zeta, mut rate) = (vec![0.0; modes], vec![0.0; modes]);
+            body.body().coordinates_into(&mut zeta, &mut rate).expect("read");
+            let lambda = numbers(body.file(), S::Eigenvalues);
+            let elastic: Vec<f64> = zeta.iter().zip(lambda).map(|(x, lambda)| 0.5 * lambda * x * x).collect();
+            [rate.iter().map(|x| 0.5 * x * x).collect(), elastic]
+        };
+        let sum = |energies: [Vec<f64>; 2]| energies.map(|energy| energy.iter().sum::<f64>());
+        let (before, [kinetic, elastic]) = (shown(&body), sum(energy(&body)));
+        body.set_parameters(&[(0, 0.5), (1, 3.0)]).expect("set");
+        let (after, [new_kinetic, new_elastic]) = (shown(&body), sum(energy(&body)));
+        let carried = body.carried().expect("a parametric file");
+        let close = |a: f64, b: f64, size: f64| assert!((a - b).abs() < 1e-11 * size, "{a} beside {b}");
+        close(kinetic - carried.lost_kinetic, new_kinetic, kinetic);
+        close(elastic + carried.work - carried.lost_elastic, new_elastic, elastic + new_elastic);
+        assert!(carried.work.abs() > 1e-3 * elastic);
+        if modes == 3 {
+            // All modes of the basis: nothing is lost, and nothing moves at once.
+            close(carried.lost_kinetic, 0.0, kinetic);
+            for (before, after) in before.as_flattened().iter().zip(after.as_flattened()) {
+                assert!((before - after).abs() < 1e-11 * before.abs().max(1e-3), "{before} {after}");
+            }
+            third = energy(&body).map(|energy| energy[2]);
+        } else {
+            close(carried.lost_kinetic, third[0], kinetic);
+            close(carried.lost_elastic, third[1], elastic);
+            assert!(third[1] > 1e-9 * elastic, "{third:?} of {kinetic:e} and {elastic:e}");
+        }
+    }
 }
 
 #[test]

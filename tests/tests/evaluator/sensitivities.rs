@@ -119,9 +119,9 @@ fn compare(model: &Parametric<'_>, values: &[f64], rows: &[Vec<f64>], force: &[f
     }
     let [eigenvalues, shapes, histories] = worst;
     println!("eigenvalues {eigenvalues:.1e}, shapes {shapes:.1e}, histories {histories:.1e}");
-    // An eigenvalue is known to ε times the largest, and a difference of them to that over the change; beside it
-    // is the fourth power of the change. Histories turn by as many radians as they last, and of a region that
-    // hardly strains they are compared with little.
+    // An eigenvalue is known to ε times the largest, and a difference of them to that over the change; beside
+    // it is the fourth power of the change. Histories turn by as many radians as they last, and of a region
+    // that hardly strains they are compared with little.
     let (lambda, all) = (tuned.eigenvalues()[0], tuned.eigenvalues()[r - 1]);
     let known = CHANGE.powi(4) + f64::EPSILON * all / (lambda * CHANGE);
     println!("differences are known to {known:.1e}");
@@ -148,8 +148,8 @@ fn sensitivities_with_live_density_are_differences_of_models() {
     compare(&model, &[0.8, 1.7, 1.1, 4e-5], &rows, &force, true);
 }
 
-/// The golden model with its second eigenvalue the same as its first at the values as built: the regions share
-/// both alike, and couple them.
+/// The golden model with its second eigenvalue the same as its first at the values as built: the regions
+/// share both alike, and couple them.
 fn equal_pair() -> Vec<u8> {
     let mut bytes = golden::named("parametric.vdm");
     let file = File::parse(&bytes).expect("a file");
@@ -194,7 +194,7 @@ fn tangents_hold_for_equal_eigenvalues() {
 
 #[test]
 fn tangents_of_a_beam_are_differences_and_the_march_is_that_of_the_file() {
-    let beam = LiveBeam { regions: 4, height: 0.12, modes: 32, both_ends: false };
+    let beam = LiveBeam { regions: 4, height: 0.12, modes: 32, both_ends: false, fine: 2, step: 1e-3 };
     let bytes = beam.build(None);
     let file = File::parse(&bytes).expect("a file");
     let model = Parametric::new(&file).expect("a model");

@@ -47,7 +47,7 @@ fn live() -> &'static [u8] {
         let parameters = "[[parameter]]\nname = \"tip\"\nkind = \"stiffness\"\nregion = \"tip\"\nrange = [0.5, \
                           2.0]\nscale = \"log\"\n[[parameter]]\nname = \"dt\"\nkind = \"time-step\"\nrange = \
                           [0.5e-3, 2e-3]\nscale = \"log\"\n[tolerance]\nsteps = 50\nmap = 1e-4\n";
-        build(&format!("{regions}{parameters}"), tempfile::tempdir().expect("a folder").path())
+        build(&format!("representation = \"separated\"\n{regions}{parameters}"), tempfile::tempdir().expect("a folder").path())
     })
 }
 

@@ -3,27 +3,16 @@
 
 use std::time::Instant;
 
-use vademecum_eval::{Field, Parametric, ParametricError, Sensor, Tracked, Tracker, TrackerOptions};
+use vademecum_eval::{
+    Field, ParameterError, Parametric, ParametricError, Sensor, Tracked, Tracker, TrackerOptions,
+};
 use vademecum_format::File;
 use vademecum_format::exact::Propagator;
 use vademecum_tests::live_beam::LiveBeam;
+use vademecum_tests::normal::Normal;
 
 const STEPS: usize = 12_000;
 const H: f64 = 1e-3;
-
-struct Normal(u64);
-
-impl Normal {
-    fn uniform(&mut self) -> f64 {
-        self.0 = self.0.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
-        ((self.0 >> 11) as f64 + 0.5) / (1u64 << 53) as f64
-    }
-
-    fn next(&mut self) -> f64 {
-        let (a, b) = (self.uniform(), self.uniform());
-        (-2.0 * a.ln()).sqrt() * (std::f64::consts::TAU * b).cos()
-    }
-}
 
 /// Stiffness of the regions after so many steps: the second loses 30 % between 3 and 9 s.
 fn truth(step: usize) -> [f64; 5] {
@@ -113,14 +102,15 @@ fn node_at(file: &File<'_>, point: [f64; 3]) -> usize {
 
 #[test]
 fn a_region_that_loses_stiffness_is_tracked_and_deviations_are_honest() {
-    let [rich, lean] =
-        [96, 48].map(|modes| LiveBeam { regions: 4, height: 0.12, modes, both_ends: false }.build(None));
+    let [rich, lean] = [96, 48].map(|modes| {
+        LiveBeam { regions: 4, height: 0.12, modes, both_ends: false, fine: 2, step: 1e-3 }.build(None)
+    });
     let [rich, lean] = [&rich, &lean].map(|bytes| File::parse(bytes).expect("a file"));
     let [real, model] = [&rich, &lean].map(|file| Parametric::new(file).expect("a model"));
     let nodes = [node_at(&rich, [1.0, 0.1, 0.12]), node_at(&rich, [0.5, 0.1, 0.12])];
     assert_eq!(nodes, [node_at(&lean, [1.0, 0.1, 0.12]), node_at(&lean, [0.5, 0.1, 0.12])]);
-    let mut normal = Normal(5);
-    let loads: Vec<[f64; 2]> = (0..=STEPS).map(|_| [10.0 * normal.next(), 10.0 * normal.next()]).collect();
+    let mut normal = Normal::new(5);
+    let loads: Vec<[f64; 2]> = (0..=STEPS).map(|_| [10.0 * normal.draw(), 10.0 * normal.draw()]).collect();
     let clean = measure(&real, &loads, nodes);
     let rms: [f64; 6] =
         std::array::from_fn(|i| (clean.iter().map(|row| row[i] * row[i]).sum::<f64>() / STEPS as f64).sqrt());
@@ -139,7 +129,7 @@ fn a_region_that_loses_stiffness_is_tracked_and_deviations_are_honest() {
         load_deviation: 1e-2,
         resolve: 0.01,
     };
-    let mut memory = vec![0.0; model.tracker_sizes(&options).expect("sizes").memory];
+    let mut memory = vec![0.0; model.tracker_len(&options).expect("a length")];
     let mut tracker = Tracker::new(&model, &options, &truth(0), &mut memory).expect("a tracker");
     let forces = force_rows(&model, nodes);
     let force = |amplitude: [f64; 2]| -> Vec<f64> {
@@ -149,7 +139,7 @@ fn a_region_that_loses_stiffness_is_tracked_and_deviations_are_honest() {
     let (mut inside, mut last, mut seconds) = ([0; 4], [0.0; 4], 0.0);
     for step in 0..STEPS {
         let measured: Vec<f64> =
-            clean[step].iter().zip(rms).map(|(value, rms)| value + 0.02 * rms * normal.next()).collect();
+            clean[step].iter().zip(rms).map(|(value, rms)| value + 0.02 * rms * normal.draw()).collect();
         let (start, end) = (force(loads[step]), force(loads[step + 1]));
         let clock = Instant::now();
         tracker.step(&start, &end, &measured).expect("a step");
@@ -189,10 +179,10 @@ fn settings_of_a_tracker_are_checked() {
     let options =
         TrackerOptions { modes: 3, tracked: &tracked, sensors: &sensors, load_deviation: 0.0, resolve: 0.01 };
     let values = [1.0, 1.0, 1.0, 1e-6];
-    let needed = model.tracker_sizes(&options).expect("sizes").memory;
+    let needed = model.tracker_len(&options).expect("a length");
     let mut memory = vec![0.0; needed];
     let refused = Tracker::new(&model, &options, &values, &mut memory).err();
-    assert_eq!(refused, Some(ParametricError::Index { index: 7, count: 4 }));
+    assert_eq!(refused, Some(ParameterError::Unknown { index: 7 }.into()));
     let tracked = [Tracked { parameter: 1, ..tracked[0] }];
     let options = TrackerOptions { tracked: &tracked, ..options };
     let short = Tracker::new(&model, &options, &values, &mut memory[1..]).err();
@@ -203,5 +193,5 @@ fn settings_of_a_tracker_are_checked() {
     let none = Tracker::new(&model, &options, &values, &mut memory).err();
     assert!(matches!(none, Some(ParametricError::Row { index: 99, .. })), "{none:?}");
     let options = TrackerOptions { modes: 4, ..options };
-    assert!(model.tracker_sizes(&options).is_err());
+    assert!(model.tracker_len(&options).is_err());
 }

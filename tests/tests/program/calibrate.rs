@@ -55,7 +55,7 @@ impl Bench {
 }
 
 fn beam(regions: usize, both_ends: bool) -> LiveBeam {
-    LiveBeam { regions, height: 0.12, modes: 48, both_ends }
+    LiveBeam { regions, height: 0.12, modes: 48, both_ends, fine: 2, step: 1e-3 }
 }
 
 fn close(found: &[(String, f64)], expected: &[(&str, f64)], within: f64) {
@@ -110,7 +110,8 @@ fn known_parameters_come_back_from_a_run_a_response_and_frequencies() {
         .expect("written");
     let (value, found) =
         bench.estimates("calibrate beam.vdm --data f.csv --fit k1 --fit k2 --fit k3 --set k3=1.0 --json");
-    // A beam that is the same from either end has the frequencies of its mirror image: k1 and k3 may be swapped.
+    // A beam that is the same from either end has the frequencies of its mirror image: k1 and k3 may be
+    // swapped.
     let mut ends = [found[0].1, found[2].1];
     ends.sort_by(f64::total_cmp);
     assert!((ends[0] / 0.8 - 1.0).abs() < 1e-3 && (ends[1] / 0.9 - 1.0).abs() < 1e-3, "{found:?} {value}");

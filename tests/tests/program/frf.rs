@@ -122,7 +122,8 @@ region = "tip"
 range = [0.5, 2.0]
 scale = "log"
 "#;
-    let problem = problem(live);
+    let separated = format!("representation = \"separated\"\n{BEAM}{live}");
+    let problem = Problem::parse(&separated, "beam.toml", PathBuf::new()).expect("a problem");
     let bytes = built(&problem);
     let file = File::parse(&bytes).expect("a file");
     for value in [0.5, 1.0, 2.0] {

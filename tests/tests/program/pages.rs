@@ -207,6 +207,11 @@ fn bad_problems() -> Vec<(usize, String)> {
         (25, text("[time]\nstep = 0.0")),
         (26, text("[time]\nstep = 1.0\nscheme = { name = \"rho-bathe\", rho_infinity = 1.5 }")),
         (26, text("[time]\nstep = 1.0\nscheme = { name = \"hht-alpha\", alpha = 0.1 }")),
+        (
+            26,
+            text("[time]\nscheme = { name = \"exact\" }\n[basis]\nenergy = 0.5\n")
+                + &parameter("kind = \"stiffness\"\nregion = \"b\"\nrange = [0.5, 2.0]"),
+        ),
         (27, text("[snapshots]\npositions = 0")),
         (28, text("[snapshots]\ndirections = [[0, 0, 0]]")),
         (28, text("[snapshots]\ndirections = []")),
@@ -229,6 +234,10 @@ fn bad_problems() -> Vec<(usize, String)> {
         (45, parameter("kind = \"stiffness\"\nrange = [2.0, 1.0]")),
         (46, parameter("kind = \"stiffness\"\nrange = [0.0, 1.0]")),
         (47, text("representation = \"canonical\"\n") + &parameter("kind = \"alpha\"\nrange = [0.0, 1.0]")),
+        (47, text("representation = \"parametric\"\n[basis]\nkind = \"pod\"")),
+        (47, text("representation = \"parametric\"\n[basis]\nenergy = 0.5")),
+        (47, text("representation = \"parametric\"\n[snapshots]\nnpy = \"a.npy\"")),
+        (47, text("representation = \"parametric\"\n[time]\nscheme = { name = \"bathe\" }")),
         (48, text("[canonical]\npoints = 3")),
         (49, canonical("tolerance = 1.0")),
         (50, canonical("max_terms = 1")),
@@ -386,7 +395,8 @@ fn bad_problems() -> Vec<(usize, String)> {
         (137, patch("contact_modes = 8")),
         (61, format!("title = \"{}\"", "a".repeat(1001))),
         (62, format!("units = \"{}\"", "a".repeat(1001))),
-        (63, many_parameters()),
+        (63, text("representation = \"separated\"\n") + &many_parameters(17)),
+        (63, many_parameters(1025)),
         (64, text("[basis]\nkind = \"ritz\"\nerror = 0.1")),
         (65, text("[basis]\nkind = \"modes\"\nmodes = 4\nerror = 0.1")),
     ]
@@ -440,12 +450,12 @@ fn heated(before: &str, after: &str) -> String {
     format!("{before}\n{HELD}[[material]]\n{STEEL}expansion = 1e-5\n{pattern}{after}\n")
 }
 
-/// One more live parameter than a file holds.
-fn many_parameters() -> String {
+/// So many live parameters.
+fn many_parameters(count: usize) -> String {
     let one = |i: usize| {
         format!("[[parameter]]\nname = \"{i}\"\nkind = \"density\"\nregion = \"{i}\"\nrange = [0.5, 2.0]\n")
     };
-    (0..17).map(one).collect()
+    (0..count).map(one).collect()
 }
 
 #[test]

@@ -11,13 +11,14 @@ use vademecum_study::sweep::Sweep;
 use vademecum_tests::program::{repository, vademecum};
 
 /// Built by [`problems_build`].
-const HERE: [&str; 6] = [
+const HERE: [&str; 7] = [
     "docs/gallery/bracket.toml",
     "docs/gallery/bolted.toml",
     "docs/gallery/glass.toml",
     "examples/beam.toml",
     "fixtures/problems/canonical-beam.toml",
     "fixtures/problems/free-plate.toml",
+    "fixtures/problems/two-materials.toml",
 ];
 
 /// Files, or all of a folder, and the step of the gate that builds them.
@@ -55,7 +56,7 @@ const READ: [(&str, &str); 8] = [
     ("fixtures/problems/block-210k.toml", "more than a minute"),
     ("fixtures/problems/four-materials.toml", "more than a minute; `parameters` builds a coarse one"),
     ("fixtures/problems/liver", "the mesh is not in the repository"),
-    ("fixtures/problems/two-materials.toml", "more than a minute"),
+    ("fixtures/problems/two-materials-separated.toml", "more than a minute"),
     ("tests/witnesses/beam", "the mesh is made by `witness`"),
     ("tests/witnesses/", "the mesh is made by `witness`; `engineering` builds them"),
 ];

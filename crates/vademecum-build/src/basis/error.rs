@@ -43,9 +43,22 @@ pub enum BasisError {
         /// The bound they reach.
         reached: f64,
     },
+    /// More vectors asked for than the modes over the box of live regions span.
+    #[error(
+        "{path}: `basis.modes` is {asked}; the modes over the box of live regions span {found} dimensions: \
+         ask for at most {found}"
+    )]
+    TooManyPooled {
+        /// The problem file and line.
+        path: String,
+        /// As many as were asked for.
+        asked: usize,
+        /// As many as there are.
+        found: usize,
+    },
     /// More modes asked for than the snapshots span.
     #[error(
-        "{path}: `basis.modes` is {asked}; the snapshots, or the modes over the box of live regions, span {found} dimensions: ask for no more, or add positions, directions or time to `[snapshots]`"
+        "{path}: `basis.modes` is {asked}; the snapshots span {found} dimensions: add positions, directions or time to `[snapshots]`"
     )]
     TooManyModes {
         /// The problem file and line.

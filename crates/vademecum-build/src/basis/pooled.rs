@@ -52,6 +52,7 @@ pub(crate) fn pool_modes(
 ) -> Result<ModePool, BasisError> {
     let count = modes_of_sample(prepared, factors);
     let samples = design.trained.len();
+    let n = prepared.body.n_dof();
     let inputs =
         |inputs: crate::store::Inputs| inputs.value(&(&design.trained, count, prepared.space.effect()));
     kept.stage("modes-of-samples", inputs, || {
@@ -64,35 +65,58 @@ pub(crate) fn pool_modes(
             report(kept.listener, 1 + done.fetch_add(1, Ordering::Relaxed), samples)?;
             Ok((modes.vectors, modes.eigenvalues))
         };
-        // Ranks search for one at a time.
-        let found = if prepared.symbolic.is_spread() {
-            (0..samples).map(at).collect::<Result<Vec<_>, _>>()?
-        } else {
-            parallel::try_map(samples, &at)?
+        // Samples of one round are in memory at once; ranks search for one at a time.
+        let spread = prepared.symbolic.is_spread();
+        let round = if spread { 1 } else { rayon::current_num_threads() };
+        let found_from = |begin: usize| match spread {
+            true => Ok(vec![at(begin)?]),
+            false => parallel::try_map(round.min(samples - begin), &|place| at(begin + place)),
         };
-        decompose(prepared, &found)
+        let mut found = found_from(0)?;
+        let values = found[0].1.clone();
+        let shift = (values[0] * values[values.len() - 1]).sqrt();
+        let shifted = nominal.combine(shift, 1.0);
+        let inner_product = apply(&shifted);
+        let mut pool = StreamingPod::new(&inner_product, n, most_kept(n, samples * count));
+        let mut begin = 0;
+        loop {
+            for (vectors, eigenvalues) in found.drain(..) {
+                let weighed = |i, k| vectors[(i, k)] * values[0] / eigenvalues[k];
+                pool.push(Mat::from_fn(n, eigenvalues.len(), weighed).as_ref())?;
+            }
+            begin += round;
+            if begin >= samples {
+                break;
+            }
+            found = found_from(begin)?;
+        }
+        let pool = pool.finish()?;
+        Ok(ModePool {
+            vectors: pool.vectors,
+            singular_values: pool.singular_values,
+            pooled: pool.n_snapshots,
+        })
     })
+}
+
+/// Most vectors that are kept of so many modes.
+fn most_kept(n: usize, modes: usize) -> usize {
+    MOST.min(n).min(modes)
+}
+
+/// Bytes of a pool while it is merged, counted from below: vectors kept and new, their sum, and its
+/// orthonormal factor beside it.
+pub(crate) fn pool_memory(prepared: &Prepared, samples: usize, factors: usize) -> f64 {
+    let count = modes_of_sample(prepared, factors);
+    let n = prepared.body.n_dof();
+    let kept = most_kept(n, samples * count);
+    let merged = (2 * kept).min(samples * count);
+    let round = rayon::current_num_threads().min(samples) * count;
+    (size_of::<f64>() * n * (2 * kept + 3 * merged + round)) as f64
 }
 
 fn report(listener: &dyn Listener, done: usize, of: usize) -> Result<(), BasisError> {
     listener.checkpoint(done, of).map_err(|cancelled| BasisError::Modes(cancelled.into()))
-}
-
-fn decompose(prepared: &Prepared, found: &[(Mat<f64>, Vec<f64>)]) -> Result<ModePool, BasisError> {
-    let pencil = prepared.body.model.pencil();
-    let values = &found[0].1;
-    let shift = (values[0] * values[values.len() - 1]).sqrt();
-    let shifted = pencil.combine(shift, 1.0);
-    let inner_product = apply(&shifted);
-    let n = prepared.body.n_dof();
-    let mut pool = StreamingPod::new(&inner_product, n, MOST.min(n));
-    for (vectors, eigenvalues) in found {
-        let weighted =
-            Mat::from_fn(n, eigenvalues.len(), |i, k| vectors[(i, k)] * values[0] / eigenvalues[k]);
-        pool.push(weighted.as_ref())?;
-    }
-    let pool = pool.finish()?;
-    Ok(ModePool { vectors: pool.vectors, singular_values: pool.singular_values, pooled: pool.n_snapshots })
 }
 
 /// The first `count` vectors of a pool, as Ritz vectors of the matrices as built.

@@ -269,10 +269,31 @@ impl Problem {
         self.basis.kind.unwrap_or(if modes { BasisKind::Modes } else { BasisKind::Ritz })
     }
 
-    /// True for live regions by a parametric reduced-order model.
+    /// True for live regions by a parametric reduced-order model: unless a key asks for what it has not.
     pub fn is_parametric(&self) -> bool {
-        let regional = self.parameters.iter().any(|parameter| parameter.region != "*");
-        regional && self.representation == Some(Representation::Parametric)
+        self.parameters.iter().any(|parameter| parameter.region != "*") && self.separated_by().is_none()
+    }
+
+    /// The key by which the time step is separated over live regions, none where a parametric reduced-order
+    /// model is built.
+    pub(crate) fn separated_by(&self) -> Option<&'static str> {
+        match self.representation {
+            Some(Representation::Parametric) => None,
+            Some(Representation::Block) => Some("`representation = \"separated\"`"),
+            Some(Representation::Canonical) => Some("`representation = \"chapter\"`"),
+            None => self.beside_parametric(),
+        }
+    }
+
+    /// The first key that a parametric reduced-order model has no answer to: stages, or a basis of snapshots.
+    pub(crate) fn beside_parametric(&self) -> Option<&'static str> {
+        let keys = [
+            ("`time.scheme`", self.time.scheme.is_some_and(|scheme| scheme != SchemeKind::Exact {})),
+            ("`basis.kind`", self.basis.kind.is_some_and(|kind| kind != BasisKind::Modes)),
+            ("`basis.energy`", self.basis.energy.is_some()),
+            ("`snapshots`", self.snapshots.npy.is_some() || self.snapshots.vtu.is_some()),
+        ];
+        keys.iter().find(|(_, given)| *given).map(|(key, _)| *key)
     }
 
     /// True for a free body: a problem with a mesh that nothing holds.

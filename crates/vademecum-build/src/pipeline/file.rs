@@ -99,7 +99,7 @@ pub fn encode_file<'d>(
         block,
         others,
         // Those of a parametric model are in sections of their own.
-        parameters: (!problem.is_parametric()).then_some(&prepared.space),
+        parameters: (!prepared.is_parametric(problem)).then_some(&prepared.space),
         separation,
         certificate,
         mode_table: table_matrix(&modes(context, basis)),

@@ -78,7 +78,7 @@ pub(super) fn check_model(
 /// True where a file gets the residual flexibility, if its basis is diagonal.
 pub(super) fn wants_residual(problem: &Problem, prepared: &Prepared) -> bool {
     let diagonal = problem.chapter().is_none() && problem.basis_kind() != BasisKind::Pod;
-    let apart = problem.is_parametric() || !prepared.space.has_region_parameters();
+    let apart = prepared.is_parametric(problem) || !prepared.space.has_region_parameters();
     problem.output.residual.unwrap_or(prepared.exact) && diagonal && apart
 }
 

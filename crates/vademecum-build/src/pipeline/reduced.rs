@@ -183,10 +183,11 @@ fn reduced<'b>(
     eigenvalues: &'b [f64],
     problem: &Problem,
 ) -> ResidualBasis<'b> {
-    let Prepared { body, symbolic, exact, .. } = context.prepared;
+    let prepared = context.prepared;
+    let Prepared { body, symbolic, exact, .. } = prepared;
     // A scheme without stages is exact in time. Dashpots push modes that the basis leaves out.
     let alone = body.model.pencil().dampers().is_empty();
-    let natural = problem.basis_kind() == BasisKind::Modes && !problem.is_parametric();
+    let natural = problem.basis_kind() == BasisKind::Modes && !prepared.is_parametric(problem);
     let rigorous = natural && *exact && alone;
     ResidualBasis { body, symbolic, vectors: basis.vectors.as_ref(), eigenvalues, rigorous }
 }

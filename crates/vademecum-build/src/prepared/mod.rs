@@ -106,6 +106,11 @@ pub struct Prepared {
 }
 
 impl Prepared {
+    /// True for live regions by a parametric reduced-order model; a body of one region has none.
+    pub(crate) fn is_parametric(&self, problem: &Problem) -> bool {
+        problem.is_parametric() && self.space.has_region_parameters()
+    }
+
     /// Rayleigh damping at the values of the problem file.
     pub fn rayleigh(&self) -> Rayleigh {
         Rayleigh { alpha: self.step.alpha, beta: self.step.beta }

@@ -74,7 +74,7 @@ pub(crate) struct Calibrate {
 enum Over {
     /// That of each column.
     Column,
-    /// That over all columns of a table.
+    /// That over all columns of the same unit in a table.
     All,
 }
 

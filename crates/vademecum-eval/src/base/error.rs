@@ -20,6 +20,13 @@ pub enum BindError {
     /// A parameter was not set.
     #[error(transparent)]
     Parameter(#[from] ParameterError),
+    /// No live parameters of regions, or such that do not fit the matrices of the file, or matrices that are
+    /// not definite.
+    #[error(
+        "the file has no live parameters of regions, or they do not fit its matrices, or these are not \
+         definite: build it again with live regions"
+    )]
+    LiveParameters,
     /// The structure asked for is not in the file.
     #[error("the file does not hold the structure asked for; choose the other or build it")]
     NoStructure,

@@ -39,6 +39,9 @@ pub struct BodyOptions {
     /// Flight of a body without supports: [`Body::step`] then moves its frame, too. Without it, and without
     /// the feature `full`, the host moves the frame and gives its angular velocity to [`Body::push_spin`].
     pub flight: bool,
+    /// Stepped modes of a parametric file whose parameters are set, [`LiveMemory`](crate::LiveMemory);
+    /// [`STEPPED_MODES`](crate::STEPPED_MODES) or all of fewer if `None`.
+    pub modes: Option<usize>,
 }
 
 impl Default for BodyOptions {
@@ -49,6 +52,7 @@ impl Default for BodyOptions {
             keep_loads: false,
             static_field: false,
             flight: true,
+            modes: None,
         }
     }
 }
@@ -535,6 +539,26 @@ impl<'m, T: Scalar> Body<'m, T> {
     pub fn rebind(&mut self, options: &SceneOptions) -> Result<LoadsAfter, BindError> {
         self.scene.rebind_with(options, &mut self.state, self.work)?;
         Ok(self.followed())
+    }
+
+    /// Takes over from a body of the same file at other parameters all but its elastic motion: forces of the
+    /// last step, and the rigid motion. Loads of the other are refused here as stale.
+    #[cfg(feature = "parametric")]
+    pub(crate) fn follow(&mut self, other: &Body<'_, T>) -> LoadsAfter {
+        if self.state.shape.statics == other.state.shape.statics {
+            self.state.statics.copy(&other.state.statics);
+            self.state.statics.forgotten = other.state.statics.forgotten;
+        }
+        if self.state.shape.filtered == other.state.shape.filtered {
+            self.state.filtered.forces.copy(&other.state.filtered.forces);
+            self.state.filtered.largest = other.state.filtered.largest;
+        }
+        self.flight = other.flight;
+        if !other.loads.is_empty() {
+            self.scene.generation = self.loads.generation.wrapping_add(1);
+            self.loads.active = true;
+        }
+        self.followed()
     }
 
     fn followed(&mut self) -> LoadsAfter {

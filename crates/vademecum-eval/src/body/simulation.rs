@@ -18,6 +18,8 @@ use crate::base::options::{SceneOptions, Status};
 use crate::base::scalar::Scalar;
 use crate::body::body::{Body, BodyOptions, BodyParts, LoadsAfter};
 use crate::body::tree::SurfaceTree;
+#[cfg(feature = "parametric")]
+use crate::parametric::memory::{Carried, LiveMemory};
 use crate::scene::loads::Loads;
 use crate::scene::scene::Scene;
 use crate::scene::state::State;
@@ -26,7 +28,9 @@ use crate::sections::rows::Field;
 use crate::sections::surface::{Surface, SurfacePoint};
 use crate::show::reaction::Reaction;
 use crate::show::stress::Tensor;
-use vademecum_format::{BaseMotion, File, FormatError};
+#[cfg(feature = "parametric")]
+use vademecum_format::SectionKind;
+use vademecum_format::{BaseMotion, File, FormatError, Parameter};
 
 /// Bytes of a file, shared by all simulations of it.
 type Bytes = Arc<dyn AsRef<[u8]> + Send + Sync>;
@@ -65,6 +69,9 @@ pub struct Simulation<T: Scalar + 'static> {
     moves: u64,
     /// Options of the binding; the parameters may have changed since.
     options: BodyOptions,
+    /// Memory of a parametric file, whose body is replaced when parameters are set.
+    #[cfg(feature = "parametric")]
+    live: Option<LiveMemory<'static>>,
     _numbers: Numbers<f64>,
     bytes: Bytes,
 }
@@ -192,6 +199,13 @@ impl<T: Scalar + 'static> Simulation<T> {
     /// # Errors
     /// [`BindError`].
     pub fn another(&self) -> Result<Self, SimulationError> {
+        #[cfg(feature = "parametric")]
+        if let Some(live) = &self.live {
+            let settings: Vec<(usize, f64)> = live.values().iter().copied().enumerate().collect();
+            let mut another = Self::of(Arc::clone(&self.bytes), &self.options)?;
+            another.set_parameters(&settings)?;
+            return Ok(another);
+        }
         let scene = *self.body.scene().options();
         Self::of(Arc::clone(&self.bytes), &BodyOptions { scene, ..self.options })
     }
@@ -203,13 +217,36 @@ impl<T: Scalar + 'static> Simulation<T> {
         // simulations.
         let own: &'static [u8] = unsafe { core::slice::from_raw_parts(own.as_ptr(), own.len()) };
         let file = File::parse(own)?;
-        let mut numbers = Numbers::<f64>::new(Body::<T>::len_for(&file, options)?);
+        #[cfg(feature = "parametric")]
+        let is_parametric = file.section(SectionKind::LiveParameters).is_some();
+        #[cfg(feature = "parametric")]
+        let length = if is_parametric { LiveMemory::len_for::<T> } else { Body::<T>::len_for };
+        #[cfg(not(feature = "parametric"))]
+        let length = Body::<T>::len_for;
+        let mut numbers = Numbers::<f64>::new(length(&file, options)?);
         // SAFETY: called once, and what borrows from it is dropped before `numbers`: on the way out of this
         // function as a local that came later, and with the simulation as an earlier field.
         let memory = unsafe { numbers.lend() };
+        #[cfg(feature = "parametric")]
+        let (live, body) = if is_parametric {
+            let (live, body) = LiveMemory::bind(&file, options, memory)?;
+            (Some(live), body)
+        } else {
+            (None, Body::bind(&file, options, memory)?)
+        };
+        #[cfg(not(feature = "parametric"))]
         let body = Body::bind(&file, options, memory)?;
-        let applied = Vec::with_capacity(options.scene.contacts);
-        Ok(Self { body, applied, picking: None, moves: 0, options: *options, _numbers: numbers, bytes })
+        Ok(Self {
+            body,
+            applied: Vec::with_capacity(options.scene.contacts),
+            picking: None,
+            moves: 0,
+            options: *options,
+            #[cfg(feature = "parametric")]
+            live,
+            _numbers: numbers,
+            bytes,
+        })
     }
 
     /// The body.
@@ -271,10 +308,36 @@ impl<T: Scalar + 'static> Simulation<T> {
         self.body.file.pattern_names().position(|known| known == name)
     }
 
+    /// Live parameters, in the order of their numbers.
+    pub fn parameters(&self) -> impl Iterator<Item = Parameter<'_>> {
+        #[cfg(feature = "parametric")]
+        if let Some(live) = &self.live {
+            return live.model().file().parameters();
+        }
+        self.body.file.parameters()
+    }
+
     /// The number of the live parameter of this name.
     #[must_use]
     pub fn find_parameter(&self, name: &str) -> Option<usize> {
-        SceneOptions::find(self.body.scene.metadata(), name)
+        self.parameters().position(|parameter| parameter.name == name)
+    }
+
+    /// Value of a live parameter as it is set.
+    #[must_use]
+    pub fn parameter(&self, index: usize) -> Option<f64> {
+        #[cfg(feature = "parametric")]
+        if let Some(live) = &self.live {
+            return live.values().get(index).copied();
+        }
+        self.body.scene.options().value(self.body.scene.metadata(), index)
+    }
+
+    /// Energies of the last change of parameters; `None` of a file that is not parametric.
+    #[cfg(feature = "parametric")]
+    #[must_use]
+    pub fn carried(&self) -> Option<Carried> {
+        self.live.as_ref().map(LiveMemory::carried)
     }
 
     /// The nearest point of the loadable surface at rest, as [`Body::locate`].
@@ -390,7 +453,7 @@ impl<T: Scalar + 'static> Simulation<T> {
     /// no load acts any more.
     pub fn set_parameters(&mut self, settings: &[(usize, f64)]) -> Result<(), BindError> {
         self.moves = self.moves.wrapping_add(1);
-        if self.body.set_parameters(settings)? == LoadsAfter::Empty {
+        if self.changed(settings)? == LoadsAfter::Empty {
             return Ok(());
         }
         self.body.clear();
@@ -401,6 +464,18 @@ impl<T: Scalar + 'static> Simulation<T> {
             return Err(BindError::NotFinite);
         }
         Ok(())
+    }
+
+    fn changed(&mut self, settings: &[(usize, f64)]) -> Result<LoadsAfter, BindError> {
+        #[cfg(feature = "parametric")]
+        if let Some(live) = &mut self.live {
+            // It knows the surface of the body that goes.
+            self.picking = None;
+            // SAFETY: the body is that of this memory. What borrows from it is the picking, which is gone:
+            // nobody else has seen its lifetime.
+            return unsafe { live.set(settings, &mut self.body) };
+        }
+        self.body.set_parameters(settings)
     }
 
     /// A probe, as [`Scene::probe`].

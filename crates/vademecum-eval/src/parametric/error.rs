@@ -1,5 +1,6 @@
 //! Errors of setting live parameters.
 
+use crate::base::error::{BindError, ParameterError};
 use thiserror::Error;
 use vademecum_format::{FormatError, LiveError, SectionKind};
 
@@ -13,31 +14,16 @@ pub enum ParametricError {
     /// Sections of the parameters that do not fit.
     #[error(transparent)]
     Live(#[from] LiveError),
-    /// No parameter of this number.
-    #[error("parameter {index} of {count}")]
-    Index {
-        /// The number asked for.
-        index: usize,
-        /// Number of parameters.
-        count: usize,
-    },
-    /// A parameter set twice at once.
-    #[error("parameter {index} is set twice at once")]
-    Twice {
-        /// Its number.
-        index: usize,
-    },
-    /// A value outside of the range that the file was built for.
-    #[error("parameter {index} = {found}; the file was built for {lower} to {upper}")]
-    Range {
-        /// Its number.
-        index: usize,
-        /// The value asked for.
-        found: f64,
-        /// Smallest value.
-        lower: f64,
-        /// Largest value.
-        upper: f64,
+    /// A parameter that there is not, one that is set twice, or a value out of its range.
+    #[error(transparent)]
+    Parameter(#[from] ParameterError),
+    /// More or fewer values than the file has parameters.
+    #[error("{found} values of parameters; expected {needed}")]
+    Values {
+        /// Values given.
+        found: usize,
+        /// Parameters of the file.
+        needed: usize,
     },
     /// A number of stepped modes that there is not.
     #[error("{found} stepped modes; expected 1 to {most}")]
@@ -86,7 +72,23 @@ pub enum ParametricError {
         /// As many as are needed.
         needed: usize,
     },
+    /// The body at these values cannot be bound.
+    #[error(transparent)]
+    Bind(BindError),
     /// The file at these values cannot be written.
     #[error("the file at these values: {0}")]
     Format(#[from] FormatError),
+}
+
+impl From<ParametricError> for BindError {
+    fn from(error: ParametricError) -> Self {
+        match error {
+            ParametricError::Parameter(error) => error.into(),
+            ParametricError::Bind(error) => error,
+            ParametricError::Format(error) | ParametricError::Live(LiveError::Format(error)) => error.into(),
+            ParametricError::Modes { found, most } => Self::TooLarge { what: "modes", asked: found, most },
+            ParametricError::LentMemory { found, needed, .. } => Self::LentMemory { found, needed },
+            _ => Self::LiveParameters,
+        }
+    }
 }

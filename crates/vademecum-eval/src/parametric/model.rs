@@ -1,5 +1,6 @@
 //! A parametric reduced-order model, and its modes at values of its parameters.
 
+use crate::base::error::ParameterError;
 use crate::kernels::dense::{at, set};
 use crate::parametric::error::ParametricError;
 use vademecum_format::{File, LiveParameters, Parameter, ParameterRole};
@@ -79,22 +80,29 @@ impl<'f> Parametric<'f> {
     /// Sets some of `values` and leaves the others.
     ///
     /// # Errors
-    /// [`ParametricError::Index`], [`ParametricError::Twice`], [`ParametricError::Range`]; nothing is changed
-    /// then.
-    pub fn set(&self, values: &mut [f64], settings: &[(usize, f64)]) -> Result<(), ParametricError> {
-        let count = self.live.len();
+    /// [`ParameterError`]; nothing is changed then.
+    pub fn set(&self, values: &mut [f64], settings: &[(usize, f64)]) -> Result<(), ParameterError> {
         for (place, &(index, found)) in settings.iter().enumerate() {
-            let parameter = self.live.get(index).filter(|_| index < values.len());
-            let Parameter { lower, upper, .. } = parameter.ok_or(ParametricError::Index { index, count })?;
+            if index >= values.len() {
+                return Err(ParameterError::Unknown { index });
+            }
             if settings.iter().take(place).any(|earlier| earlier.0 == index) {
-                return Err(ParametricError::Twice { index });
+                return Err(ParameterError::Twice { parameter: index });
             }
-            if !(lower..=upper).contains(&found) {
-                return Err(ParametricError::Range { index, found, lower, upper });
-            }
+            self.check(index, found)?;
         }
         settings.iter().for_each(|&(index, value)| set(values, index, value));
         Ok(())
+    }
+
+    /// Refuses a value that a parameter cannot have.
+    pub(crate) fn check(&self, index: usize, value: f64) -> Result<(), ParameterError> {
+        let parameter = self.live.get(index).ok_or(ParameterError::Unknown { index })?;
+        let Parameter { lower, upper, .. } = parameter;
+        if (lower..=upper).contains(&value) {
+            return Ok(());
+        }
+        Err(ParameterError::OutsideRange { parameter: index, value, lower, upper })
     }
 
     /// The values as built.

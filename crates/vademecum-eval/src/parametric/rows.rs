@@ -68,8 +68,8 @@ impl Parametric<'_> {
         self.row_of(SectionKind::PatternBasis, pattern, out)
     }
 
-    /// Row of a direction at a node of the surface over the basis, `r` numbers: the displacement along it, and
-    /// the load of a force of this direction and size.
+    /// Row of a direction at a node of the surface over the basis, `r` numbers: the displacement along it,
+    /// and the load of a force of this direction and size.
     ///
     /// # Errors
     /// As [`Parametric::probe_row`].

@@ -180,8 +180,8 @@ impl<'m> SlopeStep<'m> {
         [at(own, 2) + at(own, 3), at(own, 6) + at(own, 7)]
     }
 
-    /// First-order changes of the state after a step, `(q, q̇)` for each parameter; `state` is that before the
-    /// step.
+    /// First-order changes of the state after a step, `(q, q̇)` for each parameter; `state` is that before
+    /// the step.
     pub fn slopes_into(
         &mut self,
         model: &Parametric<'_>,

@@ -1,4 +1,5 @@
-//! Sensitivities of natural modes: derivatives of matrices, eigenvalues and shapes with respect to parameters.
+//! Sensitivities of natural modes: derivatives of matrices, eigenvalues and shapes with respect to
+//! parameters.
 //!
 //! With `A x_j = λ_j B x_j` and `XᵀBX = I`, a change `δA`, `δB` of the matrices couples the modes by
 //!
@@ -9,6 +10,7 @@
 //!
 //! Sources: Fox and Kapoor 1968; Nelson 1976.
 
+use crate::base::error::ParameterError;
 use crate::base::lend::Lender;
 use crate::kernels::dense::{add_scaled, apply, at, dot, row, set};
 use crate::parametric::error::ParametricError;
@@ -61,8 +63,8 @@ impl Parametric<'_> {
 
     /// Role of a parameter.
     pub(crate) fn role(&self, parameter: usize) -> Result<ParameterRole, ParametricError> {
-        let index = ParametricError::Index { index: parameter, count: self.n_parameters() };
-        Ok(self.live.get(parameter).ok_or(index)?.role)
+        let own = self.live.get(parameter).ok_or(ParameterError::Unknown { index: parameter })?;
+        Ok(own.role)
     }
 
     /// Numbers of work for derivatives of eigenvalues and shapes.
@@ -115,7 +117,7 @@ impl Tuned<'_> {
     /// equal the derivatives are those along the shapes found. Lends [`Parametric::slope_work`]. `O(m r²)`.
     ///
     /// # Errors
-    /// [`ParametricError::Index`], [`ParametricError::LentMemory`].
+    /// [`ParametricError::Parameter`], [`ParametricError::LentMemory`].
     pub fn eigenvalue_slopes(
         &self,
         model: &Parametric<'_>,
@@ -170,7 +172,7 @@ impl Tuned<'_> {
     /// # Errors
     /// [`ParametricError::Modes`]: not all modes of the basis, or none of this number;
     /// [`ParametricError::EqualModes`]: a shape of an eigenvalue that is not simple;
-    /// [`ParametricError::Index`], [`ParametricError::LentMemory`].
+    /// [`ParametricError::Parameter`], [`ParametricError::LentMemory`].
     pub fn shape_slope(
         &self,
         model: &Parametric<'_>,

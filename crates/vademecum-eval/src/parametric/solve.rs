@@ -85,14 +85,9 @@ impl Parametric<'_> {
         let (found, needed) = (work.len(), sizes.work);
         let work = work.get_mut(..needed).ok_or(short("numbers of work", found, needed))?;
         if values.len() != count {
-            return Err(ParametricError::Index { index: values.len(), count });
+            return Err(ParametricError::Values { found: values.len(), needed: count });
         }
-        for (index, (parameter, &found)) in self.parameters().zip(values).enumerate() {
-            let Parameter { lower, upper, .. } = parameter;
-            if !(lower..=upper).contains(&found) {
-                return Err(ParametricError::Range { index, found, lower, upper });
-            }
-        }
+        values.iter().enumerate().try_for_each(|(index, &value)| self.check(index, value))?;
         let cut = |_| ParametricError::NoConvergence;
         let mut lender = Lender::new(memory);
         let own_values = lender.take(count).map_err(cut)?;

@@ -1,7 +1,7 @@
 //! Histories of a parametric model and their exact derivatives with respect to its parameters, side by side.
 
 use crate::base::lend::Lender;
-use crate::kernels::dense::{add_scaled, at, dot, row};
+use crate::kernels::dense::{add_scaled, at, row};
 use crate::parametric::error::ParametricError;
 use crate::parametric::model::Parametric;
 use crate::parametric::rows::along;
@@ -24,8 +24,8 @@ pub struct TangentSizes {
 /// The derivative is that of the motion in the span of the stepped modes. Where all modes of the basis are
 /// stepped, it is the derivative of the whole answer of the basis to rounding. With fewer it leaves out that
 /// the span turns; residual flexibility is in neither. A parameter of the time step has zeros. Modes of one
-/// frequency and different damping ratios beside Rayleigh's damping have no derivative; the mean of the ratios
-/// is taken.
+/// frequency and different damping ratios beside Rayleigh's damping have no derivative; the mean of the
+/// ratios is taken.
 #[derive(Debug)]
 pub struct Tangents<'m, 'f> {
     model: Parametric<'f>,
@@ -110,26 +110,5 @@ impl<'m, 'f> Tangents<'m, 'f> {
         let m = self.tuned.eigenvalues.len();
         let first = if field == Field::Displacement { 0 } else { m };
         along(self.tuned.shapes, row).enumerate().map(|(k, part)| part * at(state, first + k)).sum()
-    }
-
-    /// Puts the body at rest again.
-    pub fn rest(&mut self) {
-        self.state.fill(0.0);
-        self.slopes.fill(0.0);
-    }
-
-    /// Modal coordinates and their rates, `(q, q̇)`.
-    #[must_use]
-    pub fn state(&self) -> [&[f64]; 2] {
-        let (q, v) = self.state.split_at(self.tuned.eigenvalues.len().min(self.state.len()));
-        [q, v]
-    }
-
-    /// Kinetic and strain energy \[J\].
-    #[must_use]
-    pub fn energy(&self) -> f64 {
-        let [q, v] = self.state();
-        let elastic: f64 = q.iter().zip(self.tuned.eigenvalues).map(|(q, lambda)| lambda * q * q).sum();
-        0.5 * (dot(v, v) + elastic)
     }
 }

@@ -2,11 +2,12 @@
 //! parameters.
 //!
 //! The modes stay those of the values at which they were found last. Between, the motion changes by the exact
-//! first-order change of a step ([`SlopeStep`]). When an estimate has moved by one percent, the eigenproblem is
-//! solved again, and state and covariance are carried over by the projection of [`Tuned::carry`].
+//! first-order change of a step ([`SlopeStep`]). When an estimate has moved by one percent, the eigenproblem
+//! is solved again, and state and covariance are carried over by the projection of [`Tuned::carry`].
 //!
 //! Sources: Kalman 1960; Jazwinski 1970 (extended filter).
 
+use crate::base::error::ParameterError;
 use crate::base::lend::Lender;
 use crate::kernels::dense::{add_scaled, at, dot, row, row_mut, set};
 use crate::parametric::error::ParametricError;
@@ -36,19 +37,12 @@ pub struct TrackerOptions<'o> {
     pub tracked: &'o [Tracked],
     /// Sensors.
     pub sensors: &'o [Sensor],
-    /// Standard deviation of unknown loads along each mode \[N/√kg\] over a step: what neither the known loads
-    /// nor the parameters explain.
+    /// Standard deviation of unknown loads along each mode \[N/√kg\] over a step: what neither the known
+    /// loads nor the parameters explain.
     pub load_deviation: f64,
     /// Change of an estimate, as a share of its value (or of its range, if that begins at 0 or below), after
     /// which the eigenproblem is solved again; 0.01 is usual.
     pub resolve: f64,
-}
-
-/// Memory to lend for a [`Tracker`].
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct TrackerSizes {
-    /// Numbers.
-    pub memory: usize,
 }
 
 /// An extended Kalman filter over modal coordinates, their rates and live parameters, in lent memory.
@@ -79,24 +73,22 @@ pub struct Tracker<'m, 'f, 'o> {
 }
 
 impl Parametric<'_> {
-    /// Memory to lend for a [`Tracker`].
+    /// Numbers of memory to lend for a [`Tracker`].
     ///
     /// # Errors
     /// [`ParametricError::Modes`], [`ParametricError::Format`].
-    pub fn tracker_sizes(&self, options: &TrackerOptions<'_>) -> Result<TrackerSizes, ParametricError> {
+    pub fn tracker_len(&self, options: &TrackerOptions<'_>) -> Result<usize, ParametricError> {
         let (m, p, r) = (options.modes, self.n_parameters(), self.n_basis());
         let sizes = self.sizes(m)?;
         let n = 2 * m + options.tracked.len();
         let work = sizes.work.max(SlopeStep::work(self, m)).max(m * m + 3 * r);
         let own = 2 * p + n + options.sensors.len() * m + 2 * m + 2 * m * p;
-        Ok(TrackerSizes {
-            memory: SlopeStep::len(self, m) + 2 * sizes.memory + Covariance::len(n) + own + work,
-        })
+        Ok(SlopeStep::len(self, m) + 2 * sizes.memory + Covariance::len(n) + own + work)
     }
 }
 
 impl<'m, 'f, 'o> Tracker<'m, 'f, 'o> {
-    /// A body at rest, with parameters at these values. Lends [`TrackerSizes::memory`].
+    /// A body at rest, with parameters at these values. Lends [`Parametric::tracker_len`].
     ///
     /// # Errors
     /// [`ParametricError`]: a parameter or probe that there is not, values out of the box, memory that is too
@@ -108,16 +100,16 @@ impl<'m, 'f, 'o> Tracker<'m, 'f, 'o> {
         memory: &'m mut [f64],
     ) -> Result<Self, ParametricError> {
         let (m, p) = (options.modes, model.n_parameters());
-        let (found, needed) = (memory.len(), model.tracker_sizes(options)?.memory);
+        let (found, needed) = (memory.len(), model.tracker_len(options)?);
         let short = ParametricError::LentMemory { what: "numbers of memory", found, needed };
         if found < needed {
             return Err(short);
         }
         if let Some(own) = options.tracked.iter().find(|own| own.parameter >= p) {
-            return Err(ParametricError::Index { index: own.parameter, count: p });
+            return Err(ParameterError::Unknown { index: own.parameter }.into());
         }
         if values.len() != p {
-            return Err(ParametricError::Index { index: values.len(), count: p });
+            return Err(ParametricError::Values { found: values.len(), needed: p });
         }
         let each = model.sizes(m)?.memory;
         let mut lender = Lender::new(memory);
@@ -292,13 +284,6 @@ impl<'m, 'f, 'o> Tracker<'m, 'f, 'o> {
             return 0.0;
         }
         libm::sqrt(self.covariance.own(2 * self.options.modes + place).max(0.0))
-    }
-
-    /// Modal coordinates and their rates.
-    #[must_use]
-    pub fn state(&self) -> [&[f64]; 2] {
-        let m = self.options.modes;
-        [self.state.get(..m).unwrap_or_default(), self.state.get(m..2 * m).unwrap_or_default()]
     }
 
     /// Mean square of the innovations over their variances since the last call: near 1 where model, noise and

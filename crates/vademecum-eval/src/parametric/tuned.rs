@@ -50,6 +50,22 @@ impl<'m> Tuned<'m> {
         out: &mut [f64],
         work: &mut [f64],
     ) -> Result<(), ParametricError> {
+        let [_, weighted] = self.weighted(from, coordinates, work)?;
+        let r = weighted.len();
+        for (k, out) in out.iter_mut().enumerate() {
+            let shape = self.shapes.get(k * r..(k + 1) * r).unwrap_or_default();
+            *out = dot(shape, weighted);
+        }
+        Ok(())
+    }
+
+    /// A motion of other values along the basis, and the same times the mass of these values.
+    fn weighted<'w>(
+        &self,
+        from: &Tuned<'_>,
+        coordinates: &[f64],
+        work: &'w mut [f64],
+    ) -> Result<[&'w mut [f64]; 2], ParametricError> {
         let r = self.shapes.len().checked_div(self.eigenvalues.len()).unwrap_or(0);
         let found = work.len();
         let short = |_| ParametricError::LentMemory { what: "numbers of work", found, needed: 2 * r };
@@ -64,11 +80,26 @@ impl<'m> Tuned<'m> {
         } else {
             apply(self.mass, along, weighted);
         }
-        for (k, out) in out.iter_mut().enumerate() {
-            let shape = self.shapes.get(k * r..(k + 1) * r).unwrap_or_default();
-            *out = dot(shape, weighted);
+        Ok([along, weighted])
+    }
+
+    /// Kinetic and elastic energy \[J\] of coordinates and rates of other values, at the mass and the
+    /// stiffness of these.
+    pub(crate) fn energies_of(
+        &self,
+        from: &Tuned<'_>,
+        (coordinates, rates): (&[f64], &[f64]),
+        work: &mut [f64],
+    ) -> Result<[f64; 2], ParametricError> {
+        let [along, weighted] = self.weighted(from, rates, work)?;
+        let kinetic = 0.5 * dot(along, weighted);
+        let [along, half] = self.weighted(from, coordinates, work)?;
+        half.fill(0.0);
+        for (i, (row, &x)) in self.lower.chunks_exact(along.len().max(1)).zip(&*along).enumerate() {
+            // Above the diagonal is no part of the factor.
+            half.iter_mut().zip(row).take(i + 1).for_each(|(sum, l)| *sum += l * x);
         }
-        Ok(())
+        Ok([kinetic, 0.5 * dot(half, half)])
     }
 
     /// Frequency of stepped mode `k` \[Hz\]; 0 of one that there is not.

@@ -43,7 +43,7 @@ pub enum Source {
 pub struct Noise {
     /// Standard deviation, as a share of the root of the mean square; of natural frequencies, of each.
     pub share: Option<f64>,
-    /// True if the mean square is that over all columns of a table, false for that of each column.
+    /// True if the mean square is that over all columns of a unit in a table, false for that of each column.
     pub over_all: bool,
     /// Relative error of the model that is added; by default that of the certificate.
     pub model: Option<f64>,
@@ -74,6 +74,14 @@ enum Kind {
     Response { request: Box<ResponseRequest>, columns: Vec<(usize, bool)> },
     /// Number of each mode, counted from 0.
     Frequencies { modes: Vec<usize> },
+}
+
+/// A measured column: its unit, empty if it is not known, and its group, which real and imaginary part of an
+/// output share.
+struct Column<'a> {
+    name: &'a str,
+    unit: &'a str,
+    group: usize,
 }
 
 /// What experiments are read with.
@@ -148,8 +156,12 @@ impl Reading<'_> {
         let labels: Vec<String> = places.iter().map(|&place| table.columns[place].0.clone()).collect();
         let measured: Vec<f64> =
             table.rows.iter().flat_map(|(_, row)| places.iter().map(|&place| row[place])).collect();
-        let groups: Vec<usize> = (0..columns.len()).collect();
-        let deviations = self.deviations(table, &measured, &groups)?;
+        let own = places.iter().enumerate().map(|(group, &place)| Column {
+            name: &table.columns[place].0,
+            unit: known[columns[group]].1,
+            group,
+        });
+        let deviations = self.deviations(table, &measured, &own.collect::<Vec<_>>())?;
         drop(run);
         let kind = Kind::History { scenario: Box::new(scenario), steps, columns, time_step };
         Ok(Experiment { name: table.path.display().to_string(), labels, measured, deviations, kind })
@@ -193,37 +205,44 @@ impl Reading<'_> {
         Ok(steps)
     }
 
-    /// Deviation of each column; columns of one group have one mean square.
+    /// Deviation of each column; columns of one group have one mean square. The error of the model is a share
+    /// of the motion of the whole body, so that its mean square is that over all columns of the same unit.
     fn deviations(
         &self,
         table: &Table,
         measured: &[f64],
-        groups: &[usize],
+        columns: &[Column<'_>],
     ) -> Result<Vec<f64>, CalibrateError> {
-        let (width, rows) = (groups.len(), table.rows.len() as f64);
-        let mut squares = vec![0.0; width];
-        for row in measured.chunks_exact(width) {
-            row.iter().zip(groups).for_each(|(x, &group)| squares[group] += x * x);
+        let rows = table.rows.len() as f64;
+        let mut squares = vec![0.0; columns.len()];
+        for row in measured.chunks_exact(columns.len()) {
+            squares.iter_mut().zip(row).for_each(|(sum, x)| *sum += x * x);
         }
-        let size = |group: usize| groups.iter().filter(|&&other| other == group).count() as f64;
-        let own = |group: usize| (squares[group] / (rows * size(group))).sqrt();
-        let all = (squares.iter().sum::<f64>() / (rows * width as f64)).sqrt();
-        let share = self.noise.share.unwrap_or(USUAL);
-        let deviation = |&group: &usize| {
-            let noise = share * if self.noise.over_all { all } else { own(group) };
-            noise.hypot(self.model_error * own(group))
+        let root = |is_of: &dyn Fn(&Column<'_>) -> bool| {
+            let of: Vec<f64> = columns
+                .iter()
+                .zip(&squares)
+                .filter(|(own, _)| is_of(own))
+                .map(|(_, square)| *square)
+                .collect();
+            (of.iter().sum::<f64>() / (rows * of.len() as f64)).sqrt()
         };
-        let deviations: Vec<f64> = groups.iter().map(deviation).collect();
-        match deviations.iter().position(|&d| d <= 0.0 || !d.is_finite()) {
-            None => Ok(deviations),
-            Some(place) => {
-                let found = format!(
-                    "measured column {} has no noise: it is zero throughout, or too large",
-                    place + 1
-                );
-                Err(table.fault(table.head, found, "a column that moves, or `--noise-over all`"))
+        let share = self.noise.share.unwrap_or(USUAL);
+        let mut deviations = vec![];
+        for column in columns {
+            let all = root(&|other| {
+                if column.unit.is_empty() { other.group == column.group } else { other.unit == column.unit }
+            });
+            let own = root(&|other| other.group == column.group);
+            let noise = share * if self.noise.over_all { all } else { own };
+            if noise <= 0.0 || !noise.is_finite() {
+                let name = column.name;
+                let found = format!("column `{name}` has no noise: it is zero throughout, or too large");
+                return Err(table.fault(table.head, found, "a column that moves, or `--noise-over all`"));
             }
+            deviations.push(noise.hypot(self.model_error * all));
         }
+        Ok(deviations)
     }
 
     fn response(&self, table: &Table, input: &Channel) -> Result<Experiment, CalibrateError> {
@@ -293,8 +312,12 @@ impl Reading<'_> {
         // Names are looked up now, so that a fault is one of the table.
         frequency_response(self.file, &SceneOptions::default(), &request)?;
         let measured: Vec<f64> = table.rows.iter().flat_map(|(_, row)| row[1..].to_vec()).collect();
-        let groups: Vec<usize> = columns.iter().map(|(output, _)| *output).collect();
-        let deviations = self.deviations(table, &measured, &groups)?;
+        let own = labels.iter().zip(&columns).map(|(name, (group, _))| Column {
+            name,
+            unit: "response",
+            group: *group,
+        });
+        let deviations = self.deviations(table, &measured, &own.collect::<Vec<_>>())?;
         let kind = Kind::Response { request: Box::new(request), columns };
         Ok(Experiment { name: table.path.display().to_string(), labels, measured, deviations, kind })
     }
@@ -325,9 +348,8 @@ impl Reading<'_> {
             measured.push(frequency);
         }
         let share = self.noise.share.unwrap_or(USUAL_OF_FREQUENCIES);
-        // By Rayleigh's quotient the error of a frequency is of second order in that of the motion.
-        let model = self.model_error * self.model_error;
-        let deviations = measured.iter().map(|f| f * share.hypot(model)).collect();
+        // A frequency that is off by a share turns the motion by at least as much within half a period.
+        let deviations = measured.iter().map(|f| f * share.hypot(self.model_error)).collect();
         let labels = modes.iter().map(|mode| format!("mode {}", mode + 1)).collect();
         let (name, kind) = (table.path.display().to_string(), Kind::Frequencies { modes });
         Ok(Experiment { name, labels, measured, deviations, kind })

@@ -114,8 +114,8 @@ impl<'a> Model<'a> {
         Ok(body.map(|body| body.bytes).unwrap_or_default())
     }
 
-    /// Relative error of trajectories of the model: the median over the points of the certificate that trained
-    /// nothing, 0 of a file without.
+    /// Relative error of trajectories of the model: the median over the points of the certificate that
+    /// trained nothing, 0 of a file without.
     pub fn error(&self) -> Result<f64, StudyError> {
         let Some(section) = self.file.section(SectionKind::LiveCertificate) else { return Ok(0.0) };
         let width = section.shape()[1] as usize;

@@ -8,8 +8,8 @@ use super::table::Table;
 use crate::frf::Channel;
 use crate::scenario::Scenario;
 
-/// Takes scenarios to the tables with histories and inputs to those with frequency responses: one for each, in
-/// their order, or one for all.
+/// Takes scenarios to the tables with histories and inputs to those with frequency responses: one for each,
+/// in their order, or one for all.
 ///
 /// # Errors
 /// [`CalibrateError`]: a table that cannot be read; as many scenarios or inputs as are for no table.

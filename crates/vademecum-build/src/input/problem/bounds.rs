@@ -91,7 +91,7 @@ impl Problem {
             self.parameters.len() <= if self.is_parametric() { MAX_LIVE } else { MAX_PARAMETERS },
             "parameter",
             || format!("a list of {}", self.parameters.len()),
-            "at most 16 live parameters, or 1024 beside `representation = \"parametric\"`",
+            "at most 16 live parameters, or 1024 of a parametric reduced-order model of live regions",
         )
     }
 

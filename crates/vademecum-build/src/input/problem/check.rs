@@ -418,12 +418,13 @@ impl Problem {
             Words("exact, beside `representation = \"chapter\"`"),
             "a scheme such as `{ name = \"bathe\" }`: stage maps need stages",
         )?;
-        self.require(
-            self.is_parametric() || self.parameters.iter().all(|p| p.region == "*"),
+        let by = self.separated_by().filter(|_| self.parameters.iter().any(|p| p.region != "*"));
+        self.require_with(
+            by.is_none(),
             key,
-            Words("exact, beside a live parameter of a region"),
-            "`representation = \"parametric\"`, or a scheme such as `{ name = \"bathe\" }`: a region's stiffness \
-             or density turns the modes",
+            || format!("exact, beside a live parameter of a region and {}", by.unwrap_or_default()),
+            "no such key, for a parametric reduced-order model, or a scheme such as `{ name = \"bathe\" }`: \
+             stages are what is separated over a region's stiffness or density",
         )
     }
 
@@ -563,7 +564,17 @@ impl Problem {
             !asked || self.parameters.is_empty(),
             "representation",
             Words("chapter beside `[[parameter]]`"),
-            "\"block\" where parameters are live",
+            "\"parametric\" or \"separated\", where parameters are live",
+        )?;
+        let beside = match self.representation {
+            Some(Representation::Parametric) => self.beside_parametric(),
+            _ => None,
+        };
+        self.require_with(
+            beside.is_none(),
+            "representation",
+            || format!("parametric beside {}", beside.unwrap_or_default()),
+            "exact steps and a basis of natural modes, without that key; or \"separated\"",
         )?;
         let Some(c) = &self.canonical else { return Ok(()) };
         self.require(asked, "canonical", Words("a table"), "`representation = \"chapter\"` beside it")?;
