@@ -33,7 +33,7 @@ impl Bench {
         let word = |word: &str| {
             if is_file(word) { self.at(word).display().to_string() } else { word.to_string() }
         };
-        vademecum(&line.split(' ').map(word).collect::<Vec<_>>())
+        vademecum(&line.split_whitespace().map(word).collect::<Vec<_>>())
     }
 
     fn done(&self, line: &str) -> Ran {

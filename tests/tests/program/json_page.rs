@@ -60,6 +60,7 @@ fn compare(folder: &Path, sections: &[&str], lines: &[&str]) {
 }
 
 const LIVE: &str = r#"
+representation = "separated"
 [mesh]
 block = { lengths = [1.0, 0.1, 0.1], divisions = [4, 1, 1], order = "linear" }
 [[mesh.region]]

@@ -137,15 +137,21 @@ impl Calibrate {
     }
 }
 
+/// A number in six digits.
+fn number(x: f64) -> String {
+    if (1e-3..1e4).contains(&x.abs()) { format!("{x:.6}") } else { format!("{x:.5e}") }
+}
+
 fn print(found: &Calibration) {
     let width = found.estimates.iter().map(|own| own.name.chars().count()).max().unwrap_or(0).max(9);
     println!("{:<width$}      estimate  95 % interval               range", "parameter");
     for Estimate { name, unit, value, interval, range: [lower, upper], .. } in &found.estimates {
         let interval = match interval {
-            Some([low, high]) => format!("{low:.6} to {high:.6}"),
+            Some([low, high]) => format!("{} to {}", number(*low), number(*high)),
             None => "at the bound of its range".into(),
         };
-        println!("{name:<width$}  {value:>12.6}  {interval:<26}  {lower} to {upper} {unit}");
+        let range = format!("{lower} to {upper} {unit}");
+        println!("{name:<width$}  {:>12}  {interval:<26}  {}", number(*value), range.trim_end());
     }
     if found.estimates.len() > 1 {
         println!("\ncorrelation");

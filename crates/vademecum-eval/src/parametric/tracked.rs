@@ -107,7 +107,7 @@ impl<'m> Covariance<'m> {
             *gain = dot(of_state.get(first..).unwrap_or_default(), measured);
         }
         let total = variance + dot(self.gain.get(first..).unwrap_or_default(), measured);
-        if !(total > 0.0) {
+        if total <= 0.0 || !total.is_finite() {
             return f64::INFINITY;
         }
         add_scaled(state, surprise / total, self.gain);

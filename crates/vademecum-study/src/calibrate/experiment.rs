@@ -381,6 +381,11 @@ impl Experiment {
         }
     }
 
+    /// True of histories.
+    pub fn is_history(&self) -> bool {
+        matches!(self.kind, Kind::History { .. })
+    }
+
     /// Number of measured numbers.
     pub fn len(&self) -> usize {
         self.measured.len()

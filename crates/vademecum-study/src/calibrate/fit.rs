@@ -9,7 +9,7 @@ use super::error::CalibrateError;
 use super::experiment::{Experiment, Measurement, Noise, Reading};
 use super::model::Model;
 use super::problem::{Point, Problem};
-use super::report::{Calibration, report};
+use super::report::{Calibration, report, spread};
 use crate::error::StudyError;
 use crate::parameters::ParameterValue;
 
@@ -35,11 +35,51 @@ const ITERATIONS: usize = 40;
 const SETTLED: f64 = 1e-6;
 /// Largest step.
 const LARGEST: f64 = 0.3;
+/// Points over the box that are looked at where the first minimum is not explained, and those of them that
+/// are started from.
+const TRIED: usize = 64;
+const STARTS: usize = 4;
 
 impl Problem<'_> {
     fn point(&self, u: Vec<f64>, share: f64) -> Result<Point, CalibrateError> {
         let differences = self.differences(&u, share)?;
         Ok(Point { u, differences })
+    }
+
+    /// The minimum of the whole from a start, by way of the first parts of histories.
+    fn descend(&self, start: Vec<f64>) -> Result<(Point, usize, bool), CalibrateError> {
+        let shares = if self.experiments.iter().any(Experiment::is_history) { &SHARES[..] } else { &[1.0] };
+        let (mut u, mut iterations) = (start, 0);
+        let mut last = None;
+        for &share in shares {
+            if share < 1.0 {
+                self.listener.stage(&format!("fit the first {:.0} % of the histories", 100.0 * share));
+            } else {
+                self.listener.stage("fit");
+            }
+            let (point, own, settled) = self.minimise(u, share)?;
+            u = point.u.clone();
+            iterations += own;
+            last = Some((point, settled));
+        }
+        let (point, settled) = last.ok_or_else(|| self.not_finite(&u))?;
+        Ok((point, iterations, settled))
+    }
+
+    /// True of differences that noise and model do not explain: a minimum that may be local.
+    fn is_unexplained(&self, point: &Point) -> bool {
+        let free = (point.differences.len() - point.u.len()) as f64;
+        point.chi() / free > 1.0 + spread(free)
+    }
+
+    /// The best of points spread over the box.
+    fn other_starts(&self) -> Result<Vec<Vec<f64>>, CalibrateError> {
+        let share = if self.experiments.iter().any(Experiment::is_history) { SHARES[0] } else { 1.0 };
+        let points = spread_over_box(self.model.axes.len(), TRIED);
+        let tried = points.into_iter().map(|u| self.point(u, share)).collect::<Result<Vec<_>, _>>();
+        let mut tried = tried?;
+        tried.sort_by(|a, b| a.chi().total_cmp(&b.chi()));
+        Ok(tried.into_iter().take(STARTS).map(|point| point.u).collect())
     }
 
     /// The minimum from a start.
@@ -74,6 +114,14 @@ impl Problem<'_> {
         }
         Ok((point, ITERATIONS, false))
     }
+}
+
+/// Points of a sequence of low discrepancy (Roberts 2018): multiples of the powers of `1/φ`, where
+/// `φ^(p+1) = φ + 1`.
+fn spread_over_box(p: usize, count: usize) -> Vec<Vec<f64>> {
+    let phi = (0..64).fold(2.0_f64, |phi, _| (1.0 + phi).powf(1.0 / (p as f64 + 1.0)));
+    let coordinate = |n: usize, k: usize| (0.5 + n as f64 * phi.powi(-(k as i32 + 1))).fract();
+    (1..=count).map(|n| (0..p).map(|k| coordinate(n, k)).collect()).collect()
 }
 
 /// The next coordinates: a damped step of those that are not held at a bound, into the box.
@@ -129,15 +177,16 @@ pub fn calibrate(
         return Err(CalibrateError::TooFew { numbers, parameters: start.len() });
     }
     let problem = Problem { model, experiments, listener };
-    let (mut u, mut iterations, mut settled) = (start, 0, false);
-    let mut point = None;
-    for share in SHARES {
-        listener.stage(&format!("fit the first {:.0} % of the histories", 100.0 * share));
-        let found = problem.minimise(u, share)?;
-        u = found.0.u.clone();
-        (iterations, settled) = (iterations + found.1, found.2);
-        point = Some(found.0);
+    let (mut point, mut iterations, mut settled) = problem.descend(start)?;
+    if problem.is_unexplained(&point) {
+        listener.stage("fit from other starts");
+        for start in problem.other_starts()? {
+            let found = problem.descend(start)?;
+            iterations += found.1;
+            if found.0.chi() < point.chi() {
+                (point, settled) = (found.0, found.2);
+            }
+        }
     }
-    let point = point.ok_or(CalibrateError::TooFew { numbers, parameters: u.len() })?;
     report(&problem, &point, model_error, iterations, settled)
 }

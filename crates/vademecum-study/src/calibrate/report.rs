@@ -99,6 +99,12 @@ const FAR: f64 = 1e6;
 /// Shares in a direction below this are left out.
 const LITTLE: f64 = 0.1;
 
+/// Distance of `χ²/N` from 1 that chance explains: of N squares of normal numbers the mean has the deviation
+/// `√(2/N)`.
+pub(super) fn spread(free: f64) -> f64 {
+    3.0 * (2.0 / free).sqrt()
+}
+
 pub(super) fn report(
     problem: &Problem<'_>,
     point: &Point,
@@ -113,8 +119,7 @@ pub(super) fn report(
     let singular: Vec<f64> = svd.S().column_vector().iter().copied().collect();
     let free = point.differences.len() - p;
     let chi = point.differences.iter().map(|x| x * x).sum::<f64>() / free as f64;
-    // Of N squares of normal numbers the mean has the deviation √(2/N).
-    let spread = 3.0 * (2.0 / free as f64).sqrt();
+    let spread = spread(free as f64);
     let widened = if chi > 1.0 + spread { chi.sqrt() } else { 1.0 };
     let turned = |k: usize, i: usize| svd.V()[(i, k)];
     // Directions without any slope have no deviation; this is far beyond any range.
