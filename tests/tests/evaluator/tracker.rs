@@ -102,7 +102,7 @@ fn node_at(file: &File<'_>, point: [f64; 3]) -> usize {
 
 #[test]
 fn a_region_that_loses_stiffness_is_tracked_and_deviations_are_honest() {
-    let [rich, lean] = [96, 48].map(|modes| {
+    let [rich, lean] = [192, 48].map(|modes| {
         LiveBeam { regions: 4, height: 0.12, modes, both_ends: false, fine: 2, step: 1e-3 }.build(None)
     });
     let [rich, lean] = [&rich, &lean].map(|bytes| File::parse(bytes).expect("a file"));
