@@ -25,7 +25,9 @@ use vademecum_build::store::OutputError as WriteError;
 use vademecum_deck::DeckError;
 use vademecum_eval::OutputError;
 use vademecum_rewrite::RewriteError;
+use vademecum_study::calibrate::CalibrateError;
 use vademecum_study::scenario::ScenarioError;
+use vademecum_study::table::TableFileError;
 use vademecum_study::{FileError, StudyError};
 
 use crate::looks::{Looks, look};
@@ -255,6 +257,21 @@ impl From<ProblemError> for Failure {
     }
 }
 
+impl From<CalibrateError> for Failure {
+    fn from(error: CalibrateError) -> Self {
+        use CalibrateError as E;
+        let (cause, remedy) = match error {
+            E::Study(error) => return Self::from(error),
+            E::Table(TableFileError::Unreadable { .. }) => (Cause::Machine, UNREAD),
+            E::Table(_) => (Cause::Input, "`vademecum calibrate --help` shows what tables may hold"),
+            E::NotParametric => (Cause::File, ""),
+            E::Parameters { .. } | E::TooFew { .. } => (Cause::Usage, ""),
+            E::NotFinite { .. } => (Cause::Numerics, "a smaller range of the parameters, or other data"),
+        };
+        Self::new(cause, error).remedy(remedy)
+    }
+}
+
 impl From<ScenarioError> for Failure {
     fn from(error: ScenarioError) -> Self {
         let remedy = remedy_of_text(&error.0, SCENARIO_KEYS, |looks| match looks {
@@ -407,7 +424,11 @@ impl From<StudyError> for Failure {
             StudyError::Build(error) => error.into(),
             StudyError::File(error) => error.into(),
             error if is_cancelled(&error) => Self::new(Cause::Stopped, "stopped on request"),
-            error @ (StudyError::NoPattern { .. }
+            error @ StudyError::TableFile(TableFileError::Unreadable { .. }) => {
+                Self::new(Cause::Machine, error).remedy(UNREAD)
+            }
+            error @ (StudyError::TableFile(_)
+            | StudyError::NoPattern { .. }
             | StudyError::ForeignPattern { .. }
             | StudyError::ForeignProbe { .. }
             | StudyError::NoChannel { .. }
@@ -417,7 +438,6 @@ impl From<StudyError> for Failure {
             | StudyError::ProbeTwice { .. }
             | StudyError::ColumnTwice { .. }
             | StudyError::NoStress
-            | StudyError::TableFile(_)
             | StudyError::FarPoint { .. }) => Self::new(Cause::Input, error),
             error @ StudyError::TooManySteps { .. } => {
                 Self::new(Cause::Input, error).remedy("a shorter `duration`")

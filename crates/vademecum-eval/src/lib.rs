@@ -193,6 +193,9 @@ pub use parametric::{
     memory::{Carried, LiveMemory},
     model::{Parametric, STEPPED_MODES},
     solve::ParametricSizes,
+    tangents::{TangentSizes, Tangents},
+    tracked::Tracked,
+    tracker::{Sensor, Tracker, TrackerOptions},
     tuned::Tuned,
 };
 pub use scene::cost::Cost;

@@ -10,6 +10,7 @@ mod body;
 mod content;
 mod file;
 mod jobs;
+mod live;
 mod motion;
 mod names;
 mod options;
@@ -35,6 +36,8 @@ mod _native {
     use crate::file::PyFile;
     #[pymodule_export]
     use crate::jobs::{build, check, frf, init, mesh, modes, program, report, run, verify};
+    #[pymodule_export]
+    use crate::live::{PyTracker, sensitivities, tangents, tracker};
     #[pymodule_export]
     use crate::motion::PyMotion;
     #[pymodule_export]

@@ -158,7 +158,7 @@ fn resolve(metadata: &Metadata<'_>, name: String) -> String {
 }
 
 /// A name with `_` for every sign that a keyword cannot have.
-fn keyword(name: &str) -> String {
+pub fn keyword(name: &str) -> String {
     name.chars().map(|c| if c.is_alphanumeric() { c } else { '_' }).collect()
 }
 

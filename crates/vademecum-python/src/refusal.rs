@@ -38,6 +38,11 @@ impl Refusal {
         Self { cause: Cause::Usage, words: words.into() }
     }
 
+    /// A file without what is asked for.
+    pub fn file(words: impl Into<String>) -> Self {
+        Self { cause: Cause::File, words: words.into() }
+    }
+
     /// A resource that the machine does not give.
     pub fn machine(words: String) -> Self {
         Self { cause: Cause::Machine, words }

@@ -7,6 +7,7 @@
 //! Start at [`player`], which binds a [`scenario`] to a file and steps it. [`run`] and [`verify`]
 //! are made of it; [`contents`] and [`separation`] read what a file says without stepping it.
 
+pub mod calibrate;
 pub mod compare;
 pub mod contents;
 mod error;

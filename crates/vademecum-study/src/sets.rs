@@ -33,7 +33,7 @@ impl Sets {
         for (name, _) in &table.columns {
             if given.iter().any(|parameter| parameter.name == *name) {
                 let found = format!("column `{name}`, which `--set` gives to all bodies");
-                return Err(table.fault(table.head, found, "each parameter once").into());
+                return Err(table.fault(table.head, found, "each parameter once"));
             }
             if !known.contains(&name.as_str()) {
                 let expected = match known.len() {
@@ -43,7 +43,7 @@ impl Sets {
                         format!("live parameters of the file: `{}`{nearest}", known.join("`, `"))
                     }
                 };
-                return Err(table.fault(table.head, format!("column `{name}`"), expected).into());
+                return Err(table.fault(table.head, format!("column `{name}`"), expected));
             }
         }
         Ok(Self { table })

@@ -114,13 +114,14 @@ impl Table {
     }
 
     /// A fault in a line.
-    pub fn fault(
+    pub fn fault<E: From<TableFileError>>(
         &self,
         line: usize,
         found: impl Into<String>,
         expected: impl Into<String>,
-    ) -> TableFileError {
-        TableFileError::Line { path: self.path.clone(), line, found: found.into(), expected: expected.into() }
+    ) -> E {
+        let (path, found, expected) = (self.path.clone(), found.into(), expected.into());
+        TableFileError::Line { path, line, found, expected }.into()
     }
 }
 

@@ -164,6 +164,8 @@ fn every_command_prints_the_keys_of_its_page() {
     let frf =
         "frf beam.vdm --in gravity --out tip --range 1,10 --points 3 --json --problem beam.toml --compare 2";
     compare(at, &["frf"], &[frf]);
+    std::fs::write(at.join("f.csv"), "frequency_hz\n20\n60\n90\n").expect("written");
+    compare(at, &["calibrate"], &["calibrate parametric.vdm --data f.csv --fit beta -o fitted.vdm --json"]);
     compare(at, &["run"], &["run beam.vdm --scenario push.toml -o out --plot probes.svg --json"]);
     std::fs::write(at.join("none.toml"), "duration = 0.01\n").expect("written");
     std::fs::write(at.join("sets.csv"), "beta\n1e-5\n").expect("written");

@@ -4,6 +4,7 @@ mod assembly;
 mod attachments;
 mod bench;
 mod calculix;
+mod calibrate;
 mod commands;
 mod deck_materials;
 mod decks;

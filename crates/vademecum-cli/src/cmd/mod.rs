@@ -3,6 +3,7 @@
 pub(crate) mod assemble;
 pub(crate) mod bench;
 pub(crate) mod build;
+pub(crate) mod calibrate;
 pub(crate) mod collect;
 pub(crate) mod completions;
 pub(crate) mod demo;

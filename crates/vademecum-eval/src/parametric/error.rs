@@ -2,7 +2,7 @@
 
 use crate::base::error::{BindError, ParameterError};
 use thiserror::Error;
-use vademecum_format::{FormatError, LiveError};
+use vademecum_format::{FormatError, LiveError, SectionKind};
 
 /// Why live parameters are not set. Nothing is changed then.
 #[derive(Clone, Copy, Debug, PartialEq, Error)]
@@ -32,6 +32,32 @@ pub enum ParametricError {
         found: usize,
         /// As many as the file has.
         most: usize,
+    },
+    /// Fewer stepped modes than the basis has, where all are needed.
+    #[error("{found} stepped modes; a derivative of a shape needs all {all} of the basis")]
+    NotAllModes {
+        /// As many as are stepped.
+        found: usize,
+        /// As many as the basis has.
+        all: usize,
+    },
+    /// No probe, load pattern or node of this number.
+    #[error("row {index} of section {section}, which has {count}")]
+    Row {
+        /// The section.
+        section: SectionKind,
+        /// The number asked for.
+        index: usize,
+        /// Number of rows.
+        count: usize,
+    },
+    /// Two modes of one eigenvalue, whose shapes have no derivative of their own.
+    #[error("modes {first} and {second} have the same frequency: their shapes have no derivative")]
+    EqualModes {
+        /// The lower mode, counted from 0.
+        first: usize,
+        /// The other.
+        second: usize,
     },
     /// The eigenproblem does not converge, or a matrix is not definite.
     #[error("the eigenproblem at these values has no solution: matrices of the file are not definite")]

@@ -53,6 +53,18 @@ impl Parametric<'_> {
         Ok(filled_len(&metadata, sections)?)
     }
 
+    /// The modes that [`Parametric::solve`] left in this memory.
+    pub(crate) fn view<'m>(&self, modes: usize, memory: &'m [f64]) -> Option<Tuned<'m>> {
+        let (r, mut lender) = (self.n_basis(), Lender::new(memory));
+        let values = lender.take(self.n_parameters()).ok()?;
+        let eigenvalues = lender.take(modes).ok()?;
+        let shapes = lender.take(modes * r).ok()?;
+        let lower = lender.take(r * r).ok()?;
+        let mass = lender.take(if self.live.mass.is_some() { r * r } else { 0 }).ok()?;
+        let density = self.scales(values).density;
+        Some(Tuned { values, eigenvalues, shapes, lower, mass, density })
+    }
+
     /// The lowest modes at values of all parameters. Lends [`ParametricSizes::memory`] and
     /// [`ParametricSizes::work`]; `work` is free again afterwards. `O(r³)`.
     ///

@@ -69,18 +69,19 @@ from ._errors import (
     NumericsError,
     ToleranceMissed,
 )
-from ._native import Batch, Body, Motion, SurfacePoint, World
+from ._native import Batch, Body, Motion, SurfacePoint, Tracker, World
 
 __version__ = _native.__version__
 
 __all__ = [
-    "Axis", "Batch", "Body", "Bound", "Certificate", "Contacts", "DiscDisplacement", "DiscretisationEstimate",
-    "ElementCount", "Error", "File", "FileError", "FreeBody", "FrequencyResponse", "Group", "Info",
-    "InputError", "MachineError", "MeshError", "MeshReport", "MissingFile", "Motion", "NaturalModes", "Note",
-    "NumericsError", "Page", "Parameter", "ParameterValue", "Peak", "Played", "Quality", "Quantity",
-    "RefinedValue", "Region", "Section", "Soundness", "Starter", "StepReport", "Structure", "Support",
-    "SurfacePoint", "ToleranceMissed", "Verification", "World", "build", "frf", "from_bytes", "init", "mesh",
-    "modes", "open", "problem_from_meshio", "report", "run", "verify", "write_mesh",
+    "Axis", "Batch", "Body", "Bound", "Certificate", "Contacts", "DiscDisplacement",
+    "DiscretisationEstimate", "ElementCount", "Error", "File", "FileError", "FreeBody", "FrequencyResponse",
+    "Group", "Info", "InputError", "MachineError", "MeshError", "MeshReport", "MissingFile", "Motion",
+    "NaturalModes", "Note", "NumericsError", "Page", "Parameter", "ParameterValue", "Peak", "Played",
+    "Quality", "Quantity", "RefinedValue", "Region", "Section", "Slopes", "Soundness", "Starter",
+    "StepReport", "Structure", "Support", "SurfacePoint", "ToleranceMissed", "Tracker", "Verification",
+    "World", "build", "frf", "from_bytes", "init", "mesh", "modes", "open", "problem_from_meshio", "report",
+    "run", "verify", "write_mesh",
 ]
 
 
@@ -93,6 +94,8 @@ PathLike = Union[str, "os.PathLike[str]"]
 Input = Union[PathLike, Mapping[str, Any], Starter]
 #: The name of a load pattern or a probe, a point and a direction ("-z", or three numbers), or their text "1,0.04,0.1,-z".
 Channel = Union[str, tuple[Sequence[float], Union[str, Sequence[float]]]]
+#: The name of a load pattern, or a place (or a point in space) and a force [N].
+Load = Union[str, tuple[Union[SurfacePoint, Sequence[float]], Sequence[float]]]
 #: Called with the name of the stage, how many of its pieces are done, and how many there are (0 if unknown).
 Progress = Callable[[str, int, int], object]
 
@@ -111,6 +114,15 @@ class EmbeddedSurface(NamedTuple):
         """Positions or displacements at the vertices, shape (vertices, 3), from those at the nodes of the surface."""
         found: NDArray[np.float64] = np.einsum("vk,vkc->vc", self.weights, np.asarray(at_nodes)[self.nodes])
         return found
+
+
+class Slopes(NamedTuple):
+    """Numbers of a parametric model, and their derivatives with respect to its live parameters."""
+
+    #: Natural frequencies [Hz], or probes at the instants, shape (instants, probes).
+    values: NDArray[np.float64]
+    #: Their derivatives by name of the parameter, of the same shape.
+    slopes: dict[str, NDArray[np.float64]]
 
 
 class File:
@@ -251,6 +263,59 @@ class File:
             values=dict(zip(keys, values)),
             peaks={key: read(Peak, peak) if peak else None for key, peak in zip(keys, peaks)},
             highest_mode_hz=highest,
+        )
+
+    def sensitivities(self, modes: Optional[int] = None, /, **parameters: float) -> Slopes:
+        """Gives natural frequencies in Hz and their derivatives with respect to the live parameters, at these values
+        or those as built, of a file with a parametric model.
+
+        Names of parameters are given as `body` takes them. Of equal frequencies the derivatives are those along the
+        shapes found.
+        """
+        return Slopes(*_native.sensitivities(self._native, modes, list(parameters.items())))
+
+    def tangents(
+        self,
+        loads: Sequence[Load],
+        amplitudes: Any,
+        *,
+        field: str = "displacement",
+        modes: Optional[int] = None,
+        parameters: Optional[Mapping[str, float]] = None,
+    ) -> Slopes:
+        """Steps a parametric model from rest and gives its probes with their exact derivatives.
+
+        A load is the name of a load pattern, or a place (or a point in space) and a force in N. `amplitudes` has a
+        row for each instant from the start on, shape (instants, loads); loads are linear between them. All modes of
+        the basis are stepped unless `modes` are given: with fewer the derivatives leave out that their span turns.
+        """
+        given = list((parameters or {}).items())
+        rows = np.ascontiguousarray(amplitudes, np.float64)
+        return Slopes(*_native.tangents(self._native, list(loads), rows, field, modes, given))
+
+    def tracker(
+        self,
+        sensors: Mapping[str, float],
+        tracked: Mapping[str, tuple[float, float]],
+        loads: Sequence[Load] = (),
+        *,
+        field: str = "displacement",
+        load_deviation: float = 0.0,
+        resolve: float = 0.01,
+        modes: Optional[int] = None,
+        parameters: Optional[Mapping[str, float]] = None,
+    ) -> Tracker:
+        """Follows live parameters of a parametric model from measured numbers, step by step.
+
+        `sensors` gives probes the standard deviation of their noise, in the order of the measured numbers. `tracked`
+        gives parameters their standard deviation at the start and what they gain in a second as a random walk,
+        relative where their range lies above 0. Loads are those of `tangents`; `load_deviation` is that of unknown
+        loads along each mode in N/√kg. The modes are found again when an estimate has moved by the share `resolve`.
+        """
+        settings = {"field": field, "load_deviation": load_deviation, "resolve": resolve, "modes": modes}
+        given = list((parameters or {}).items())
+        return _native.tracker(
+            self._native, list(sensors.items()), list(tracked.items()), list(loads), settings, given
         )
 
     def save_report(

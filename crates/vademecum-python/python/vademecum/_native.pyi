@@ -12,8 +12,8 @@ from . import File as _PublicFile
 from ._data import Contacts, FreeBody, Quantity, StepReport
 
 __all__ = [
-    "__version__", "Batch", "Body", "File", "Motion", "SurfacePoint", "World", "build", "check", "frf", "init", "mesh",
-    "modes", "program", "report", "run", "verify",
+    "__version__", "Batch", "Body", "File", "Motion", "SurfacePoint", "Tracker", "World", "build", "check", "frf", "init",
+    "mesh", "modes", "program", "report", "run", "sensitivities", "tangents", "tracker", "verify",
 ]
 
 __version__: str
@@ -22,6 +22,8 @@ _Vector = Union[Sequence[float], NDArray[np.floating[Any]], NDArray[np.integer[A
 _Place = Union["SurfacePoint", _Vector]
 _Values = Optional[dict[str, float]]
 _Given = tuple[str, str, str]
+_Load = Union[str, tuple[_Place, _Vector]]
+_Pairs = Sequence[tuple[str, float]]
 _Progress = Optional[Callable[[str, int, int], object]]
 
 @final
@@ -447,6 +449,26 @@ class World:
         bit by bit. Nothing has changed where it is refused."""
 
 @final
+class Tracker:
+    """Follows live parameters of a parametric model while it moves: an extended Kalman filter over the modal motion
+    and the parameters. `File.tracker` makes one, at rest. It belongs to one thread at a time."""
+
+    def step(self, amplitudes: _Vector, measured: _Vector) -> None:
+        """Takes a step: the amplitudes of the loads at its end, to which they change linearly from those of the step
+        before (0 at first), and the measured number of each sensor at its end. A number that is not finite is left
+        out."""
+    @property
+    def estimates(self) -> dict[str, float]:
+        """Estimates of the tracked parameters, by name."""
+    @property
+    def deviations(self) -> dict[str, float]:
+        """Standard deviations of the estimates, by name: relative where the range of the parameter lies above 0, and
+        else in its unit."""
+    def take_consistency(self) -> Optional[float]:
+        """Takes the mean square of the innovations over their variances since the last call: near 1 where model, noise
+        and drift are what they are said to be; `None` before anything was measured."""
+
+@final
 class File:
     @property
     def path(self) -> Path: ...
@@ -478,6 +500,25 @@ def check(file: File) -> str: ...
 def frf(
     file: File, force: str, outputs: Sequence[str], spacing: Mapping[str, Any], quantity: str, options: Optional[dict[str, Any]]
 ) -> tuple[NDArray[np.float64], NDArray[np.float64], str]: ...
+def sensitivities(
+    file: File, modes: Optional[int], given: _Pairs
+) -> tuple[NDArray[np.float64], dict[str, NDArray[np.float64]]]: ...
+def tangents(
+    file: File,
+    loads: Sequence[_Load],
+    amplitudes: NDArray[np.float64],
+    field: str,
+    modes: Optional[int],
+    given: _Pairs,
+) -> tuple[NDArray[np.float64], dict[str, NDArray[np.float64]]]: ...
+def tracker(
+    file: File,
+    sensors: _Pairs,
+    tracked: Sequence[tuple[str, tuple[float, float]]],
+    loads: Sequence[_Load],
+    settings: Mapping[str, Any],
+    given: _Pairs,
+) -> Tracker: ...
 def mesh(path: str) -> str: ...
 def init(
     mesh: str,
