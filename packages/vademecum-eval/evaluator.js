@@ -54,6 +54,8 @@ export class Evaluator {
     new Uint8Array(exports.memory.buffer, at, file.length).set(file);
     this.must(exports.open(at, file.length));
     this.describe();
+    // Its modes, and so many sections, are those at values of the parameters.
+    if (this.has.parametric) this.bind({});
   }
 
   /** Throws the module's last sentence unless `done`. */
@@ -72,9 +74,9 @@ export class Evaluator {
   describe() {
     this.must(this.wasm.describe());
     const [nodes, surfaceNodes, loadNodes, triangles, loadTriangles, modes, patterns, probes, terms, diagonal, block, parameters,
-      timeStep, alpha, beta, diagonalError, diagonalFloor, blockError, blockFloor] = this.exchange(19);
+      timeStep, alpha, beta, diagonalError, diagonalFloor, blockError, blockFloor, parametric] = this.exchange(20);
     this.counts = { nodes, surfaceNodes, loadNodes, triangles, loadTriangles, modes, patterns, probes, terms };
-    this.has = { diagonal: diagonal === 1, block: block === 1 };
+    this.has = { diagonal: diagonal === 1, block: block === 1, parametric: parametric === 1 };
     this.built = { timeStep, alpha, beta };
     this.certificate = {
       diagonal: { error: diagonalError, floor: diagonalFloor }, block: { error: blockError, floor: blockFloor },
@@ -133,7 +135,8 @@ export class Evaluator {
 
   /**
    * Binds the file: `{ double, structure (0 chosen, 1 diagonal, 2 block, 4 exact), timeStep [s], stiffness, density, alpha [1/s],
-   * beta [s], restBelow, regionStiffness, regionDensity (8 scales each) }`. The body is at rest and unloaded afterwards. A refusal throws and leaves nothing bound.
+   * beta [s], restBelow, regionStiffness, regionDensity (8 scales each), values (of all parameters of a parametric file) }`. The body
+   * is at rest and unloaded afterwards. A refusal throws and leaves nothing bound.
    */
   bind(options) {
     const o = { double: false, structure: 0, stiffness: 1, density: 1, restBelow: 0, regionStiffness: ONES, regionDensity: ONES, ...this.built, ...options };
@@ -143,37 +146,62 @@ export class Evaluator {
     const at = this.lent.body.hold(this.must(this.wasm.bind_len(double)));
     this.structure = this.must(this.wasm.bind(double, at));
     this.options = o;
+    if (this.has.parametric) {
+      o.values = this.parameters.map(({ nominal }) => nominal);
+      if (options.values) this.put(this.changed(options.values));
+    }
     this.recordLength = this.wasm.record_len();
     this.tabulate();
   }
 
   /** Value that a parameter of the file stands at. */
-  value({ key, region }) {
+  value({ key, region, index }) {
+    if (this.has.parametric && index !== undefined) return this.options.values[index];
     const option = this.options[key];
     return region === null ? option : option[region];
   }
 
   /** Sets parameters of the file, `[index, value]` each, where the body is; `load` puts the loads back. */
   setParameters(settings, load) {
-    this.exchange(2 * settings.length).set(settings.flat());
-    this.must(this.wasm.set_parameters(settings.length));
-    for (const [index, value] of settings) Object.assign(this.options, this.option(this.parameters.find((known) => known.index === index), value));
+    this.put(settings);
     this.clear();
     load();
   }
 
+  /** Sets parameters; loads are stale afterwards. */
+  put(settings) {
+    this.exchange(2 * settings.length).set(settings.flat());
+    this.must(this.wasm.set_parameters(settings.length));
+    for (const [index, value] of settings) Object.assign(this.options, this.option(this.parameters.find((known) => known.index === index), value));
+  }
+
+  /** `[index, value]` of the parameters of a parametric file that other values than theirs are asked of. */
+  changed(values) {
+    return values.map((value, index) => [index, value]).filter(([index, value]) => value !== this.options.values[index]);
+  }
+
   /** The option that puts a parameter to `value`. */
-  option({ key, region }, value) {
+  option({ key, region, index }, value) {
+    if (this.has.parametric && index !== undefined) {
+      // Factors of the whole body are in the file at these values; an option would count them twice.
+      const whole = ["alpha", "beta", "timeStep"].includes(key) ? { [key]: value } : {};
+      return { ...whole, values: this.options.values.map((x, place) => (place === index ? value : x)) };
+    }
     return { [key]: region === null ? value : this.options[key].map((x, q) => (q === region ? value : x)) };
   }
 
   /** Binds other options and carries displacement and velocity over; `load` puts the loads back before the body goes on. */
   rebind(options, load) {
+    const { values, ...others } = options;
+    if (values) {
+      this.setParameters(this.changed(values), load);
+      if (Object.entries(others).every(([key, value]) => value === this.options[key])) return;
+    }
     const before = this.options;
     const state = this.coordinates();
     let refusal = null;
     try {
-      this.bind({ ...before, ...options });
+      this.bind({ ...before, ...others });
     } catch (error) {
       refusal = error;
       this.bind(before);

@@ -143,6 +143,33 @@ test("the file's own parameters are sliders with the file's range", async () => 
   await context.close();
 });
 
+test("live regions are sliders while the body moves, and a random body draws all of them", async () => {
+  const { page, heard, context } = await open(`file://${WORK}/live.html`);
+  const built = frequency(await ring(page));
+  for (const region of [0, 1]) await moveSlider(page, `#parameter-regionStiffness-${region}`, Math.log10(2));
+  const series = await ring(page);
+  const both = frequency(series);
+  const periods = both * (series.time.at(-1) - series.time[0]);
+  assert.ok(Math.abs(both / (Math.SQRT2 * built) - 1) < (2 * CROSSING) / periods, `${both} Hz, ${Math.SQRT2} of ${built}`);
+  const { options, modes } = await state(page);
+  await page.evaluate(() => document.getElementById("random").click());
+  const drawn = await state(page);
+  assert.equal(drawn.refusal, "");
+  assert.ok(drawn.options.values.every((value, i) => value >= 0.5 && value <= 2 && value !== options.values[i]), String(drawn.options.values));
+  assert.notDeepEqual(drawn.modes, modes);
+  const refused = await page.evaluate(() => {
+    window.vademecum.set({ values: [2.5, 1] });
+    return window.vademecum.state();
+  });
+  assert.match(refused.refusal, /^Refused: /);
+  assert.deepEqual(refused.options.values, drawn.options.values);
+  await page.evaluate(() => window.vademecum.step(100));
+  await page.evaluate(() => document.getElementById("reset").click());
+  assert.deepEqual((await state(page)).options.values, [1, 1]);
+  assert.deepEqual(heard.errors, []);
+  await context.close();
+});
+
 test("a mouse press pushes down where it points and the release lets it ring", async () => {
   const { page, heard, context } = await open(EXPORTED);
   const { x, y } = await pixel(page, TIP);

@@ -317,6 +317,24 @@ typedef struct VdmParameter {
 } VdmParameter;
 
 /*
+ Energies of the last change of live parameters, in J.
+ */
+typedef struct VdmCarried {
+  /*
+   Kinetic energy that the stepped modes at the new values do not hold.
+   */
+  double lost_kinetic;
+  /*
+   Elastic energy that they do not hold.
+   */
+  double lost_elastic;
+  /*
+   Work of the change of stiffness on the displacement as it is.
+   */
+  double work;
+} VdmCarried;
+
+/*
  Result of a step of many instances.
  */
 typedef struct VdmBatchStatus {
@@ -427,7 +445,7 @@ typedef struct VdmNeeds {
    */
   size_t memory;
   /*
-   Modes.
+   Modes; of a file with live regions those that are stepped.
    */
   uint32_t modes;
   /*
@@ -853,7 +871,8 @@ enum VdmStatus vdm_parameter(struct VdmBody *body, uint32_t parameter, struct Vd
 
 /*
  Sets live parameters, `count` of them, by their numbers in `ids`; the others stay. Velocities stay what
- they are. Loads become stale: clear them and add them again.
+ they are, as far as the modes at the new values hold them. Loads become stale: clear them and add them
+ again.
 
  # Safety
  `body` is null or a handle of [`vdm_bind`](crate::vdm_bind); `ids` and `values` point to `count` numbers
@@ -863,6 +882,14 @@ enum VdmStatus vdm_set_parameters(struct VdmBody *body,
                                   const uint32_t *ids,
                                   const double *values,
                                   size_t count);
+
+/*
+ Energies of the last change of live parameters of a file with live regions; others do not have them.
+
+ # Safety
+ `body` is null or a handle of [`vdm_bind`](crate::vdm_bind), `out` points to a `VdmCarried`.
+ */
+enum VdmStatus vdm_carried(struct VdmBody *body, struct VdmCarried *out);
 
 /*
  Copies a name of the file into `out`, which has `capacity` bytes, with a zero at its end; a longer name is
@@ -969,7 +996,8 @@ enum VdmStatus vdm_batch_status(struct VdmBatch *batch, struct VdmBody *body, si
 
 /*
  Carries the states of all instances over to the parameters that the body has now. Their loads are stale:
- clear them.
+ clear them. Instances of a body with live regions keep the parameters at which they were made, and every
+ call is refused while the body has others (`VDM_BIND`).
 
  # Safety
  As for [`vdm_batch_load`].

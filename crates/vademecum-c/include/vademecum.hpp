@@ -215,6 +215,11 @@ public:
         if (ids.size() != values.size()) throw Error(VDM_ARGUMENT, "not as many values as parameters");
         check(vdm_set_parameters(handle_, ids.data(), values.data(), ids.size()));
     }
+    VdmCarried carried() {
+        VdmCarried found;
+        check(vdm_carried(handle_, &found));
+        return found;
+    }
 
     // Any quantity of the table, by its name.
     std::vector<double> read(const std::string &quantity, std::size_t index = 0, Field field = Field::displacement) {

@@ -2,14 +2,16 @@
 
 use vademecum_eval::{AnyBody, Batch, BatchStatus, Scalar, Scene, Status, StepError};
 
-use crate::handle::{Body, Lent, zeroed};
-use crate::refusal::{Answer, Refusal};
-use crate::types::{VdmBatch, VdmBatchStatus, VdmStatus};
+use crate::handle::{Body, Handle, Lent, on_handle, zeroed};
+use crate::refusal::{Answer, Refusal, needed};
+use crate::types::{VdmBatch, VdmBatchStatus, VdmBody, VdmStatus};
 
 /// The body behind a handle.
 #[repr(align(16))]
 pub struct Instances {
     many: Many,
+    /// [`Handle::changes`] of the body that they were made of: the states are along its modes.
+    changes: u64,
 }
 
 enum Many {
@@ -50,7 +52,8 @@ macro_rules! both {
 
 impl Instances {
     /// Places a batch at the start of the memory and its numbers behind it.
-    pub fn bind(body: &Body, count: usize, memory: Lent) -> Result<*mut VdmBatch, Refusal> {
+    pub fn bind(handle: &Handle, count: usize, memory: Lent) -> Result<*mut VdmBatch, Refusal> {
+        let Handle { body, changes, .. } = handle;
         let (own, needed) = (size_of::<Self>(), bytes(body, count));
         memory.check(needed)?;
         // SAFETY: `own` bytes are within the lent memory; what is behind them is aligned to 16.
@@ -70,7 +73,7 @@ impl Instances {
         };
         let place = memory.at.cast::<Self>();
         // SAFETY: aligned to 16 as the batch is, and long enough.
-        unsafe { place.write(Self { many }) };
+        unsafe { place.write(Self { many, changes: *changes }) };
         Ok(place.as_ptr().cast())
     }
 
@@ -138,6 +141,29 @@ impl Instances {
         Ok(match both!(self, body, b, _parts => b.status(instance)) {
             Status::AtRest => VdmStatus::VDM_AT_REST,
             _ => VdmStatus::VDM_OK,
+        })
+    }
+}
+
+/// Runs a call on a batch and its body, and keeps the words of its refusal there.
+///
+/// # Safety
+/// As for [`Instances::of_mut`] and [`Handle::of`].
+pub unsafe fn on_batch(
+    batch: *mut VdmBatch,
+    body: *mut VdmBody,
+    run: impl FnOnce(&mut Instances, &mut Body) -> Answer,
+) -> VdmStatus {
+    // SAFETY: as the caller promises.
+    unsafe {
+        on_handle(body, |handle| {
+            let batch = needed(Instances::of_mut(batch), "batch")?;
+            if batch.changes == handle.changes {
+                return run(batch, &mut handle.body);
+            }
+            let said = "a live parameter of the body was set since the batch was made, and its modes are \
+                        others; make another batch";
+            Err(Refusal::Words(VdmStatus::VDM_BIND, said))
         })
     }
 }

@@ -4,11 +4,13 @@ use core::ptr::NonNull;
 
 use vademecum_eval::format::File;
 use vademecum_eval::{AnyBody, BindError, BodyOptions, Place, Precision, StructureChoice};
+#[cfg(feature = "parametric")]
+use vademecum_eval::{Carried, LiveMemory, Parametric};
 
 use crate::message::Message;
 use crate::refusal::{Answer, Refusal};
 use crate::types::{
-    VDM_NO_FRAME, VdmBody, VdmNeeds, VdmOptions, VdmPlace, VdmPrecision, VdmStatus, VdmStructure,
+    VDM_NO_FRAME, VdmBody, VdmCarried, VdmNeeds, VdmOptions, VdmPlace, VdmPrecision, VdmStatus, VdmStructure,
 };
 
 /// Alignment of lent memory.
@@ -22,6 +24,12 @@ pub type Body = AnyBody<'static>;
 pub struct Handle {
     pub body: Body,
     pub message: Message,
+    /// The file as it was given; that of a parametric body is written anew at each change of a parameter.
+    pub file: File<'static>,
+    /// Changes of parameters that have replaced the body.
+    pub changes: u64,
+    #[cfg(feature = "parametric")]
+    live: Option<LiveMemory<'static>>,
 }
 
 /// Memory that C lends, aligned.
@@ -98,6 +106,9 @@ impl Asked {
 
     /// Bytes for a handle and what it lives in.
     fn bytes(&self, file: &File<'_>) -> Result<usize, BindError> {
+        #[cfg(feature = "parametric")]
+        let numbers = LiveMemory::any_len(file, &self.options, self.precision)?;
+        #[cfg(not(feature = "parametric"))]
         let numbers = Body::len_for(file, &self.options, self.precision)?;
         Ok(numbers.saturating_mul(size_of::<f64>()).saturating_add(size_of::<Handle>()))
     }
@@ -105,9 +116,13 @@ impl Asked {
     /// Memory that a caller lends, and counts of the file.
     pub fn needs(&self, file: &File<'_>) -> Result<VdmNeeds, BindError> {
         let metadata = file.metadata();
+        #[cfg(feature = "parametric")]
+        let modes = Parametric::new(file).map_or(metadata.n_modes, |model| model.usual_modes() as u32);
+        #[cfg(not(feature = "parametric"))]
+        let modes = metadata.n_modes;
         Ok(VdmNeeds {
             memory: self.bytes(file)?,
-            modes: metadata.n_modes,
+            modes,
             nodes: metadata.n_nodes,
             surface_nodes: metadata.n_surface_nodes,
             load_nodes: metadata.n_load_nodes,
@@ -115,7 +130,7 @@ impl Asked {
             load_triangles: metadata.n_load_triangles,
             probes: metadata.n_probes,
             patterns: metadata.n_patterns,
-            parameters: metadata.active_parameters().len() as u32,
+            parameters: file.parameters().count() as u32,
             time_step: self.options.scene.time_step.unwrap_or(metadata.time_step),
         })
     }
@@ -130,11 +145,55 @@ impl Handle {
         // SAFETY: `needed` bytes are within the lent memory, `own` of them for the handle, and nobody else
         // uses them; zeros are numbers.
         let numbers = unsafe { zeroed(memory.at.add(own), needed - own) };
+        #[cfg(feature = "parametric")]
+        let (live, body) = LiveMemory::bind_any(file, &asked.options, asked.precision, numbers)?;
+        #[cfg(not(feature = "parametric"))]
         let body = Body::bind(file, &asked.options, asked.precision, numbers)?;
         let place = memory.at.cast::<Self>();
         // SAFETY: aligned to 16 as the handle is, and long enough.
-        unsafe { place.write(Self { body, message: Message::default() }) };
+        unsafe {
+            place.write(Self {
+                body,
+                message: Message::default(),
+                file: *file,
+                changes: 0,
+                #[cfg(feature = "parametric")]
+                live,
+            });
+        }
         Ok(place.as_ptr().cast())
+    }
+
+    /// Value of a live parameter.
+    pub fn value(&self, index: usize) -> Option<f64> {
+        #[cfg(feature = "parametric")]
+        if let Some(live) = &self.live {
+            return live.values().get(index).copied();
+        }
+        self.body.options().value(self.file.metadata(), index)
+    }
+
+    /// Energies of the last change; `None` of a file without live regions.
+    pub fn carried(&self) -> Option<VdmCarried> {
+        #[cfg(feature = "parametric")]
+        if let Some(live) = &self.live {
+            let Carried { lost_kinetic, lost_elastic, work } = live.carried();
+            return Some(VdmCarried { lost_kinetic, lost_elastic, work });
+        }
+        None
+    }
+
+    /// Sets live parameters.
+    pub fn set_parameters(&mut self, settings: &[(usize, f64)]) -> Result<(), BindError> {
+        #[cfg(feature = "parametric")]
+        if let Some(live) = &mut self.live {
+            // SAFETY: the body is that of this memory. Its file is copied by nothing that outlives a call.
+            let _ = unsafe { live.set_any(settings, &mut self.body)? };
+            self.changes += 1;
+            return Ok(());
+        }
+        let _ = self.body.set_parameters(settings)?;
+        Ok(())
     }
 
     /// # Safety
@@ -160,8 +219,17 @@ impl Handle {
 /// As for [`Handle::of`].
 pub unsafe fn on(body: *mut VdmBody, run: impl FnOnce(&mut Body) -> Answer) -> VdmStatus {
     // SAFETY: as the caller promises.
+    unsafe { on_handle(body, |handle| run(&mut handle.body)) }
+}
+
+/// The same with what is beside the body.
+///
+/// # Safety
+/// As for [`Handle::of`].
+pub unsafe fn on_handle(body: *mut VdmBody, run: impl FnOnce(&mut Handle) -> Answer) -> VdmStatus {
+    // SAFETY: as the caller promises.
     let Some(handle) = (unsafe { Handle::of_mut(body) }) else { return VdmStatus::VDM_ARGUMENT };
-    run(&mut handle.body).unwrap_or_else(|refusal| handle.message.note(&refusal))
+    run(handle).unwrap_or_else(|refusal| handle.message.note(&refusal))
 }
 
 /// Reads from a body what cannot be refused; `none` for a null handle.

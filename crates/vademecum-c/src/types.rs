@@ -147,7 +147,7 @@ pub struct VdmOptions {
 pub struct VdmNeeds {
     /// Bytes for the body, aligned to 16, for as long as it is used.
     pub memory: usize,
-    /// Modes.
+    /// Modes; of a file with live regions those that are stepped.
     pub modes: u32,
     /// Nodes of the body; those of the surface come first.
     pub nodes: u32,
@@ -237,6 +237,18 @@ pub struct VdmParameter {
     pub value: f64,
     /// Not 0: its range is best walked in the logarithm.
     pub logarithmic: u32,
+}
+
+/// Energies of the last change of live parameters, in J.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Default)]
+pub struct VdmCarried {
+    /// Kinetic energy that the stepped modes at the new values do not hold.
+    pub lost_kinetic: f64,
+    /// Elastic energy that they do not hold.
+    pub lost_elastic: f64,
+    /// Work of the change of stiffness on the displacement as it is.
+    pub work: f64,
 }
 
 /// Cost of a step of a body. Bytes are those of the file, apart from `step_bytes`.

@@ -193,6 +193,15 @@ static void parameters(Body body) {
     refused([&] { body.find(Named::probe, "nowhere"); }, "nowhere");
 }
 
+static void regions(Body body) {
+    check(body.carried().work == 0, "nothing is set yet");
+    body.set_parameter(0, body.parameter(0).upper);
+    const VdmCarried carried = body.carried();
+    const double lost = std::fabs(carried.lost_kinetic) + std::fabs(carried.lost_elastic);
+    check(carried.work > 0 && lost < 1e-6 * carried.work, "all modes hold the motion of a stiffer body");
+    parameters(std::move(body));
+}
+
 static void base(Body body) {
     body.clear();
     body.rest();
@@ -314,13 +323,15 @@ static void world(const File &cube, const File &base, const File &link) {
 }
 
 int main(int count, char **paths) {
-    check(count == 10, "nine files");
+    check(count == 11, "ten files");
     stress(pushed(paths[1]));
     reactions(pushed(paths[2]));
     flight(pushed(paths[3]));
     spun(File::read(paths[3]));
     files(paths[4]);
     parameters(pushed(paths[4]));
+    refused([&] { pushed(paths[4]).carried(); }, "live regions");
+    regions(pushed(paths[10]));
     const File whole = File::read(paths[5]);
     loads(whole);
     fields(whole, false);

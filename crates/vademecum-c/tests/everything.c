@@ -368,8 +368,14 @@ static void live(struct VdmOptions options) {
     struct VdmBody *body = b.body;
     struct VdmParameter one;
     const size_t count = b.needs.parameters;
+    struct VdmCarried carried;
+    struct VdmBatch *many = NULL;
+    const size_t bytes = vdm_batch_bytes(body, 1);
+    uint8_t *memory = (uint8_t *)malloc(bytes);
+    const int regions = vdm_carried(body, &carried) == VDM_OK;
     double *values = (double *)malloc((count + 1) * sizeof(double));
     uint32_t *ids = (uint32_t *)malloc((count + 1) * sizeof(uint32_t)), k;
+    CHECK(memory && vdm_batch_bind(body, 1, memory, bytes, &many) == VDM_OK);
     CHECK(values && ids && vdm_parameter(body, b.needs.parameters, &one) == VDM_ARGUMENT);
     for (k = 0; k < count; k++) {
         CHECK(vdm_parameter(body, k, &one) == VDM_OK && one.lower <= one.value && one.value <= one.upper);
@@ -391,7 +397,12 @@ static void live(struct VdmOptions options) {
         values[0] = one.upper * 2;
         CHECK(vdm_set_parameters(body, ids, values, 1) == VDM_BIND);
         CHECK(vdm_parameter(body, 0, &one) == VDM_OK && one.value != values[0]);
+        CHECK(vdm_batch_carry(many, body) == (regions ? VDM_BIND : VDM_OK));
+        CHECK(!regions || strstr(vdm_message(body), "another batch"));
     }
+    CHECK(vdm_carried(body, NULL) == VDM_ARGUMENT);
+    CHECK(vdm_carried(body, &carried) == (regions ? VDM_OK : VDM_OUTPUT));
+    free(memory);
     free(ids);
     free(values);
     released(&b);

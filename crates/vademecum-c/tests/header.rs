@@ -153,8 +153,18 @@ fn every_call_does_what_the_header_says_under_sanitizers_and_valgrind() {
     let exact = [("name = \"bathe\"", "name = \"exact\""), ("[snapshots]\npositions = 4\n", "")];
     let whole = ("[[output.probe]]", "[output]\nstatic_fields = true\n\n[[output.probe]]");
     let whole = beam(folder.path(), &[exact[0], exact[1], whole]);
-    let golden =
-        ["fixed-f64", "exact-f64", "parameters", "reactions", "base", "stress", "free", "bent", "embedded"];
+    let golden = [
+        "fixed-f64",
+        "exact-f64",
+        "parameters",
+        "parametric",
+        "reactions",
+        "base",
+        "stress",
+        "free",
+        "bent",
+        "embedded",
+    ];
     let mut files = golden.map(|name| repository().join(format!("fixtures/golden/{name}.vdm"))).to_vec();
     files.push(whole);
     let source = own("tests/everything.c");
@@ -217,7 +227,12 @@ fn every_function_of_the_header_of_cplusplus_runs_under_sanitizers_moved_bodies_
     let whole = beam(folder.path(), &[exact[0], exact[1], whole]);
     let files = ["stress", "reactions", "free", "parameters"].map(golden);
     let world = members_of_a_world(folder.path());
-    run(Command::new(&program).args(files).arg(whole).arg(golden("base")).args(world));
+    run(Command::new(&program)
+        .args(files)
+        .arg(whole)
+        .arg(golden("base"))
+        .args(world)
+        .arg(golden("parametric")));
 
     // Without exceptions it says so.
     let mut refused = Command::new("c++");

@@ -4,11 +4,15 @@
 //! Loads are made of the inputs when a step needs them. What the modes leave out of a static answer belongs
 //! to the inputs of the last step, so those are remembered beside the present ones: a saved body shows the
 //! same outputs when it is taken back.
+//!
+//! Note: the body of a file with live regions is replaced where it is when one of them is set, and its file
+//! with it. Names, counts and places are those of the file as it was given.
+#![allow(unsafe_code)]
 
-use vademecum_eval::format::{File, MAX_PARAMETERS, Metadata, ParameterRole, SectionKind};
+use vademecum_eval::format::{File, Parameter, ParameterRole, SectionKind};
 use vademecum_eval::{
-    BindError, BodyOptions, BodyParts, Contact, Field, OutputError, RigidMotion, SceneOptions, StepError,
-    StructureChoice, SurfacePoint,
+    BindError, BodyOptions, BodyParts, Contact, Field, LiveMemory, OutputError, ParameterError, RigidMotion,
+    SceneOptions, StepError, StructureChoice, SurfacePoint,
 };
 
 use crate::bytes::{Cursor, Pen};
@@ -26,13 +30,23 @@ pub struct Body {
     /// Start and last step of the flight of a body without supports.
     flight: Option<Flight>,
     body: vademecum_eval::Body<'static, f64>,
+    /// The file as it was given.
+    file: File<'static>,
+    /// Memory of a file with live regions.
+    live: Option<LiveMemory<'static>>,
+    /// Values of all parameters that are asked for.
+    asked: &'static mut [f64],
+    /// Those before a change that may fail.
+    before: &'static mut [f64],
     /// Forces on the points, three numbers each, then amplitudes of the patterns, then the force on the
     /// centre of a free body.
     inputs: &'static mut [f64],
     /// The same of the last step.
     shown: &'static mut [f64],
-    /// A state: the one before a step that may fail, or one on its way in or out.
+    /// A state: the one before a step that may fail, or one on its way in or out. Zero behind its numbers.
     saved: &'static mut [f64],
+    /// The state before one is taken back that may be refused.
+    kept: &'static mut [f64],
     /// The loads are not those of the inputs.
     stale: bool,
     /// `Δt` \[s\] of the file; a communication step that is no multiple of it is cut otherwise.
@@ -58,6 +72,7 @@ struct Names {
 /// Numbers that a body wants.
 struct Lengths {
     body: usize,
+    parameters: usize,
     inputs: usize,
     saved: usize,
 }
@@ -69,14 +84,26 @@ impl Lengths {
         // With the filtered forces of all points and patterns.
         let filtered = points.max(1).saturating_mul(each).saturating_add(metadata.n_patterns as usize);
         let saved = filtered.saturating_add(3 + 3 * metadata.n_modes as usize);
-        let body = vademecum_eval::Body::<f64>::len_for(file, options)?;
-        Ok(Self { body, inputs, saved })
+        let length =
+            if has_live(file) { LiveMemory::len_for::<f64> } else { vademecum_eval::Body::<f64>::len_for };
+        Ok(Self { body: length(file, options)?, parameters: parameters(file), inputs, saved })
     }
 
     fn sum(&self) -> usize {
-        let Self { body, inputs, saved } = *self;
-        [body, inputs, inputs, saved].into_iter().fold(0, usize::saturating_add)
+        let Self { body, parameters, inputs, saved } = *self;
+        let twice = [body, parameters, parameters, inputs, inputs, saved, saved];
+        twice.into_iter().fold(0, usize::saturating_add)
     }
+}
+
+/// True of a file with live regions that are set.
+fn has_live(file: &File<'_>) -> bool {
+    file.section(SectionKind::LiveParameters).is_some()
+}
+
+/// Number of live parameters.
+fn parameters(file: &File<'_>) -> usize {
+    file.parameters().fold(0, |count, _| count + 1)
 }
 
 /// Options of the evaluator's body: no compliance is asked for.
@@ -120,13 +147,21 @@ impl Body {
         let options = body_options(file, points.len());
         let lengths = Lengths::of(file, &options, points.len())?;
         let short = BindError::LentMemory { found: memory.len(), needed: lengths.sum() };
-        let Lengths { body, inputs, saved } = lengths;
+        let Lengths { body, parameters, inputs, saved } = lengths;
         let (body, rest) = memory.split_at_mut_checked(body).ok_or(short)?;
+        let (asked, rest) = rest.split_at_mut_checked(parameters).ok_or(short)?;
+        let (before, rest) = rest.split_at_mut_checked(parameters).ok_or(short)?;
         let (own_inputs, rest) = rest.split_at_mut_checked(inputs).ok_or(short)?;
         let (shown, rest) = rest.split_at_mut_checked(inputs).ok_or(short)?;
-        let body = vademecum_eval::Body::bind(file, &options, body)?;
-        let numbers = body.scene().state_numbers() + body.state().filter_numbers();
-        let saved = rest.get_mut(..saved.min(numbers)).ok_or(short)?;
+        let (saved, rest) = rest.split_at_mut_checked(saved).ok_or(short)?;
+        let kept = rest.get_mut(..saved.len()).ok_or(short)?;
+        let (live, body) = if has_live(file) {
+            let (live, body) = LiveMemory::bind(file, &options, body)?;
+            (Some(live), body)
+        } else {
+            (None, vademecum_eval::Body::bind(file, &options, body)?)
+        };
+        saved.fill(0.0);
         let counts = Counts::of(file, points.len() as u32, points.stresses() as u32);
         let names = Names {
             patterns: text(file, SectionKind::PatternNames),
@@ -137,7 +172,23 @@ impl Body {
         shown.fill(0.0);
         let (flight, internal_step) = (body.flight().map(Flight::new), body.time_step());
         let (inputs, stale) = (own_inputs, false);
-        Ok(Self { counts, points, names, flight, body, inputs, shown, saved, stale, internal_step })
+        Ok(Self {
+            counts,
+            points,
+            names,
+            flight,
+            body,
+            file: *file,
+            live,
+            asked,
+            before,
+            inputs,
+            shown,
+            saved,
+            kept,
+            stale,
+            internal_step,
+        })
     }
 
     /// Counts of the body.
@@ -169,11 +220,14 @@ impl Body {
     /// # Errors
     /// [`Refusal::Bind`] can only come from a file that has changed.
     pub fn reset(&mut self) -> Result<(), Refusal> {
-        let options = options(self.body.file(), self.points.len());
+        let options = options(&self.file, self.points.len());
         // Without loads and at rest, nothing is left of what was.
         self.body.clear();
         self.body.rest();
         let _ = self.body.rebind(&options)?;
+        let nominal = self.file.parameters().map(|parameter| parameter.nominal);
+        self.asked.iter_mut().zip(nominal).for_each(|(asked, nominal)| *asked = nominal);
+        self.set_live()?;
         self.inputs.fill(0.0);
         self.shown.fill(0.0);
         self.flight = self.body.flight().map(Flight::new);
@@ -212,13 +266,9 @@ impl Body {
             V::Velocity(point, component) => self.at_point(point, component, Field::Velocity, seen)?,
             V::Probe(probe) => self.body.probe(probe as usize, Field::Displacement)?,
             V::ProbeVelocity(probe) => self.body.probe(probe as usize, Field::Velocity)?,
-            V::Parameter(index) => {
-                parameter(self.body.scene().options(), self.body.scene().metadata(), index)
-                    .ok_or(Refusal::NoVariable)?
-            }
+            V::Parameter(index) => self.parameter(index).ok_or(Refusal::NoVariable)?,
             V::Whole(index) => {
-                let scene = self.body.scene();
-                whole(scene.options(), scene.metadata(), index).ok_or(Refusal::NoVariable)?
+                whole(self.body.scene().options(), &self.file, index).ok_or(Refusal::NoVariable)?
             }
             V::VonMises(index) => self.von_mises(index)?,
             V::ReactionForce(support, c) => self.reaction(support, c, seen)?,
@@ -231,6 +281,32 @@ impl Body {
             V::Total(index) => self.body.total(Variable::total(index).ok_or(Refusal::NoVariable)?)?,
             V::Time => return Err(Refusal::NoVariable),
         })
+    }
+
+    /// Value of a parameter that an FMU offers.
+    fn parameter(&self, index: u32) -> Option<f64> {
+        let as_bound = parameter(self.body.scene().options(), &self.file, index)?;
+        match &self.live {
+            Some(live) => live.values().get(index as usize).copied(),
+            None => Some(as_bound),
+        }
+    }
+
+    /// Sets live regions, and what else a file with them has, to the values asked for; true if these are
+    /// others.
+    fn set_live(&mut self) -> Result<bool, BindError> {
+        let changed = self.live.as_mut().filter(|live| live.values() != &*self.asked);
+        let Some(live) = changed else { return Ok(false) };
+        copy(live.values(), self.before);
+        // SAFETY: the body is that of this memory, and nothing that a call keeps borrows from it: points,
+        // names and places are those of the file as it was given.
+        let _ = unsafe { live.set_all(self.asked, &mut self.body)? };
+        Ok(true)
+    }
+
+    /// Asks for the values that there are.
+    fn ask_live(&mut self) {
+        copy(self.live.as_ref().map_or(&[][..], LiveMemory::values), self.asked);
     }
 
     /// The equivalent stress of a place; of a node between regions, the largest of its values.
@@ -290,9 +366,11 @@ impl Body {
         settings: impl Fn() -> I,
         starting: bool,
     ) -> Result<(), (Variable, Refusal)> {
-        let mut options = *self.body.scene().options();
+        let before = *self.body.scene().options();
+        let mut options = before;
         let mut last = None;
         let mut flight = self.flight;
+        self.ask_live();
         let mut thrown = None;
         for (variable, value) in settings() {
             if !value.is_finite() {
@@ -306,17 +384,19 @@ impl Body {
                     thrown = Some(variable);
                 }
                 Variable::Parameter(index) => {
-                    let metadata = self.body.scene().metadata();
-                    if parameter(&options, metadata, index).is_none() {
+                    if parameter(&options, &self.file, index).is_none() {
                         return Err((variable, Refusal::NoVariable));
                     }
-                    let done = options.set(metadata, &[(index as usize, value)]);
+                    let done = match self.asked.get_mut(index as usize).filter(|_| self.live.is_some()) {
+                        Some(asked) => ask(asked, &self.file, index, value),
+                        None => options.set(self.file.metadata(), &[(index as usize, value)]),
+                    };
                     done.map_err(|error| (variable, Refusal::Parameter(error)))?;
                     last = Some(variable);
                 }
                 Variable::Whole(index) => {
-                    let metadata = self.body.scene().metadata();
-                    set_whole(&mut options, metadata, index, value).map_err(|refusal| (variable, refusal))?;
+                    set_whole(&mut options, &self.file, index, value)
+                        .map_err(|refusal| (variable, refusal))?;
                     last = Some(variable);
                 }
                 _ => return Err((variable, Refusal::NotSettable)),
@@ -331,7 +411,14 @@ impl Body {
             begin(self, &flight).ok_or((variable, refusal))?;
         }
         if let Some(variable) = last {
-            let _ = self.body.rebind(&options).map_err(|error| (variable, Refusal::Bind(error)))?;
+            let refused = |error| (variable, Refusal::Bind(error));
+            if self.live.is_none() || options != before {
+                let _ = self.body.rebind(&options).map_err(refused)?;
+            }
+            if let Err(error) = self.set_live() {
+                let _ = self.body.rebind(&before).map_err(refused)?;
+                return Err(refused(error));
+            }
             self.stale = true;
         }
         if thrown.is_some() {
@@ -432,8 +519,10 @@ impl Body {
 
     /// Saves coordinates and filtered forces.
     fn save_state(&mut self) -> Result<(), Refusal> {
+        self.saved.fill(0.0);
         let numbers = self.body.scene().state_numbers();
-        let (state, filter) = self.saved.split_at_mut_checked(numbers).ok_or(StepError::Mismatch)?;
+        let (state, rest) = self.saved.split_at_mut_checked(numbers).ok_or(StepError::Mismatch)?;
+        let filter = rest.get_mut(..self.body.state().filter_numbers()).ok_or(StepError::Mismatch)?;
         self.body.state().save_into(state)?;
         self.body.state().save_filter_into(filter)?;
         Ok(())
@@ -452,7 +541,7 @@ impl Body {
     #[must_use]
     pub const fn saved_len(&self) -> usize {
         let flight = if self.flight.is_some() { flight::NUMBERS } else { 0 };
-        8 * (MAX_PARAMETERS + WHOLE + 1 + flight + 2 * self.inputs.len() + self.saved.len())
+        8 * (self.asked.len() + WHOLE + 1 + flight + 2 * self.inputs.len() + self.saved.len())
     }
 
     /// Writes everything that can change: parameters, scales and damping of the whole body, length of the
@@ -461,20 +550,18 @@ impl Body {
     /// # Errors
     /// [`Refusal::Saved`]: no room.
     pub fn save_into(&mut self, pen: &mut Pen<'_>) -> Result<(), Refusal> {
-        let mut parameters = [0.0; MAX_PARAMETERS];
-        for (index, place) in (0..).zip(&mut parameters) {
-            let scene = self.body.scene();
-            *place = parameter(scene.options(), scene.metadata(), index).unwrap_or_default();
+        for index in 0..self.counts.parameters {
+            let value = self.parameter(index).unwrap_or_default();
+            self.asked.iter_mut().skip(index as usize).take(1).for_each(|place| *place = value);
         }
         let mut own = [self.body.time_step(); WHOLE + 1];
         for (index, place) in (0..WHOLE as u32).zip(&mut own) {
-            let scene = self.body.scene();
-            *place = whole(scene.options(), scene.metadata(), index).unwrap_or_default();
+            *place = whole(self.body.scene().options(), &self.file, index).unwrap_or_default();
         }
         self.save_state()?;
         let flight = self.flight.zip(self.body.flight()).map(|(flight, free)| flight.numbers(free.motion()));
         let flight = flight.as_ref().map_or(&[][..], |numbers| &numbers[..]);
-        let parts = [&parameters[..], &own, flight, self.inputs, self.shown, self.saved];
+        let parts = [&*self.asked, &own, flight, self.inputs, self.shown, self.saved];
         for part in parts {
             pen.numbers(part).ok_or(Refusal::Saved("there is no room for it"))?;
         }
@@ -487,8 +574,7 @@ impl Body {
     /// [`Refusal`]; the body is then as it was.
     pub fn restore(&mut self, cursor: &mut Cursor<'_>) -> Result<(), Refusal> {
         const SHORT: Refusal = Refusal::Saved("it is too short");
-        let mut parameters = [0.0; MAX_PARAMETERS];
-        cursor.numbers(&mut parameters).ok_or(SHORT)?;
+        cursor.numbers(self.asked).ok_or(SHORT)?;
         let mut own = [0.0; WHOLE + 1];
         cursor.numbers(&mut own).ok_or(SHORT)?;
         let mut flight = None;
@@ -507,18 +593,20 @@ impl Body {
         }
         let before = (*self.body.scene().options(), self.body.flight().copied());
         let mut options = before.0;
-        for (index, value) in (0..).zip(parameters) {
-            let metadata = self.body.scene().metadata();
-            if parameter(&options, metadata, index).is_some() {
-                options.set(metadata, &[(index as usize, value)])?;
+        for (index, asked) in (0..).zip(&mut *self.asked) {
+            let value = *asked;
+            match parameter(&options, &self.file, index) {
+                Some(_) if self.live.is_some() => ask(asked, &self.file, index, value)?,
+                Some(_) => options.set(self.file.metadata(), &[(index as usize, value)])?,
+                // The step, which an FMU does not offer.
+                None => *asked = self.file.parameters().nth(index as usize).map_or(value, |own| own.nominal),
             }
         }
         if self.takes_any_step() {
             let [scales @ .., time_step] = own;
             for (index, value) in (0..).zip(scales) {
-                let metadata = self.body.scene().metadata();
-                if whole(&options, metadata, index).is_some() {
-                    set_whole(&mut options, metadata, index, value)?;
+                if whole(&options, &self.file, index).is_some() {
+                    set_whole(&mut options, &self.file, index, value)?;
                 }
             }
             if !(time_step > 0.0 && time_step <= self.internal_step) {
@@ -526,9 +614,18 @@ impl Body {
             }
             options.time_step = Some(time_step);
         }
+        self.save_state()?;
+        copy(self.saved, self.kept);
         if options != before.0 {
             let _ = self.body.rebind(&options)?;
         }
+        let is_changed = match self.set_live() {
+            Ok(is_changed) => is_changed,
+            Err(error) => {
+                let _ = self.body.rebind(&before.0)?;
+                return Err(error.into());
+            }
+        };
         // Forces so large that they cannot be applied are found here, before anything else is changed.
         self.stale = true;
         let own = self.saved.iter_mut();
@@ -539,6 +636,13 @@ impl Body {
         let acting = Acting { points, patterns: counts.patterns, flight: flight.as_ref() };
         if let Err(refusal) = body.with(|parts| acting.restore(parts, numbers(shown), saved)) {
             let _ = self.body.rebind(&before.0)?;
+            if is_changed {
+                // A change of live regions keeps no more of the motion than the stepped modes hold.
+                copy(self.before, self.asked);
+                self.set_live()?;
+                copy(self.kept, self.saved);
+                self.put_back()?;
+            }
             self.body.with(|parts| *parts.flight = before.1);
             return Err(refusal);
         }
@@ -565,8 +669,7 @@ impl Body {
             V::Pattern(pattern) => line(self.names.patterns, pattern),
             V::Probe(probe) | V::ProbeVelocity(probe) => line(self.names.probes, probe),
             V::Parameter(index) => {
-                let parameter = self.body.scene().metadata().active_parameters().get(index as usize);
-                parameter.map_or("", |parameter| parameter.name)
+                self.file.parameters().nth(index as usize).map_or("", |parameter| parameter.name)
             }
             V::VonMises(index) => self.points.stress(index as usize).map_or("", |place| place.name),
             V::ReactionForce(support, _) | V::ReactionMoment(support, _) => {
@@ -628,7 +731,8 @@ impl Acting<'_> {
         if let Some(Flight { spins: [before, after], .. }) = self.flight {
             loads.add_spin(scene, *before, *after)?;
         }
-        let (state, filter) = state.split_at_checked(scene.state_numbers()).ok_or(StepError::Mismatch)?;
+        let (state, rest) = state.split_at_checked(scene.state_numbers()).ok_or(StepError::Mismatch)?;
+        let filter = rest.get(..parts.state.filter_numbers()).ok_or(StepError::Mismatch)?;
         parts.state.restore_under(state, loads)?;
         parts.state.restore_filter(filter)?;
         Ok(())
@@ -659,20 +763,32 @@ fn placed(file: &File<'_>, point: &Point<'_>) -> SurfacePoint {
     SurfacePoint { place, position, distance: 0.0 }
 }
 
-/// Value of a parameter at these options; `None` for one that an FMU does not offer. The time step is one:
-/// the internal step of an FMU is fixed.
-#[must_use]
-pub fn parameter(options: &SceneOptions, metadata: &Metadata<'_>, index: u32) -> Option<f64> {
-    use ParameterRole as R;
-    match metadata.active_parameters().get(index as usize)?.role {
-        R::Stiffness => Some(options.stiffness),
-        R::Density => Some(options.density),
-        R::RegionStiffness { region } => options.regions.stiffness().get(region as usize).copied(),
-        R::RegionDensity { region } => options.regions.density().get(region as usize).copied(),
-        R::Alpha => Some(options.alpha.unwrap_or(metadata.alpha)),
-        R::Beta => Some(options.beta.unwrap_or(metadata.beta)),
-        _ => None,
+/// Writes numbers over others.
+fn copy(from: &[f64], to: &mut [f64]) {
+    to.iter_mut().zip(from).for_each(|(to, &from)| *to = from);
+}
+
+/// Asks for a value of a parameter of a file with live regions, in its range.
+fn ask(asked: &mut f64, file: &File<'_>, index: u32, value: f64) -> Result<(), ParameterError> {
+    let parameter = index as usize;
+    let unknown = ParameterError::Unknown { index: parameter };
+    let Parameter { lower, upper, .. } = file.parameters().nth(parameter).ok_or(unknown)?;
+    if !(lower..=upper).contains(&value) {
+        return Err(ParameterError::OutsideRange { parameter, value, lower, upper });
     }
+    *asked = value;
+    Ok(())
+}
+
+/// Value of a parameter at these options, as built of a file with live regions; `None` for one that an FMU
+/// does not offer. The time step is one: the internal step of an FMU is fixed.
+#[must_use]
+pub fn parameter(options: &SceneOptions, file: &File<'_>, index: u32) -> Option<f64> {
+    let found = file.parameters().nth(index as usize)?;
+    if found.role == ParameterRole::TimeStep {
+        return None;
+    }
+    if has_live(file) { Some(found.nominal) } else { options.value(file.metadata(), index as usize) }
 }
 
 /// Numbers of [`Variable::Whole`].
@@ -681,7 +797,8 @@ const WHOLE: usize = 4;
 /// Value of a scale or a damping of the whole body; `None` where a live parameter of the file has it, and of
 /// `β` in a file that was built without.
 #[must_use]
-pub fn whole(options: &SceneOptions, metadata: &Metadata<'_>, index: u32) -> Option<f64> {
+pub fn whole(options: &SceneOptions, file: &File<'_>, index: u32) -> Option<f64> {
+    let metadata = file.metadata();
     let (role, value) = match index {
         0 => (ParameterRole::Stiffness, options.stiffness),
         1 => (ParameterRole::Density, options.density),
@@ -690,18 +807,13 @@ pub fn whole(options: &SceneOptions, metadata: &Metadata<'_>, index: u32) -> Opt
         3 if metadata.beta != 0.0 => (ParameterRole::Beta, options.beta.unwrap_or(metadata.beta)),
         _ => return None,
     };
-    let is_live = metadata.active_parameters().iter().any(|parameter| parameter.role == role);
+    let is_live = file.parameters().any(|parameter| parameter.role == role);
     (!is_live).then_some(value)
 }
 
 /// Sets what [`whole`] gives.
-fn set_whole(
-    options: &mut SceneOptions,
-    metadata: &Metadata<'_>,
-    index: u32,
-    value: f64,
-) -> Result<(), Refusal> {
-    whole(options, metadata, index).ok_or(Refusal::NoVariable)?;
+fn set_whole(options: &mut SceneOptions, file: &File<'_>, index: u32, value: f64) -> Result<(), Refusal> {
+    whole(options, file, index).ok_or(Refusal::NoVariable)?;
     if !(value > 0.0 || index > 1 && value == 0.0) {
         return Err(Refusal::TooSmall { value });
     }

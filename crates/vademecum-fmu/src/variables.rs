@@ -152,7 +152,7 @@ impl Counts {
             points,
             patterns: patterns.unwrap_or(metadata.n_patterns),
             probes: metadata.n_probes,
-            parameters: metadata.n_parameters,
+            parameters: file.parameters().fold(0, |count, _| count + 1),
             stresses,
             supports: u32::try_from(supports).unwrap_or(0),
             free: u32::from(free.is_some()),

@@ -9,8 +9,8 @@ use std::sync::Mutex;
 
 use vademecum_eval::format::{File, ParameterRole, SectionKind};
 use vademecum_eval::{
-    Body, BodyOptions, Contact, Field, FreeBody, Loads, Place, RigidMotion, Scene, SceneOptions, State,
-    Surface, SurfacePoint,
+    Body, BodyOptions, Contact, Field, FreeBody, LiveMemory, Loads, Place, RigidMotion, Scene, SceneOptions,
+    State, Surface, SurfacePoint,
 };
 use vademecum_fmu::fmi2::*;
 use vademecum_fmu::fmi3::*;
@@ -199,12 +199,10 @@ impl Two {
     fn all(&self, unit: &Unit) -> Vec<u64> {
         let file = File::parse(&unit.bytes).expect("a file");
         let fixed = |role| role == ParameterRole::TimeStep;
-        let parameters = file.metadata().active_parameters();
+        let parameters: Vec<_> = file.parameters().collect();
         let offered = |variable: &V| match variable {
             V::Parameter(index) => !fixed(parameters[*index as usize].role),
-            V::Whole(index) => {
-                vademecum_fmu::whole(&SceneOptions::default(), file.metadata(), *index).is_some()
-            }
+            V::Whole(index) => vademecum_fmu::whole(&SceneOptions::default(), &file, *index).is_some(),
             _ => true,
         };
         let references: Vec<u32> = (0..)
@@ -490,9 +488,15 @@ fn a_free_body_flies_as_in_the_evaluator() {
 
 #[test]
 fn a_state_comes_back_with_its_outputs_and_goes_on_alike() {
-    for name in
-        ["exact-f64.vdm", "fixed-f64.vdm", "parameters.vdm", "reactions.vdm", "stress.vdm", "free.vdm"]
-    {
+    for name in [
+        "exact-f64.vdm",
+        "fixed-f64.vdm",
+        "parameters.vdm",
+        "parametric.vdm",
+        "reactions.vdm",
+        "stress.vdm",
+        "free.vdm",
+    ] {
         let unit = Unit::new(name);
         let log = Log::new();
         let (one, other) = (unit.two(&log), unit.two(&log));
@@ -501,6 +505,9 @@ fn a_state_comes_back_with_its_outputs_and_goes_on_alike() {
         let (fx, fz) = (unit.reference(V::Force(1, 0)), unit.reference(V::Force(0, 2)));
         assert_eq!((one.set(fx, 3.0), one.set(fz, -20.0)), (0, 0));
         for turn in 0..5 {
+            if turn == 3 && unit.counts.parameters > 0 {
+                assert_eq!(one.set(unit.reference(V::Parameter(0)), 1.25), 0);
+            }
             assert_eq!(one.step(f64::from(turn) * step, step), 0);
         }
         // An input that no step has seen yet is part of the state, too.
@@ -531,7 +538,11 @@ fn a_state_comes_back_with_its_outputs_and_goes_on_alike() {
 
 #[test]
 fn a_damaged_state_is_refused_and_changes_nothing() {
-    let unit = Unit::new("parameters.vdm");
+    ["parameters.vdm", "parametric.vdm"].into_iter().for_each(refuse_damaged);
+}
+
+fn refuse_damaged(name: &str) {
+    let unit = Unit::new(name);
     let log = Log::new();
     let one = unit.two(&log);
     one.start();
@@ -571,9 +582,8 @@ fn a_damaged_state_is_refused_and_changes_nothing() {
             assert_eq!(one.serialized(), saved, "{value} at {place}");
         }
     }
-    // Every number that is not finite, but those of parameters that the file does not have.
-    let parameters = unit.counts.parameters as usize;
-    let numbers = (saved.len() - 4 - HEAD) / 8 - 16 + parameters - 1;
+    // Every number that is not finite, but that of the step, which is no parameter here.
+    let numbers = (saved.len() - 4 - HEAD) / 8 - 1;
     assert!(refused >= 2 * numbers, "{refused} of {numbers} numbers");
     for (place, value) in [(46, 3), (46, 0), (47, 4)] {
         let mut hostile = saved.clone();
@@ -587,7 +597,11 @@ fn a_damaged_state_is_refused_and_changes_nothing() {
 
 #[test]
 fn parameters_are_set_within_their_ranges_all_or_none() {
-    let unit = Unit::new("parameters.vdm");
+    ["parameters.vdm", "parametric.vdm"].into_iter().for_each(set_all_or_none);
+}
+
+fn set_all_or_none(name: &str) {
+    let unit = Unit::new(name);
     let file = File::parse(&unit.bytes).expect("a file");
     let log = Log::new();
     let one = unit.two(&log);
@@ -595,7 +609,7 @@ fn parameters_are_set_within_their_ranges_all_or_none() {
     let step = one.internal_step();
     let force = unit.reference(V::Force(0, 2));
     let mut offered = 0;
-    for (index, parameter) in (0..).zip(file.metadata().active_parameters()) {
+    for (index, parameter) in (0..).zip(file.parameters()) {
         let reference = unit.reference(V::Parameter(index));
         let value = 0.5 * (parameter.lower + parameter.upper);
         if parameter.role == ParameterRole::TimeStep {
@@ -623,6 +637,43 @@ fn parameters_are_set_within_their_ranges_all_or_none() {
     assert_eq!(one.set(force, -20.0), 0);
     assert_eq!(one.all(&unit), before);
     assert_eq!(one.step(step, step), 0);
+}
+
+#[test]
+fn live_regions_are_set_as_in_the_evaluator() {
+    let unit = Unit::new("parametric.vdm");
+    let file = File::parse(&unit.bytes).expect("a file");
+    let log = Log::new();
+    let one = unit.two(&log);
+    one.start();
+    let step = one.internal_step();
+    let options =
+        BodyOptions { scene: vademecum_fmu::options(&file, 2), places: 0, ..BodyOptions::default() };
+    let mut memory = vec![0.0; LiveMemory::len_for::<f64>(&file, &options).expect("a length")];
+    let (mut live, mut body) = LiveMemory::bind::<f64>(&file, &options, &mut memory).expect("a body");
+    let (pull, tip) = (unit.reference(V::Pattern(0)), unit.reference(V::Parameter(1)));
+    let shown = [V::Probe(0), V::Energy].map(|variable| unit.reference(variable));
+    let mut before = vec![];
+    for turn in 0..10 {
+        if turn % 5 == 0 {
+            body.clear();
+            if turn > 0 {
+                assert_eq!(one.set(tip, 3.0), 0);
+                let _ = unsafe { live.set(&[(1, 3.0)], &mut body) }.expect("in its range");
+                assert_ne!(live.carried().work, 0.0);
+            }
+            assert_eq!(one.set(pull, 1.0), 0);
+            body.push_pattern(0, 1.0).expect("a load");
+        }
+        assert_eq!(one.step(f64::from(turn) * step, step), 0);
+        body.step().expect("a step");
+        let probe = body.probe(0, Field::Displacement).expect("a probe");
+        let expected = [probe, body.energy().expect("an energy")].map(f64::to_bits);
+        assert_eq!(one.bits(&shown), expected, "step {turn}");
+        assert_ne!(std::mem::replace(&mut before, expected.to_vec()), expected);
+    }
+    // Steps of another length go on from there.
+    assert_eq!(one.step(10.0 * step, 0.5 * step), 0);
 }
 
 #[test]

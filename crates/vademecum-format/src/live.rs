@@ -57,6 +57,23 @@ pub struct LiveParameters<'a> {
     pub residual: &'a [[[u8; 8]; 5]],
 }
 
+/// Lines of a text. (`str::lines` has a panic that no linker can rule out.)
+struct Lines<'a>(&'a str);
+
+impl<'a> Iterator for Lines<'a> {
+    type Item = &'a str;
+
+    fn next(&mut self) -> Option<&'a str> {
+        if self.0.is_empty() {
+            return None;
+        }
+        let end = self.0.bytes().position(|byte| byte == b'\n').unwrap_or(self.0.len());
+        let (line, rest) = self.0.split_at_checked(end)?;
+        self.0 = rest.get(1..).unwrap_or_default();
+        Some(line)
+    }
+}
+
 /// The parameter of a row of the table; `None` for a role that there is not.
 fn of_row<'a>(row: &[[u8; 8]; LIVE_COLUMNS], name: &'a str) -> Option<Parameter<'a>> {
     use ParameterRole as R;
@@ -91,18 +108,18 @@ impl<'a> LiveParameters<'a> {
     /// Parameter `index`. Its region is that of the matrices, counted from 0.
     #[must_use]
     pub fn get(&self, index: usize) -> Option<Parameter<'a>> {
-        of_row(self.rows.get(index)?, self.names.lines().nth(index)?)
+        of_row(self.rows.get(index)?, Lines(self.names).nth(index)?)
     }
 
     /// All parameters, in the order of their numbers.
     pub fn iter(&self) -> impl Iterator<Item = Parameter<'a>> + use<'a> {
-        self.rows.iter().zip(self.names.lines()).map_while(|(row, name)| of_row(row, name))
+        self.rows.iter().zip(Lines(self.names)).map_while(|(row, name)| of_row(row, name))
     }
 
     /// Number of the parameter of this name.
     #[must_use]
     pub fn find(&self, name: &str) -> Option<usize> {
-        self.names.lines().take(self.len()).position(|own| own == name)
+        Lines(self.names).take(self.len()).position(|own| own == name)
     }
 
     fn check(&self) -> Result<(), LiveError> {

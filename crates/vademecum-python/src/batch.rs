@@ -5,16 +5,19 @@ use std::sync::{Mutex, MutexGuard};
 use pyo3::exceptions::{PyIndexError, PyValueError};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
+use rayon::prelude::*;
 use self_cell::{MutBorrow, self_cell};
 use vademecum_eval::{
-    Batch, BatchStatus, BindError, Contact, Field, LoadError, Quantity, Scene, Simulation, StepError,
+    Batch, BatchStatus, BindError, Contact, Field, LoadError, ParameterError, Quantity, Scene, Simulation,
+    Status, StepError,
 };
+use vademecum_study::parameters::{self, ParameterValue};
 
-use crate::arrays::filled;
+use crate::arrays::{filled, owned};
 use crate::names::{Names, field};
-use crate::options::pairs;
+use crate::options::{pairs, resolve};
 use crate::point::{Count, PyPoint, Target, Vector};
-use crate::refusal::{busy, of_bind, of_load, of_locate, of_output, of_step};
+use crate::refusal::{busy, of_bind, of_load, of_locate, of_output, of_simulation, of_step, of_study};
 use crate::simulation::{
     AnySimulation, Number, Out, change, either, quantities, quantity, surface, values, whole,
 };
@@ -74,16 +77,38 @@ enum Applied {
     Pattern(usize, f64),
 }
 
-/// The instances, and a body of the same file through which each is loaded and read.
+/// A value for all instances, or one for each.
+#[derive(FromPyObject)]
+enum Value {
+    All(f64),
+    Each(Vec<f64>),
+}
+
+/// The instances.
+enum Bodies<T: Number, C> {
+    /// At the same parameters, stepped together, with the loads of each.
+    Together(C, Vec<Vec<Applied>>),
+    /// Of a parametric file, each at its own parameters.
+    Apart(Vec<Simulation<T>>),
+}
+
+/// The instances, and a body of the same file through which those of one scene are loaded and read.
 struct Instances<T: Number, C> {
     one: Simulation<T>,
-    batch: C,
-    applied: Vec<Vec<Applied>>,
+    bodies: Bodies<T, C>,
 }
 
 impl<T: Number, C: Cell<T>> Instances<T, C> {
     fn new(one: Simulation<T>, n_instances: usize) -> PyResult<Self> {
         let too_many = || PyValueError::new_err(format!("{n_instances} instances do not fit into memory"));
+        if one.carried().is_some() {
+            let mut bodies = vec![];
+            bodies.try_reserve_exact(n_instances).map_err(|_| too_many())?;
+            for _ in 0..n_instances {
+                bodies.push(one.another().map_err(of_simulation)?);
+            }
+            return Ok(Self { one, bodies: Bodies::Apart(bodies) });
+        }
         // A batch takes no more than as many of one: its length does not overflow.
         Batch::len_for(one.scene(), 1).checked_mul(n_instances).ok_or_else(too_many)?;
         let (mut memory, mut applied): (Vec<T>, Vec<Vec<Applied>>) = (vec![], vec![]);
@@ -93,14 +118,15 @@ impl<T: Number, C: Cell<T>> Instances<T, C> {
         memory.resize(needed, T::default());
         applied.resize(n_instances, vec![]);
         let batch = C::of(one.scene(), n_instances, memory).map_err(of_bind)?;
-        Ok(Self { one, batch, applied })
+        Ok(Self { one, bodies: Bodies::Together(batch, applied) })
     }
 
+    /// Gives an instance of one scene its loads, and the body too.
     fn load(&mut self, instance: usize) -> Result<(), LoadError> {
-        let (batch, applied) = (&mut self.batch, &self.applied[instance]);
+        let Bodies::Together(batch, applied) = &mut self.bodies else { return Ok(()) };
         self.one.with(|scene, _, loads| {
             loads.clear();
-            for load in applied {
+            for load in &applied[instance] {
                 match load {
                     Applied::Push(contact) => loads.add_contact(scene, contact)?,
                     Applied::Pattern(pattern, amplitude) => loads.add_pattern(scene, *pattern, *amplitude)?,
@@ -111,55 +137,124 @@ impl<T: Number, C: Cell<T>> Instances<T, C> {
     }
 
     fn add(&mut self, instance: usize, load: Applied) -> PyResult<()> {
-        self.applied[instance].push(load);
-        let loaded = self.load(instance);
-        if loaded.is_err() {
-            self.applied[instance].pop();
-        }
+        let loaded = match &mut self.bodies {
+            Bodies::Apart(bodies) => match load {
+                Applied::Push(contact) => bodies[instance].push(&contact.place, contact.force),
+                Applied::Pattern(pattern, amplitude) => bodies[instance].push_pattern(pattern, amplitude),
+            },
+            Bodies::Together(_, applied) => {
+                applied[instance].push(load);
+                let loaded = self.load(instance);
+                if let (Err(_), Bodies::Together(_, applied)) = (&loaded, &mut self.bodies) {
+                    applied[instance].pop();
+                }
+                loaded
+            }
+        };
         loaded.map_err(of_load)
     }
 
     fn clear(&mut self) {
-        self.applied.iter_mut().for_each(Vec::clear);
-        self.batch.with(|batch| batch.clear());
+        match &mut self.bodies {
+            Bodies::Apart(bodies) => bodies.iter_mut().for_each(Simulation::clear),
+            Bodies::Together(batch, applied) => {
+                applied.iter_mut().for_each(Vec::clear);
+                batch.with(|batch| batch.clear());
+            }
+        }
     }
 
     fn step(&mut self, steps: usize) -> Result<BatchStatus, StepError> {
-        let (scene, mut status) = (self.one.scene(), BatchStatus::default());
-        self.batch.with(|batch| {
-            for _ in 0..steps {
-                status = batch.step(scene)?;
+        let mut status = BatchStatus::default();
+        match &mut self.bodies {
+            Bodies::Apart(bodies) => {
+                let stepped: Vec<_> = bodies.par_iter_mut().map(|body| body.step(steps)).collect();
+                for one in stepped {
+                    match one {
+                        Ok(Status::AtRest) => status.at_rest += 1,
+                        Ok(_) => status.moving += 1,
+                        Err(_) => status.refused += 1,
+                    }
+                }
             }
-            Ok(status)
-        })
+            Bodies::Together(batch, _) => {
+                let scene = self.one.scene();
+                batch.with(|batch| {
+                    for _ in 0..steps {
+                        status = batch.step(scene)?;
+                    }
+                    Ok::<(), StepError>(())
+                })?;
+            }
+        }
+        Ok(status)
     }
 
-    fn select(&mut self, instance: usize) -> PyResult<()> {
-        let batch = &mut self.batch;
-        let done = self.one.with(|_, state, _| batch.with(|batch| batch.get(instance, state)));
-        done.map_err(of_step)
+    /// The body of an instance, or the one that has its state.
+    fn select(&mut self, instance: usize) -> PyResult<&Simulation<T>> {
+        match &mut self.bodies {
+            Bodies::Apart(bodies) => Ok(&bodies[instance]),
+            Bodies::Together(batch, _) => {
+                let done = self.one.with(|_, state, _| batch.with(|batch| batch.get(instance, state)));
+                done.map_err(of_step)?;
+                Ok(&self.one)
+            }
+        }
     }
 
-    /// The state, and the loads of the instance as those of its last step.
-    fn select_loaded(&mut self, instance: usize) -> PyResult<()> {
+    /// The same with the loads of the instance as those of its last step.
+    fn select_loaded(&mut self, instance: usize) -> PyResult<&Simulation<T>> {
         self.load(instance).map_err(of_load)?;
-        let batch = &mut self.batch;
-        let done =
-            self.one.with(|_, state, loads| batch.with(|batch| batch.get_under(instance, state, loads)));
-        done.map_err(of_step)
+        match &mut self.bodies {
+            Bodies::Apart(bodies) => Ok(&bodies[instance]),
+            Bodies::Together(batch, _) => {
+                let done = self
+                    .one
+                    .with(|_, state, loads| batch.with(|batch| batch.get_under(instance, state, loads)));
+                done.map_err(of_step)?;
+                Ok(&self.one)
+            }
+        }
     }
 
-    fn set_parameters(&mut self, given: Vec<(String, f64)>) -> PyResult<()> {
-        change(&mut self.one, given)?;
-        let scene = self.one.scene();
-        self.batch
-            .with(|batch| {
-                batch.clear();
-                batch.carry(scene)
-            })
-            .map_err(of_step)?;
-        let loaded: Vec<usize> = (0..self.applied.len()).filter(|&i| !self.applied[i].is_empty()).collect();
-        loaded.into_iter().try_for_each(|instance| self.load(instance)).map_err(of_load)
+    fn values<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
+        let Bodies::Apart(bodies) = &self.bodies else { return values(py, &self.one) };
+        let dict = PyDict::new(py);
+        for (index, parameter) in self.one.parameters().enumerate() {
+            let each: Vec<f64> = bodies.iter().filter_map(|body| body.parameter(index)).collect();
+            dict.set_item(parameter.name, owned(py, each, &[bodies.len()])?)?;
+        }
+        Ok(dict)
+    }
+
+    fn set_parameters(&mut self, given: Vec<(String, Value)>) -> PyResult<()> {
+        match &mut self.bodies {
+            Bodies::Apart(bodies) => {
+                let settings = settings_of_each(&self.one, bodies.len(), given)?;
+                for (body, settings) in bodies.iter_mut().zip(settings) {
+                    body.set_parameters(&settings).map_err(of_bind)?;
+                }
+                Ok(())
+            }
+            Bodies::Together(batch, applied) => {
+                let one = |(name, value)| match value {
+                    Value::All(value) => Ok((name, value)),
+                    Value::Each(_) => Err(PyValueError::new_err(format!(
+                        "`{name}`: the bodies of this file share their parameters; give one number"
+                    ))),
+                };
+                change(&mut self.one, given.into_iter().map(one).collect::<PyResult<_>>()?)?;
+                let scene = self.one.scene();
+                batch
+                    .with(|batch| {
+                        batch.clear();
+                        batch.carry(scene)
+                    })
+                    .map_err(of_step)?;
+                let loaded: Vec<usize> = (0..applied.len()).filter(|&i| !applied[i].is_empty()).collect();
+                loaded.into_iter().try_for_each(|instance| self.load(instance)).map_err(of_load)
+            }
+        }
     }
 
     /// Reads quantities of each instance, side by side in its row of `out`.
@@ -168,19 +263,46 @@ impl<T: Number, C: Cell<T>> Instances<T, C> {
         let held = |quantity| matches!(quantity, Quantity::ReactionForce | Quantity::ReactionMoment);
         let under_loads = what.iter().any(|&(quantity, _)| held(quantity));
         for (instance, mut row) in out.chunks_exact_mut(width.max(1)).enumerate() {
-            if under_loads {
-                self.select_loaded(instance)?;
-            } else {
-                self.select(instance)?;
-            }
+            let one = if under_loads { self.select_loaded(instance)? } else { self.select(instance)? };
             for &(quantity, index) in what {
-                let (numbers, rest) = row.split_at_mut(self.one.body().length(quantity));
-                self.one.body().read(quantity, index, field, numbers).map_err(of_output)?;
+                let (numbers, rest) = row.split_at_mut(one.body().length(quantity));
+                one.body().read(quantity, index, field, numbers).map_err(of_output)?;
                 row = rest;
             }
         }
         Ok(())
     }
+}
+
+/// Parameters by number for each of so many bodies; all of them are in their ranges.
+fn settings_of_each<T: Number>(
+    one: &Simulation<T>,
+    count: usize,
+    given: Vec<(String, Value)>,
+) -> PyResult<Vec<Vec<(usize, f64)>>> {
+    let known: Vec<_> = one.parameters().collect();
+    let mut settings = vec![vec![]; count];
+    for (name, value) in given {
+        let name = resolve(&known, name);
+        let each = match value {
+            Value::All(value) => vec![value; count],
+            Value::Each(each) if each.len() == count => each,
+            Value::Each(each) => {
+                let said = format!("`{name}`: {} values; the batch has {count} bodies", each.len());
+                return Err(PyValueError::new_err(said));
+            }
+        };
+        let named: Vec<_> =
+            each.into_iter().map(|value| ParameterValue { name: name.clone(), value }).collect();
+        let resolved = parameters::resolve(&known, &named).map_err(of_study)?;
+        for (settings, (index, value)) in settings.iter_mut().zip(resolved) {
+            if settings.iter().any(|&(earlier, _)| earlier == index) {
+                return Err(of_bind(ParameterError::Twice { parameter: index }.into()));
+            }
+            settings.push((index, value));
+        }
+    }
+    Ok(settings)
 }
 
 /// Instances whose precision is known at run time.
@@ -189,7 +311,8 @@ enum AnyInstances {
     Double(Instances<f64, DoubleCell>),
 }
 
-/// Many bodies of one file that are stepped together, at the same live parameters. `out` is as in `Body`.
+/// Many bodies of one file that are stepped together. Those of a file with live regions have parameters of
+/// their own, all others share them. `out` is as in `Body`.
 ///
 /// An instance has the bits that a `Body` with `residual=False` and `flight=False` has alone.
 #[pyclass(frozen, name = "Batch", module = "vademecum")]
@@ -268,10 +391,10 @@ impl PyBatch {
         self.names.supports.clone()
     }
 
-    /// Values of the live parameters, by name.
+    /// Values of the live parameters, by name; of a file with live regions an array of one for each instance.
     #[getter]
     fn parameters<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
-        either!(&*self.lock()?, AnyInstances, all => values(py, &all.one))
+        either!(&*self.lock()?, AnyInstances, all => all.values(py))
     }
 
     /// Quantities that `read` gives of each instance, by name.
@@ -280,7 +403,8 @@ impl PyBatch {
         either!(&*self.lock()?, AnyInstances, all => quantities(py, &all.one))
     }
 
-    /// Sets live parameters of all instances while they move.
+    /// Sets live parameters of all instances while they move. With live regions a value may be an array of
+    /// one number for each instance. One that is refused changes nothing.
     #[pyo3(signature = (values=None, /, **parameters))]
     fn set_parameters(
         &self,
@@ -407,8 +531,7 @@ impl PyBatch {
         self.check(instance)?;
         let field = self::field(field)?;
         either!(&mut *self.lock()?, AnyInstances, all => {
-            all.select(instance)?;
-            surface(&all.one, field, (py, out))
+            surface(all.select(instance)?, field, (py, out))
         })
     }
 
@@ -424,8 +547,7 @@ impl PyBatch {
         self.check(instance)?;
         let field = self::field(field)?;
         either!(&mut *self.lock()?, AnyInstances, all => {
-            all.select(instance)?;
-            whole(&all.one, field, (py, out))
+            whole(all.select(instance)?, field, (py, out))
         })
     }
 

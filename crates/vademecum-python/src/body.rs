@@ -198,6 +198,14 @@ impl PyBody {
         either!(&mut *self.lock()?, AnySimulation, one => change(one, given))
     }
 
+    /// Energies in J of the last change of live parameters of a file with live regions: kinetic and elastic
+    /// energy that the stepped modes do not hold, and the work of the change; `None` of any other file.
+    #[getter]
+    fn carried(&self) -> PyResult<Option<(f64, f64, f64)>> {
+        let carried = either!(&*self.lock()?, AnySimulation, one => one.carried());
+        Ok(carried.map(|energies| (energies.lost_kinetic, energies.lost_elastic, energies.work)))
+    }
+
     /// Finds the nearest point of the loadable surface at rest. A point further away than the body is large
     /// is refused.
     fn locate(&self, point: Vector) -> PyResult<PyPoint> {

@@ -6,7 +6,10 @@ use std::sync::Arc;
 use vademecum_cli::{Failure, Limit, is_stepped, open_or_map, usable_bytes};
 use vademecum_eval::Mapped;
 use vademecum_format::File;
+use vademecum_study::live::{BodyAtValues, at_values};
+use vademecum_study::parameters::ParameterValue;
 
+use crate::options::Asked;
 use crate::refusal::Refusal;
 
 /// A file in memory, every section compared with its checksum.
@@ -47,6 +50,22 @@ impl Content {
     /// The file with every section raw that a scene reads.
     pub fn file(&self, name: &Path) -> Result<File<'_>, Refusal> {
         Ok(File::parse(self.stepped()).map_err(|error| Failure::file(name, error))?)
+    }
+
+    /// The body of a parametric file at values of its live parameters, as a file of its own; any other file
+    /// as it is.
+    pub fn at(
+        self: &Arc<Self>,
+        name: &Path,
+        asked: &Asked,
+    ) -> Result<(Arc<Self>, Vec<ParameterValue>), Refusal> {
+        let body = at_values(&self.file(name)?, &asked.live, asked.modes)?;
+        Ok(body.map_or_else(
+            || (Arc::clone(self), vec![]),
+            |BodyAtValues { bytes, values }| {
+                (Arc::new(Self { original: Original::Given(bytes), raw: None }), values)
+            },
+        ))
     }
 
     fn stepped(&self) -> &[u8] {

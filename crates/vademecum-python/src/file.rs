@@ -6,7 +6,7 @@ use std::sync::Arc;
 use pyo3::prelude::*;
 use pyo3::types::{PyBytes, PyDict};
 use vademecum_cli::{Limit, contents_json, page};
-use vademecum_eval::{BodyOptions, EmbeddedSurface, Precision, SceneOptions, Simulation};
+use vademecum_eval::{EmbeddedSurface, Precision, Simulation};
 use vademecum_study::contents::Geometry;
 
 use crate::arrays::owned;
@@ -14,10 +14,10 @@ use crate::batch::PyBatch;
 use crate::body::PyBody;
 use crate::content::{Content, Shared};
 use crate::names::Names;
-use crate::options::{precision, scene_options};
+use crate::options::{Asked, asked, precision};
 use crate::point::Count;
 use crate::refusal::{Refusal, of_missing, of_output, of_simulation};
-use crate::simulation::AnySimulation;
+use crate::simulation::{AnySimulation, Number, change};
 
 /// A vademecum file in memory.
 #[pyclass(frozen, name = "File", module = "vademecum._native")]
@@ -28,16 +28,18 @@ pub struct PyFile {
 
 impl PyFile {
     /// A body at rest in the precision that `dtype` means.
-    fn bind(&self, dtype: &Bound<'_, PyAny>, options: &BodyOptions) -> PyResult<AnySimulation> {
-        let bytes = Shared(Arc::clone(&self.content));
+    fn bind(&self, dtype: &Bound<'_, PyAny>, asked: Asked, flight: bool) -> PyResult<AnySimulation> {
         Ok(match precision(dtype)? {
-            Precision::Single => {
-                AnySimulation::Single(Simulation::with_options(bytes, options).map_err(of_simulation)?)
-            }
-            Precision::Double => {
-                AnySimulation::Double(Simulation::with_options(bytes, options).map_err(of_simulation)?)
-            }
+            Precision::Single => AnySimulation::Single(self.bind_in(asked, flight)?),
+            Precision::Double => AnySimulation::Double(self.bind_in(asked, flight)?),
         })
+    }
+
+    fn bind_in<T: Number>(&self, asked: Asked, flight: bool) -> PyResult<Simulation<T>> {
+        let bytes = Shared(Arc::clone(&self.content));
+        let mut one = Simulation::with_options(bytes, &asked.body(flight)).map_err(of_simulation)?;
+        change(&mut one, asked.live.into_iter().map(|p| (p.name, p.value)).collect())?;
+        Ok(one)
     }
 }
 
@@ -113,8 +115,7 @@ impl PyFile {
         options: Option<&Bound<'_, PyDict>>,
     ) -> PyResult<PyBody> {
         let file = self.content.file(&self.path)?;
-        let scene = scene_options(file.metadata(), options)?;
-        let body = self.bind(dtype, &BodyOptions { scene, flight, ..BodyOptions::default() })?;
+        let body = self.bind(dtype, asked(&file, options)?, flight)?;
         Ok(PyBody::new(body, Names::of(&file)?))
     }
 
@@ -126,8 +127,9 @@ impl PyFile {
     ) -> PyResult<PyBatch> {
         let file = self.content.file(&self.path)?;
         // The state of an instance does not remember its forces.
-        let scene = SceneOptions { residual: false, ..scene_options(file.metadata(), options)? };
-        let one = self.bind(dtype, &BodyOptions { scene, flight: false, ..BodyOptions::default() })?;
+        let mut asked = asked(&file, options)?;
+        asked.scene.residual = false;
+        let one = self.bind(dtype, asked, false)?;
         PyBatch::new(one, instances.0, Names::of(&file)?)
     }
 }

@@ -20,6 +20,7 @@ use vademecum_study::StudyError;
 use vademecum_study::frf::{
     Channel, FREQUENCIES, POINTS, Quantity, ResponseRequest, frequencies, frequency_response, with_poles,
 };
+use vademecum_study::live::prepared_at;
 use vademecum_study::modes::natural_modes;
 use vademecum_study::player::PlayOptions;
 use vademecum_study::run::{Moment, Run};
@@ -30,7 +31,7 @@ use vademecum_study::verify::verify as verified;
 use crate::arrays::owned;
 use crate::content::Content;
 use crate::file::PyFile;
-use crate::options::scene_options;
+use crate::options::{Asked, asked};
 use crate::problem::Given;
 use crate::refusal::Refusal;
 use crate::watch::{Told, watched};
@@ -113,12 +114,13 @@ pub fn run<'py>(
     long: bool,
     progress: Option<&Bound<'py, PyAny>>,
 ) -> PyResult<([Vec<String>; 3], Bound<'py, PyDict>)> {
-    let (chapter, scene) = played(file, options)?;
+    let (chapter, asked) = played(file, options)?;
     let (names, shown) = watched(py, Told { progress, warn: true }, |listener| {
         let scenario = scenario.scenario()?;
-        let opened = file.content.file(&file.path)?;
+        let (content, _) = file.content.at(&file.path, &asked)?;
+        let opened = content.file(&file.path)?;
         let about = |error: StudyError| Failure::of_study(error, &file.path, Path::new("the scenario"));
-        let options = PlayOptions { chapter, scene, long };
+        let options = PlayOptions { chapter, scene: asked.scene, long };
         let run = Run::bind(&opened, options, &scenario, listener).map_err(about)?;
         let mut shown = Shown::default();
         let played = run.play(listener, |moment| {
@@ -144,10 +146,7 @@ pub fn run<'py>(
 }
 
 /// Options of a run, and true if they ask for the chapter's structure.
-fn played(
-    file: &PyFile,
-    options: Option<&Bound<'_, PyDict>>,
-) -> PyResult<(bool, vademecum_eval::SceneOptions)> {
+fn played(file: &PyFile, options: Option<&Bound<'_, PyDict>>) -> PyResult<(bool, Asked)> {
     let opened = file.content.file(&file.path)?;
     let structure = options.map(|all| all.get_item("structure")).transpose()?.flatten();
     let chapter = structure
@@ -155,7 +154,7 @@ fn played(
     if let (true, Some(options)) = (chapter, options) {
         options.set_item("structure", "auto")?;
     }
-    Ok((chapter, scene_options(opened.metadata(), options)?))
+    Ok((chapter, asked(&opened, options)?))
 }
 
 /// The same scenario full order and through the file, as a text in JSON.
@@ -169,12 +168,16 @@ pub fn verify(
     long: bool,
     progress: Option<&Bound<'_, PyAny>>,
 ) -> PyResult<String> {
-    let (chapter, scene) = played(file, options)?;
+    let (chapter, asked) = played(file, options)?;
     watched(py, Told { progress, warn: false }, |listener| {
         let (problem, scenario) = (problem.problem()?, scenario.scenario()?);
-        let opened = file.content.file(&file.path)?;
-        let options = PlayOptions { chapter, scene, long };
-        let prepared = prepare(&problem, &mut Stopwatch::new(listener), listener)?;
+        let (content, values) = file.content.at(&file.path, &asked)?;
+        let opened = content.file(&file.path)?;
+        let options = PlayOptions { chapter, scene: asked.scene, long };
+        let mut prepared = prepare(&problem, &mut Stopwatch::new(listener), listener)?;
+        if !values.is_empty() {
+            prepared_at(&mut prepared, &values)?;
+        }
         let found = verified(&opened, &options, &problem, &prepared, &scenario, listener);
         let about = |error: StudyError| Failure::of_study(error, &file.path, Path::new("the scenario"));
         json(&found.map_err(about)?.figures)
@@ -270,11 +273,12 @@ pub fn frf<'py>(
             return Err(Refusal::usage(words).into());
         }
     };
-    let scene = scene_options(file.content.file(&file.path)?.metadata(), options)?;
+    let asked = asked(&file.content.file(&file.path)?, options)?;
     let (input, outputs) = (channel(&force)?, outputs.iter().map(channel).collect::<Result<Vec<_>, _>>()?);
     let names: Vec<String> = outputs.iter().map(Channel::to_string).collect();
     let (grid, found) = watched(py, Told { progress: None, warn: true }, |listener| {
-        let opened = file.content.file(&file.path)?;
+        let (content, _) = file.content.at(&file.path, &asked)?;
+        let (opened, scene) = (content.file(&file.path)?, asked.scene);
         let about = |error: StudyError| match error {
             // Both are arguments.
             StudyError::NoChannel { .. } | StudyError::FarPoint { .. } => Refusal::usage(error.to_string()),

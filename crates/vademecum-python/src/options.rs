@@ -5,8 +5,8 @@ use pyo3::exceptions::PyTypeError;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use vademecum_build::suggest::did_you_mean;
-use vademecum_eval::{Precision, SceneOptions, StructureChoice};
-use vademecum_format::Metadata;
+use vademecum_eval::{BodyOptions, Precision, SceneOptions, StructureChoice};
+use vademecum_format::{File, Parameter, SectionKind};
 use vademecum_study::parameters::{self, ParameterValue};
 
 use crate::point::wrong;
@@ -43,7 +43,7 @@ pub fn structure(name: &str) -> PyResult<StructureChoice> {
 }
 
 /// Names of the options of a body, in the order of the documentation.
-const OPTIONS: [&str; 15] = [
+const OPTIONS: [&str; 16] = [
     "structure",
     "time_step",
     "tolerance",
@@ -59,15 +59,33 @@ const OPTIONS: [&str; 15] = [
     "alpha",
     "beta",
     "flight",
+    "modes",
 ];
 
-/// Options of a scene by their names; all others are live parameters of the file.
-pub fn scene_options(metadata: &Metadata<'_>, given: Option<&Bound<'_, PyDict>>) -> PyResult<SceneOptions> {
-    let mut options = SceneOptions::default();
+/// Options of a body, and the live parameters that they do not set.
+pub struct Asked {
+    pub scene: SceneOptions,
+    /// Stepped modes of a parametric file.
+    pub modes: Option<usize>,
+    /// Parameters of a parametric file; those of others are in the options.
+    pub live: Vec<ParameterValue>,
+}
+
+impl Asked {
+    /// Options of the evaluator's body.
+    pub fn body(&self, flight: bool) -> BodyOptions {
+        BodyOptions { scene: self.scene, modes: self.modes, flight, ..BodyOptions::default() }
+    }
+}
+
+/// Options by their names; all others are live parameters of the file.
+pub fn asked(file: &File<'_>, given: Option<&Bound<'_, PyDict>>) -> PyResult<Asked> {
+    let (mut options, mut modes) = (SceneOptions::default(), None);
     let mut live = vec![];
+    let parameters: Vec<Parameter<'_>> = file.parameters().collect();
+    let is_parametric = file.section(SectionKind::LiveParameters).is_some();
     for (name, value) in given.into_iter().flatten() {
         let name: String = name.extract()?;
-        let parameters = metadata.active_parameters();
         let parameter = parameters.iter().find(|parameter| keyword(parameter.name) == name);
         // The value of the option, of the type that it has.
         macro_rules! value {
@@ -90,6 +108,7 @@ pub fn scene_options(metadata: &Metadata<'_>, given: Option<&Bound<'_, PyDict>>)
             "contacts" => options.contacts = value!("a whole number from 0"),
             "filtered_nodes" => options.filtered_nodes = value!("a whole number from 0"),
             "substeps" => options.substeps = value!("a whole number from 1"),
+            "modes" if is_parametric => modes = Some(value!("a whole number from 1")),
             "viscosity" => options.viscosity = value!("a number"),
             // Of the whole body, unless the file has a live parameter of that name.
             "stiffness" if parameter.is_none() => options.stiffness = value!("a number"),
@@ -97,11 +116,11 @@ pub fn scene_options(metadata: &Metadata<'_>, given: Option<&Bound<'_, PyDict>>)
             "alpha" if parameter.is_none() => options.alpha = value!("a number"),
             "beta" if parameter.is_none() => options.beta = value!("a number"),
             _ => {
-                let meant = resolve(metadata, name.clone());
+                let meant = resolve(&parameters, name.clone());
                 if !parameters.iter().any(|parameter| parameter.name == meant) {
                     refuse_slip(&name, value.extract::<f64>().is_ok())?;
                 }
-                live.push((name.clone(), value!("a number")));
+                live.push(ParameterValue { name: meant, value: value!("a number") });
                 continue;
             }
         }
@@ -115,8 +134,10 @@ pub fn scene_options(metadata: &Metadata<'_>, given: Option<&Bound<'_, PyDict>>)
             .into());
         }
     }
-    set(&mut options, metadata, live)?;
-    Ok(options)
+    if !is_parametric {
+        parameters::set(&mut options, file.metadata(), &std::mem::take(&mut live)).map_err(of_study)?;
+    }
+    Ok(Asked { scene: options, modes, live })
 }
 
 /// Refuses a keyword that is no live parameter if it is nearly an option, or has no number; any other is left
@@ -129,30 +150,15 @@ fn refuse_slip(name: &str, is_number: bool) -> PyResult<()> {
     Err(PyTypeError::new_err(format!("there is neither an option nor a live parameter `{name}`{nearest}")))
 }
 
-/// Sets live parameters in options; nothing has changed where one is refused.
-pub fn set(
-    options: &mut SceneOptions,
-    metadata: &Metadata<'_>,
-    values: Vec<(String, f64)>,
-) -> PyResult<Vec<ParameterValue>> {
-    let resolved = |(name, value): (String, f64)| ParameterValue { name: resolve(metadata, name), value };
-    let values: Vec<_> = values.into_iter().map(resolved).collect();
-    let mut changed = *options;
-    parameters::set(&mut changed, metadata, &values).map_err(of_study)?;
-    *options = changed;
-    Ok(values)
-}
-
 /// The parameter that a keyword means: the one of that name, or else the only one whose name becomes the
 /// keyword if every sign that a keyword cannot have is written as `_`.
-fn resolve(metadata: &Metadata<'_>, name: String) -> String {
-    let known = || metadata.active_parameters().iter().map(|parameter| parameter.name);
-    if known().any(|other| other == name) {
+pub fn resolve(known: &[Parameter<'_>], name: String) -> String {
+    if known.iter().any(|other| other.name == name) {
         return name;
     }
-    let mut alike = known().filter(|other| keyword(other) == name);
+    let mut alike = known.iter().filter(|other| keyword(other.name) == name);
     match (alike.next(), alike.next()) {
-        (Some(only), None) => only.to_string(),
+        (Some(only), None) => only.name.to_string(),
         _ => name,
     }
 }
@@ -162,11 +168,11 @@ pub fn keyword(name: &str) -> String {
     name.chars().map(|c| if c.is_alphanumeric() { c } else { '_' }).collect()
 }
 
-/// Pairs of names and numbers of a mapping and of keywords.
-pub fn pairs(
+/// Pairs of names and values of a mapping and of keywords.
+pub fn pairs<V: for<'a> FromPyObject<'a, 'a, Error = PyErr>>(
     values: Option<&Bound<'_, PyDict>>,
     keywords: Option<&Bound<'_, PyDict>>,
-) -> PyResult<Vec<(String, f64)>> {
+) -> PyResult<Vec<(String, V)>> {
     let all = values.into_iter().flatten().chain(keywords.into_iter().flatten());
     all.map(|(name, value)| Ok((name.extract()?, value.extract()?))).collect()
 }

@@ -3,12 +3,12 @@
 use numpy::Element;
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyFloat};
-use vademecum_eval::{Field, Quantity, Scalar, SceneOptions, Simulation};
-use vademecum_study::parameters;
+use vademecum_eval::{Field, Quantity, Scalar, Simulation};
+use vademecum_study::parameters::{self, ParameterValue};
 
 use crate::arrays::{filled, owned};
-use crate::options::set;
-use crate::refusal::{of_bind, of_output, unknown_quantity};
+use crate::options::resolve;
+use crate::refusal::{of_bind, of_output, of_study, unknown_quantity};
 
 /// A precision of the evaluator and of NumPy.
 pub trait Number: Scalar + Element + 'static {}
@@ -88,20 +88,19 @@ pub fn quantities<'py, T: Number>(py: Python<'py>, one: &Simulation<T>) -> PyRes
 /// Values of live parameters by name.
 pub fn values<'py, T: Number>(py: Python<'py>, one: &Simulation<T>) -> PyResult<Bound<'py, PyDict>> {
     let dict = PyDict::new(py);
-    for parameter in parameters::values(one.scene().options(), one.file().metadata()) {
-        dict.set_item(parameter.name, parameter.value)?;
+    for (index, parameter) in one.parameters().enumerate() {
+        dict.set_item(parameter.name, one.parameter(index))?;
     }
     Ok(dict)
 }
 
 /// Sets live parameters by name: all of them, or none if one is refused.
 pub fn change<T: Number>(one: &mut Simulation<T>, given: Vec<(String, f64)>) -> PyResult<()> {
-    let metadata = one.file().metadata();
-    // A time step that was set before is no second one.
-    let mut options = SceneOptions { time_step: None, ..*one.scene().options() };
-    let values = set(&mut options, metadata, given)?;
-    let settings =
-        values.iter().filter_map(|value| Some((SceneOptions::find(metadata, &value.name)?, value.value)));
-    let settings: Vec<_> = settings.collect();
+    let settings = {
+        let known: Vec<_> = one.parameters().collect();
+        let meant = |(name, value)| ParameterValue { name: resolve(&known, name), value };
+        let given: Vec<_> = given.into_iter().map(meant).collect();
+        parameters::resolve(&known, &given).map_err(of_study)?
+    };
     one.set_parameters(&settings).map_err(of_bind)
 }

@@ -21,7 +21,7 @@ use crate::content::Content;
 use crate::file::PyFile;
 use crate::motion::PyMotion;
 use crate::names::field;
-use crate::options::scene_options;
+use crate::options::asked;
 use crate::point::{Count, PyPoint, Target, Vector};
 use crate::refusal::{Refusal, busy, of_load, of_locate, of_missing, of_output, unknown};
 use crate::setup::{Own, Setup, Start};
@@ -252,9 +252,10 @@ impl PyWorld {
                 return Err(PyTypeError::new_err(said));
             }
         }
-        let scene = scene_options(content.file(&path)?.metadata(), options)?;
+        let asked = asked(&content.file(&path)?, options)?;
+        let (content, _) = content.at(&path, &asked)?;
         let start = start(position, quaternion, velocity, spin, None);
-        self.setup(|setup| setup.add(name, Own::File(content, scene), &start))
+        self.setup(|setup| setup.add(name, Own::File(content, asked.scene), &start))
     }
 
     /// Adds a rigid box, from the origin of its coordinates on, of these lengths in m. With a `density` in

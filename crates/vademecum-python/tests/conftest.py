@@ -78,3 +78,9 @@ def program():
         return done.stdout
 
     return run
+
+
+@pytest.fixture(scope="session")
+def regions():
+    """A body of 3 vectors with two live regions: stiffness of both, density of one, and beta."""
+    return vademecum.open(Path(__file__).parents[3] / "fixtures/golden/parametric.vdm")

@@ -242,6 +242,66 @@ def test_a_live_parameter_is_set_while_the_body_moves(live_beam):
     assert soft.probe("tip") == pytest.approx(1.5 * slow.probe("tip"), rel=1e-6)
 
 
+def test_live_regions_are_set_while_the_body_moves(regions):
+    tip = "stiffness of the tip"
+    body = regions.body(modes=2, residual=False, **{tip: 2.0})
+    assert body.modes == 2 and body.parameters[tip] == 2.0 and body.parameters["beta"] == 1e-6
+    body.push_pattern("pull")
+    body.step(20)
+    before = body.energy
+    body.set_parameters({tip: 3.0}, stiffness_of_the_root=0.5)
+    assert body.parameters[tip] == 3.0 and body.parameters["stiffness of the root"] == 0.5
+    kinetic, elastic, work = body.carried
+    assert work != 0 and body.energy == pytest.approx(before + work - kinetic - elastic, rel=1e-9)
+    # The loads stay: the body comes to rest where one does that was bound so.
+    other = regions.body(modes=2, residual=False, **{tip: 3.0, "stiffness of the root": 0.5})
+    other.push_pattern("pull")
+    for one in (body, other):
+        one.step(100_000)
+    assert body.probe("x") == pytest.approx(other.probe("x"), rel=1e-9) and body.probe("x") != 0
+    with pytest.raises(ValueError, match="5.*0.25.*4"):
+        body.set_parameters({tip: 5.0, "beta": 1e-5})
+    assert body.parameters == other.parameters
+    with pytest.raises(ValueError, match="4"):
+        regions.body(modes=4)
+
+
+def test_bodies_of_a_batch_have_parameters_of_their_own(regions):
+    tip = "stiffness of the tip"
+    batch = regions.batch(3)
+    for instance in range(3):
+        batch.push_pattern(instance, "pull")
+    batch.step(10)
+    batch.set_parameters({tip: np.array([0.5, 1.0, 2.0])}, beta=1e-5)
+    assert batch.parameters[tip].tolist() == [0.5, 1.0, 2.0]
+    assert batch.parameters["beta"].tolist() == [1e-5] * 3
+    assert batch.step(30) == (3, 0, 0)
+    for instance, value in enumerate([0.5, 1.0, 2.0]):
+        one = regions.body(residual=False)
+        one.push_pattern("pull")
+        one.step(10)
+        one.set_parameters({tip: value, "beta": 1e-5})
+        one.step(30)
+        assert np.array_equal(batch.probes()[instance], one.probes())
+        assert np.array_equal(batch.surface(instance), one.surface())
+    with pytest.raises(ValueError, match="2 values; the batch has 3"):
+        batch.set_parameters({tip: [1.0, 2.0]})
+    with pytest.raises(ValueError, match="9"):
+        batch.set_parameters({tip: [1.0, 2.0, 9.0]})
+    assert batch.parameters[tip].tolist() == [0.5, 1.0, 2.0]
+
+
+def test_a_scenario_runs_at_values_of_live_regions(regions):
+    pull = {"duration": 0.02, "pattern": [{"name": "pull"}]}
+    tip = {"stiffness of the tip": 3.0}
+    played = regions.run(pull, **tip)
+    body = regions.body(**tip)
+    body.push_pattern("pull")
+    body.step(20)
+    assert played.probes["x"][-1] == pytest.approx(body.probe("x"), rel=1e-9)
+    assert played.probes["x"][-1] != regions.run(pull).probes["x"][-1]
+
+
 def test_a_parameter_that_cannot_be_set_changes_nothing(live_beam):
     body = live_beam.body()
     with pytest.raises(ValueError, match="2.5.*0.5"):

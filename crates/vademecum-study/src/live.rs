@@ -1,12 +1,11 @@
 //! Files of a parametric reduced-order model at values of their live parameters.
 
 use vademecum_build::prepared::Prepared;
-use vademecum_build::suggest::did_you_mean;
-use vademecum_eval::Parametric;
+use vademecum_eval::{Parametric, ParametricError};
 use vademecum_format::File;
 
 use crate::error::StudyError;
-use crate::parameters::ParameterValue;
+use crate::parameters::{ParameterValue, resolve};
 
 /// The body of a parametric model at values of its parameters.
 #[derive(Clone, Debug)]
@@ -27,38 +26,21 @@ pub fn at_values(
     settings: &[ParameterValue],
     modes: Option<usize>,
 ) -> Result<Option<BodyAtValues>, StudyError> {
-    if file.live_parameters().map_err(vademecum_eval::ParametricError::from)?.is_none() {
+    if file.live_parameters().map_err(ParametricError::from)?.is_none() {
         return Ok(None);
     }
     let model = Parametric::new(file)?;
     let mut values = vec![0.0; model.n_parameters()];
     model.nominal_into(&mut values);
-    for ParameterValue { name, value } in settings {
-        let index = model.find(name).ok_or_else(|| unknown(&model, name))?;
-        let parameter = model.parameters().nth(index).ok_or_else(|| unknown(&model, name))?;
-        let outside = StudyError::OutsideRange {
-            name: name.clone(),
-            value: *value,
-            lower: parameter.lower,
-            upper: parameter.upper,
-        };
-        model.set(&mut values, &[(index, *value)]).map_err(|_| outside)?;
+    let known: Vec<_> = model.parameters().collect();
+    for setting in resolve(&known, settings)? {
+        model.set(&mut values, &[setting]).map_err(ParametricError::from)?;
     }
     let modes = modes.unwrap_or(model.usual_modes());
     let bytes = model.body_at(&values, modes)?;
-    let named = model.parameters().zip(&values);
+    let named = known.iter().zip(&values);
     let values = named.map(|(p, &value)| ParameterValue { name: p.name.to_string(), value }).collect();
     Ok(Some(BodyAtValues { bytes, values }))
-}
-
-fn unknown(model: &Parametric<'_>, name: &str) -> StudyError {
-    let word = |p: vademecum_format::Parameter<'_>| {
-        let unit = if p.unit.is_empty() { String::new() } else { format!(" {}", p.unit) };
-        format!("`{}` from {} to {}{unit}", p.name, p.lower, p.upper)
-    };
-    let known: Vec<String> = model.parameters().map(word).collect();
-    let nearest = did_you_mean(name, model.parameters().map(|p| p.name));
-    StudyError::NoParameter { name: name.to_string(), known: known.join(", ") + &nearest }
 }
 
 /// The model of a problem at these values of its live parameters, as if they were those of the problem.

@@ -3,8 +3,8 @@
 use serde::Serialize;
 use vademecum_build::prepared::{ParameterSpace, Setting};
 use vademecum_build::suggest::did_you_mean;
-use vademecum_eval::SceneOptions;
-use vademecum_format::{Metadata, ParameterRole};
+use vademecum_eval::{BindError, SceneOptions};
+use vademecum_format::{Metadata, Parameter, ParameterRole};
 
 use crate::error::StudyError;
 
@@ -27,34 +27,46 @@ pub fn set(
     metadata: &Metadata<'_>,
     settings: &[ParameterValue],
 ) -> Result<(), StudyError> {
-    let given = options.time_step.is_some();
-    for ParameterValue { name, value } in settings {
-        let index = SceneOptions::find(metadata, name).ok_or_else(|| {
-            let nearest = did_you_mean(name, metadata.active_parameters().iter().map(|p| p.name));
-            StudyError::NoParameter { name: name.clone(), known: known(metadata) + &nearest }
-        })?;
-        let parameter = &metadata.active_parameters()[index];
+    let (given, known) = (options.time_step.is_some(), metadata.active_parameters());
+    for (index, value) in resolve(known, settings)? {
+        let parameter = &known[index];
         if given && parameter.role == ParameterRole::TimeStep {
-            return Err(StudyError::TimeStepTwice { name: name.clone() });
+            return Err(StudyError::TimeStepTwice { name: parameter.name.to_string() });
         }
-        let (lower, upper) = (parameter.lower, parameter.upper);
-        options.set(metadata, &[(index, *value)]).map_err(|_| StudyError::OutsideRange {
-            name: name.clone(),
-            value: *value,
-            lower,
-            upper,
-        })?;
+        options.set(metadata, &[(index, value)]).map_err(BindError::from)?;
     }
     Ok(())
 }
 
-/// Names and ranges of the live parameters of a file.
-fn known(metadata: &Metadata<'_>) -> String {
-    let parameter = |p: &vademecum_format::Parameter<'_>| {
+/// Numbers and values of parameters that are set by name, in their ranges.
+///
+/// # Errors
+/// [`StudyError::NoParameter`], [`StudyError::OutsideRange`].
+pub fn resolve(
+    known: &[Parameter<'_>],
+    settings: &[ParameterValue],
+) -> Result<Vec<(usize, f64)>, StudyError> {
+    let resolved = |ParameterValue { name, value }: &ParameterValue| {
+        let index = known.iter().position(|p| p.name == name).ok_or_else(|| {
+            let nearest = did_you_mean(name, known.iter().map(|p| p.name));
+            StudyError::NoParameter { name: name.clone(), known: ranges(known) + &nearest }
+        })?;
+        let Parameter { lower, upper, .. } = known[index];
+        if (lower..=upper).contains(value) {
+            return Ok((index, *value));
+        }
+        Err(StudyError::OutsideRange { name: name.clone(), value: *value, lower, upper })
+    };
+    settings.iter().map(resolved).collect()
+}
+
+/// Names and ranges of live parameters.
+fn ranges(known: &[Parameter<'_>]) -> String {
+    let parameter = |p: &Parameter<'_>| {
         let unit = if p.unit.is_empty() { String::new() } else { format!(" {}", p.unit) };
         format!("`{}` from {} to {}{unit}", p.name, p.lower, p.upper)
     };
-    let known: Vec<String> = metadata.active_parameters().iter().map(parameter).collect();
+    let known: Vec<String> = known.iter().map(parameter).collect();
     if known.is_empty() { "none".into() } else { known.join(", ") }
 }
 

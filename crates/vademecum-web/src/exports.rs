@@ -12,18 +12,19 @@ use core::cell::UnsafeCell;
 use core::panic::PanicInfo;
 use core::slice::{from_raw_parts, from_raw_parts_mut};
 
-use vademecum_eval::format::{File, MAX_REGIONS, Metadata, ParameterRole, SectionKind};
+use vademecum_eval::format::{File, MAX_LIVE, MAX_REGIONS, Metadata, ParameterRole, SectionKind};
 use vademecum_eval::{
-    AnyBody, Field, LoadError, LoadsAfter, MAX_PLACE_NODES, OutputError, Place, PlaceError, Precision,
-    Quantity, RegionScales, Restored, SceneOptions, Status, Structure, StructureChoice,
+    AnyBody, Field, LiveMemory, LoadError, LoadsAfter, MAX_PLACE_NODES, OutputError, Parametric, Place,
+    PlaceError, Precision, Quantity, RegionScales, Restored, SceneOptions, Status, Structure,
+    StructureChoice,
 };
 
 use crate::message::Message;
 use crate::refusal::Refusal;
 use crate::tool::{MAX_PLACES, Sphere, Tool, body_options};
 
-/// Numbers in the exchange buffer.
-const EXCHANGE: usize = 64;
+/// Numbers in the exchange buffer: number and value of each parameter.
+const EXCHANGE: usize = 2 * MAX_LIVE;
 
 /// Everything the module remembers.
 struct Module {
@@ -36,6 +37,8 @@ struct Module {
 /// A body, and what a page has beside it.
 struct Bound {
     body: AnyBody<'static>,
+    /// Memory of a parametric file, whose body is replaced when parameters are set.
+    live: Option<LiveMemory<'static>>,
     /// A field of the surface, in the precision of the body.
     field: &'static mut [f64],
     /// A displacement component that is recorded beside the probes: place and unit vector.
@@ -173,21 +176,24 @@ pub extern "C" fn describe() -> u32 {
     let module = module();
     let Some(file) = &module.file else { return 0 };
     let m: &Metadata<'static> = file.metadata();
+    let model = Parametric::new(file).ok();
+    let modes = model.map_or(m.n_modes, |model| model.usual_modes() as u32);
     let counts = [
         m.n_nodes,
         m.n_surface_nodes,
         m.n_load_nodes,
         m.n_triangles,
         m.n_load_triangles,
-        m.n_modes,
+        modes,
         m.n_patterns,
         m.n_probes,
         m.n_terms,
         u32::from(m.diagonal),
         u32::from(m.block),
-        m.n_parameters,
+        file.parameters().count() as u32,
     ];
     let (d, b) = (&m.certificate.diagonal, &m.certificate.block);
+    let parametric = f64::from(u32::from(model.is_some()));
     let figures = [
         m.time_step,
         m.alpha,
@@ -196,6 +202,7 @@ pub extern "C" fn describe() -> u32 {
         d.projection_floor,
         b.trajectory_error,
         b.projection_floor,
+        parametric,
     ];
     let (counts, figures) = (counts.map(f64::from), figures);
     module.give(counts.into_iter().chain(figures));
@@ -224,7 +231,8 @@ pub extern "C" fn text(which: u32) -> *const u8 {
 #[unsafe(no_mangle)]
 pub extern "C" fn section(kind: u32) -> *const u8 {
     let module = module();
-    let file = module.file.as_ref();
+    let bound = module.bound.as_ref().filter(|bound| bound.live.is_some());
+    let file = bound.map(|bound| bound.body.file()).or(module.file.as_ref());
     let section = file.and_then(|file| file.section(SectionKind::from_number(kind)?));
     let Some(section) = section.filter(|section| section.raw().is_ok()) else { return core::ptr::null() };
     module.give([section.stored().len() as f64, f64::from(section.element() as u8)]);
@@ -239,8 +247,7 @@ pub extern "C" fn section(kind: u32) -> *const u8 {
 pub extern "C" fn parameter(index: usize) -> u32 {
     use ParameterRole as R;
     let module = module();
-    let parameter =
-        module.file.as_ref().and_then(|file| file.metadata().active_parameters().get(index).copied());
+    let parameter = module.file.as_ref().and_then(|file| file.parameters().nth(index));
     let Some(p) = parameter else { return 0 };
     let (role, region) = match p.role {
         R::Stiffness => (0, 0),
@@ -316,7 +323,7 @@ const fn precision(double: u32) -> Precision {
 
 /// Numbers of a body, and of a field of its surface.
 fn lengths(file: &File<'_>, options: SceneOptions, double: u32) -> Result<[usize; 2], Refusal> {
-    let body = AnyBody::len_for(file, &body_options(options), precision(double))?;
+    let body = LiveMemory::any_len(file, &body_options(options), precision(double))?;
     Ok([body, 3 * file.metadata().n_surface_nodes as usize])
 }
 
@@ -350,8 +357,8 @@ pub unsafe extern "C" fn bind(double: u32, at: *mut f64) -> u32 {
         // SAFETY (both): the range holds `bind_len` bytes, 8 for each of these numbers.
         let memory = unsafe { from_raw_parts_mut(at, body) };
         let field = unsafe { from_raw_parts_mut(at.add(body), field) };
-        let body = AnyBody::bind(file, &body_options(options), precision(double), memory)?;
-        Ok(Bound { body, field, watch: None, tool: None })
+        let (live, body) = LiveMemory::bind_any(file, &body_options(options), precision(double), memory)?;
+        Ok(Bound { body, live, field, watch: None, tool: None })
     });
     match bound {
         Ok(bound) => {
@@ -381,7 +388,12 @@ pub extern "C" fn set_parameters(n: usize) -> u32 {
     settings.iter_mut().zip(pairs).for_each(|(setting, &[index, value])| *setting = (index as usize, value));
     module.ask(|bound| {
         let settings = settings.get(..n).unwrap_or_default();
-        Ok(match bound.body.set_parameters(settings)? {
+        let after = match &mut bound.live {
+            // SAFETY: the body is that of this memory, and places that are kept borrow nothing from it.
+            Some(live) => unsafe { live.set_any(settings, &mut bound.body)? },
+            None => bound.body.set_parameters(settings)?,
+        };
+        Ok(match after {
             LoadsAfter::Empty => 1,
             LoadsAfter::Stale => 2,
         })
@@ -399,7 +411,7 @@ pub extern "C" fn clear() -> u32 {
 
 /// The exchange buffer as a place of `count` nodes: room for 16 nodes, room for 16 weights, the radius \[m\].
 fn place(numbers: &[f64; EXCHANGE], count: usize) -> Result<Place, PlaceError> {
-    let [nodes, weights, [radius, ..], _] = numbers.as_chunks::<MAX_PLACE_NODES>().0 else {
+    let [nodes, weights, [radius, ..], ..] = numbers.as_chunks::<MAX_PLACE_NODES>().0 else {
         return Err(PlaceError::Empty);
     };
     let nodes = nodes.map(|node| node as u32);

@@ -6,7 +6,9 @@ use std::process::Command;
 
 use vademecum_eval::format::scheme::StepParameters;
 use vademecum_eval::format::{Element, File};
-use vademecum_eval::{AnyBody, Field, Place, Precision, Quantity, SceneOptions, StructureChoice};
+use vademecum_eval::{
+    AnyBody, Field, Place, Precision, Quantity, Scalar, SceneOptions, Simulation, StructureChoice,
+};
 use vademecum_tests::synthetic::{Body, Layout, bathe};
 use vademecum_web::refusal::Refusal;
 use vademecum_web::tool::{Sphere, Tool, body_options};
@@ -144,10 +146,7 @@ fn module() -> PathBuf {
 
 #[test]
 fn the_web_module_gives_the_native_bits() {
-    let node = Command::new("node").arg("--version").output();
-    if !node.is_ok_and(|output| output.status.success()) {
-        assert!(std::env::var_os("CI").is_none(), "node is needed to run the web module");
-        eprintln!("skipped: no node on this machine to run the web module");
+    if !has_node() {
         return;
     }
     let folder = tempfile::tempdir().unwrap();
@@ -155,12 +154,7 @@ fn the_web_module_gives_the_native_bits() {
         let parameters =
             StepParameters { time_step: 5e-3, alpha: 0.3, beta: 2e-5, density: 1.0, stiffness: 1.0 };
         let bytes = Body::open(LAYOUT, 7).file(&bathe(), &parameters, element);
-        let (input, output) = (folder.path().join("body.vdm"), folder.path().join("numbers"));
-        std::fs::write(&input, &bytes).unwrap();
-        let script = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/march.mjs");
-        let run = Command::new("node").arg(script).arg(module()).args([&input, &output]).output().unwrap();
-        assert!(run.status.success(), "{}", String::from_utf8_lossy(&run.stderr));
-
+        let found = run("march.mjs", &bytes, folder.path());
         let file = File::parse(&bytes).unwrap();
         let mut numbers = vec![];
         let mut native = Native { file: &file, precision: Precision::Single, numbers: &mut numbers };
@@ -177,14 +171,88 @@ fn the_web_module_gives_the_native_bits() {
             pushed += native.press();
         }
         assert!(pushed > 40, "the sphere touches the body: {pushed}");
-        let found = std::fs::read(&output).unwrap();
-        let found: Vec<u64> = found.as_chunks().0.iter().map(|&bytes| u64::from_le_bytes(bytes)).collect();
-        let expected: Vec<u64> = numbers.iter().map(|x| x.to_bits()).collect();
-        assert!(numbers.iter().any(|x| x.abs() > 1e-6) && numbers.iter().all(|x| x.is_finite()));
-        assert_eq!(found.len(), expected.len());
-        let apart = found.iter().zip(&expected).position(|(a, b)| a != b);
-        assert_eq!(apart, None, "{element:?}: the first number that differs, of {}", expected.len());
+        same(&found, &numbers, &format!("{element:?}"));
     }
+}
+
+#[test]
+fn live_regions_set_in_the_web_module_give_the_native_bits() {
+    if !has_node() {
+        return;
+    }
+    let folder = tempfile::tempdir().unwrap();
+    let bytes = vademecum_tests::golden::named("parametric.vdm");
+    let found = run("live.mjs", &bytes, folder.path());
+    let mut numbers = vec![];
+    live::<f32>(&bytes, &mut numbers);
+    live::<f64>(&bytes, &mut numbers);
+    same(&found, &numbers, "live regions");
+}
+
+/// The numbers of `live.mjs` in one precision.
+fn live<T: Scalar + 'static>(bytes: &[u8], numbers: &mut Vec<f64>) {
+    let file = File::parse(bytes).unwrap();
+    let metadata = file.metadata();
+    let scene = SceneOptions {
+        time_step: Some(metadata.time_step),
+        alpha: Some(metadata.alpha),
+        beta: Some(metadata.beta),
+        ..SceneOptions::default()
+    };
+    let mut one = Simulation::<T>::with_options(bytes.to_vec(), &body_options(scene)).unwrap();
+    one.push_pattern(0, 1.0).unwrap();
+    let record = |one: &mut Simulation<T>, numbers: &mut Vec<f64>| {
+        for _ in 0..5 {
+            one.step(1).unwrap();
+            for probe in 0..metadata.n_probes as usize {
+                numbers.push(one.probe(probe, Field::Displacement).unwrap());
+            }
+            // Nothing is watched.
+            numbers.push(0.0);
+            for quantity in Quantity::totals() {
+                let mut total = [0.0];
+                one.body().read(quantity, 0, Field::Displacement, &mut total).unwrap();
+                numbers.push(total[0]);
+            }
+        }
+    };
+    record(&mut one, numbers);
+    one.set_parameters(&[(1, 3.0), (3, 1e-5)]).unwrap();
+    record(&mut one, numbers);
+    numbers.extend((0..4).map(|index| one.parameter(index).unwrap()));
+    record(&mut one, numbers);
+    let mut surface = vec![T::ZERO; 3 * metadata.n_surface_nodes as usize];
+    one.surface_into(Field::Displacement, &mut surface).unwrap();
+    numbers.extend(surface.into_iter().map(Scalar::to_f64));
+}
+
+/// Refuses in CI to go on without node.
+fn has_node() -> bool {
+    if Command::new("node").arg("--version").output().is_ok_and(|output| output.status.success()) {
+        return true;
+    }
+    assert!(std::env::var_os("CI").is_none(), "node is needed to run the web module");
+    eprintln!("skipped: no node on this machine to run the web module");
+    false
+}
+
+/// Bits of the numbers that a script writes of a file.
+fn run(script: &str, bytes: &[u8], folder: &Path) -> Vec<u64> {
+    let (input, output) = (folder.join("body.vdm"), folder.join("numbers"));
+    std::fs::write(&input, bytes).unwrap();
+    let script = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests").join(script);
+    let run = Command::new("node").arg(script).arg(module()).args([&input, &output]).output().unwrap();
+    assert!(run.status.success(), "{}", String::from_utf8_lossy(&run.stderr));
+    let found = std::fs::read(&output).unwrap();
+    found.as_chunks().0.iter().map(|&bytes| u64::from_le_bytes(bytes)).collect()
+}
+
+fn same(found: &[u64], numbers: &[f64], what: &str) {
+    let expected: Vec<u64> = numbers.iter().map(|x| x.to_bits()).collect();
+    assert!(numbers.iter().any(|x| x.abs() > 1e-6) && numbers.iter().all(|x| x.is_finite()));
+    assert_eq!(found.len(), expected.len());
+    let apart = found.iter().zip(&expected).position(|(a, b)| a != b);
+    assert_eq!(apart, None, "{what}: the first number that differs, of {}", expected.len());
 }
 
 /// The page shows the sentence of a refusal.

@@ -13,7 +13,7 @@ const here = import.meta.dirname ?? new URL(".", import.meta.url).pathname;
 const installed = createRequire(`${INSTALLED}/`);
 const { Body, Refused } = await import(installed.resolve("vademecum-eval"));
 const { chromium } = installed("playwright-core");
-const [beam, exact, live] = ["beam", "exact", "live"].map((name) => readFileSync(`${WORK}/${name}.vdm`));
+const [beam, exact, live, regions] = ["beam", "exact", "live", "regions"].map((name) => readFileSync(`${WORK}/${name}.vdm`));
 const refused = (call, words) => assert.throws(call, (error) => error instanceof Refused && words.test(error.message), String(words));
 
 let server, browser, address;
@@ -96,6 +96,24 @@ test("parameters by name, within their ranges, under the loads that are held", a
     assert.deepEqual([value("stiffness"), value("beta")], [0.5, 5e-4]);
   }
   await assert.rejects(Body.open(live, { parameters: { stiffness: 9 } }), Refused);
+});
+
+test("live regions are set by name while the body moves", async () => {
+  const body = await Body.open(regions, { parameters: { "stiffness of the tip": 2 } });
+  body.pushPattern("pull");
+  body.step(20);
+  body.setParameters({ "stiffness of the tip": 3, beta: 1e-5 });
+  const values = () => Object.fromEntries(body.parameters.map(({ name, value }) => [name, value]));
+  const set = { "stiffness of the root": 1, "stiffness of the tip": 3, "density of the tip": 1, beta: 1e-5 };
+  assert.deepEqual(values(), set);
+  refused(() => body.setParameters({ "stiffness of the root": 1.5, "stiffness of the tip": 5 }), /outside of its range, 0.25 to 4/);
+  assert.deepEqual(values(), set);
+  body.step(100_000);
+  const other = await Body.open(regions, { parameters: set });
+  other.pushPattern("pull");
+  other.step(100_000);
+  const [found, expected] = [body, other].map((one) => one.probe("x"));
+  assert.ok(Math.abs(found / expected - 1) < 1e-5 && found !== 0, `${found}, ${expected}`);
 });
 
 test("stiffness, density and damping of the whole body are options", async () => {

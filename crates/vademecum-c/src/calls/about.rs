@@ -2,14 +2,14 @@
 
 use core::ffi::c_char;
 
-use vademecum_eval::format::{File, Parameter, SectionKind};
-use vademecum_eval::{BindError, ParameterError, Structure};
+use vademecum_eval::Structure;
+use vademecum_eval::format::{File, MAX_LIVE, MAX_PARAMETERS, Parameter, SectionKind};
 
-use crate::handle::{ask, on};
+use crate::handle::{ask, on, on_handle};
 use crate::message::{Message, copy};
 use crate::refusal::{Refusal, needed};
 use crate::slices::{borrowed, lent, lent_mut, text};
-use crate::types::{VdmBody, VdmCost, VdmNamed, VdmParameter, VdmStatus, VdmStructure};
+use crate::types::{VdmBody, VdmCarried, VdmCost, VdmNamed, VdmParameter, VdmStatus, VdmStructure};
 
 /// Compares every section of a file with its checksum, which `vdm_bind` does not: it reads all bytes.
 ///
@@ -86,10 +86,9 @@ pub unsafe extern "C" fn vdm_parameter(
 ) -> VdmStatus {
     // SAFETY: as the caller promises.
     unsafe {
-        on(body, |body| {
+        on_handle(body, |handle| {
             let (out, index) = (needed(out.as_mut(), "out")?, parameter as usize);
-            let metadata = body.file().metadata();
-            let valued = metadata.active_parameters().get(index).zip(body.options().value(metadata, index));
+            let valued = handle.file.parameters().nth(index).zip(handle.value(index));
             let said = "the file has no such live parameter";
             let (known, value) = valued.ok_or(Refusal::Words(VdmStatus::VDM_ARGUMENT, said))?;
             let (lower, upper, nominal, logarithmic) =
@@ -100,8 +99,12 @@ pub unsafe extern "C" fn vdm_parameter(
     }
 }
 
+/// Most parameters that a call sets.
+const MOST: usize = if cfg!(feature = "parametric") { MAX_LIVE } else { MAX_PARAMETERS };
+
 /// Sets live parameters, `count` of them, by their numbers in `ids`; the others stay. Velocities stay what
-/// they are. Loads become stale: clear them and add them again.
+/// they are, as far as the modes at the new values hold them. Loads become stale: clear them and add them
+/// again.
 ///
 /// # Safety
 /// `body` is null or a handle of [`vdm_bind`](crate::vdm_bind); `ids` and `values` point to `count` numbers
@@ -115,17 +118,32 @@ pub unsafe extern "C" fn vdm_set_parameters(
 ) -> VdmStatus {
     // SAFETY: as the caller promises.
     unsafe {
-        on(body, |body| {
+        on_handle(body, |handle| {
             let (ids, values) = (needed(lent(ids, count), "ids")?, needed(lent(values, count), "values")?);
-            let mut options = *body.options();
-            for (place, (&id, &value)) in ids.iter().zip(values).enumerate() {
-                let parameter = id as usize;
-                if ids.iter().take(place).any(|&earlier| earlier == id) {
-                    return Err(BindError::from(ParameterError::Twice { parameter }).into());
-                }
-                options.set(body.file().metadata(), &[(parameter, value)]).map_err(BindError::from)?;
+            let mut settings = [(0, 0.0); MOST];
+            let said = "more values than a file can have live parameters";
+            let settings = settings.get_mut(..count).ok_or(Refusal::Words(VdmStatus::VDM_BIND, said))?;
+            for (setting, (&id, &value)) in settings.iter_mut().zip(ids.iter().zip(values)) {
+                *setting = (id as usize, value);
             }
-            let _ = body.rebind(&options)?;
+            handle.set_parameters(settings)?;
+            Ok(VdmStatus::VDM_OK)
+        })
+    }
+}
+
+/// Energies of the last change of live parameters of a file with live regions; others do not have them.
+///
+/// # Safety
+/// `body` is null or a handle of [`vdm_bind`](crate::vdm_bind), `out` points to a `VdmCarried`.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn vdm_carried(body: *mut VdmBody, out: *mut VdmCarried) -> VdmStatus {
+    // SAFETY: as the caller promises.
+    unsafe {
+        on_handle(body, |handle| {
+            let said = "the file has no live regions whose change would be accounted for";
+            let out = needed(out.as_mut(), "out")?;
+            *out = handle.carried().ok_or(Refusal::Words(VdmStatus::VDM_OUTPUT, said))?;
             Ok(VdmStatus::VDM_OK)
         })
     }
@@ -146,9 +164,9 @@ pub unsafe extern "C" fn vdm_name(
 ) -> VdmStatus {
     // SAFETY: as the caller promises.
     unsafe {
-        on(body, |body| {
+        on_handle(body, |handle| {
             let out = needed(lent_mut(out, capacity), "out")?;
-            let found = names(body.file(), kind)?.nth(index as usize);
+            let found = names(&handle.file, kind)?.nth(index as usize);
             copy(found.ok_or(NO_NAME)?.as_bytes(), out);
             Ok(VdmStatus::VDM_OK)
         })
@@ -165,9 +183,9 @@ pub unsafe extern "C" fn vdm_find(body: *mut VdmBody, kind: i32, name: *const c_
     let mut place = -1;
     // SAFETY: as the caller promises.
     unsafe {
-        on(body, |body| {
+        on_handle(body, |handle| {
             let name = needed(text(name), "name")?;
-            let found = names(body.file(), kind)?.position(|found| found == name);
+            let found = names(&handle.file, kind)?.position(|found| found == name);
             place = found.and_then(|place| i32::try_from(place).ok()).ok_or(NO_NAME)?;
             Ok(VdmStatus::VDM_OK)
         });
@@ -179,7 +197,10 @@ pub unsafe extern "C" fn vdm_find(body: *mut VdmBody, kind: i32, name: *const c_
 const NO_NAME: Refusal = Refusal::Words(VdmStatus::VDM_ARGUMENT, "the file has no such name");
 
 /// Names of a kind, in order.
-fn names<'f>(file: &'f File<'static>, kind: i32) -> Result<Names<'f>, Refusal> {
+fn names(
+    file: &File<'static>,
+    kind: i32,
+) -> Result<Names<impl Iterator<Item = Parameter<'static>> + use<>>, Refusal> {
     let section = |kind| {
         let text = file.section(kind).and_then(|section| section.text().ok()).unwrap_or("");
         Ok(Names::Lines(text.lines()))
@@ -189,23 +210,21 @@ fn names<'f>(file: &'f File<'static>, kind: i32) -> Result<Names<'f>, Refusal> {
         k if k == VdmNamed::VDM_PATTERNS as i32 => section(SectionKind::PatternNames),
         k if k == VdmNamed::VDM_SUPPORTS as i32 => section(SectionKind::SupportNames),
         k if k == VdmNamed::VDM_PORTS as i32 => section(SectionKind::PortNames),
-        k if k == VdmNamed::VDM_PARAMETERS as i32 => {
-            Ok(Names::Parameters(file.metadata().active_parameters().iter()))
-        }
+        k if k == VdmNamed::VDM_PARAMETERS as i32 => Ok(Names::Parameters(file.parameters())),
         _ => Err(Refusal::Words(VdmStatus::VDM_ARGUMENT, "no such kind of name: see VdmNamed")),
     }
 }
 
 /// Names as the file has them.
-enum Names<'f> {
-    Lines(core::str::Lines<'f>),
-    Parameters(core::slice::Iter<'f, Parameter<'static>>),
+enum Names<P> {
+    Lines(core::str::Lines<'static>),
+    Parameters(P),
 }
 
-impl<'f> Iterator for Names<'f> {
-    type Item = &'f str;
+impl<P: Iterator<Item = Parameter<'static>>> Iterator for Names<P> {
+    type Item = &'static str;
 
-    fn next(&mut self) -> Option<&'f str> {
+    fn next(&mut self) -> Option<&'static str> {
         match self {
             Self::Lines(lines) => lines.next(),
             Self::Parameters(parameters) => parameters.next().map(|parameter| parameter.name),

@@ -1,7 +1,7 @@
 //! Many instances of a body.
 
-use crate::batch::{Instances, bytes};
-use crate::handle::{Lent, ask, on};
+use crate::batch::{Instances, bytes, on_batch};
+use crate::handle::{Lent, ask, on_handle};
 use crate::refusal::needed;
 use crate::types::{VdmBatch, VdmBatchStatus, VdmBody, VdmStatus};
 
@@ -31,10 +31,10 @@ pub unsafe extern "C" fn vdm_batch_bind(
 ) -> VdmStatus {
     // SAFETY: as the caller promises.
     unsafe {
-        on(body, |body| {
+        on_handle(body, |handle| {
             let batch = needed(batch.as_mut(), "batch")?;
             *batch = core::ptr::null_mut();
-            *batch = Instances::bind(body, instances, Lent::new(memory, memory_bytes)?)?;
+            *batch = Instances::bind(handle, instances, Lent::new(memory, memory_bytes)?)?;
             Ok(VdmStatus::VDM_OK)
         })
     }
@@ -52,7 +52,7 @@ pub unsafe extern "C" fn vdm_batch_load(
     instance: usize,
 ) -> VdmStatus {
     // SAFETY: as the caller promises.
-    unsafe { on(body, |body| needed(Instances::of_mut(batch), "batch")?.load(body, instance)) }
+    unsafe { on_batch(batch, body, |batch, body| batch.load(body, instance)) }
 }
 
 /// Takes the loads of all instances away.
@@ -76,7 +76,7 @@ pub unsafe extern "C" fn vdm_batch_set(
     instance: usize,
 ) -> VdmStatus {
     // SAFETY: as the caller promises.
-    unsafe { on(body, |body| needed(Instances::of_mut(batch), "batch")?.set(body, instance)) }
+    unsafe { on_batch(batch, body, |batch, body| batch.set(body, instance)) }
 }
 
 /// Gives the body the state of an instance, from which everything can be read but reactions.
@@ -90,7 +90,7 @@ pub unsafe extern "C" fn vdm_batch_get(
     instance: usize,
 ) -> VdmStatus {
     // SAFETY: as the caller promises.
-    unsafe { on(body, |body| needed(Instances::of_mut(batch), "batch")?.get(body, instance)) }
+    unsafe { on_batch(batch, body, |batch, body| batch.get(body, instance)) }
 }
 
 /// [`vdm_batch_get`] for an instance whose last step was one under the loads that the body has now: stress
@@ -106,7 +106,7 @@ pub unsafe extern "C" fn vdm_batch_get_under(
     instance: usize,
 ) -> VdmStatus {
     // SAFETY: as the caller promises.
-    unsafe { on(body, |body| needed(Instances::of_mut(batch), "batch")?.get_under(body, instance)) }
+    unsafe { on_batch(batch, body, |batch, body| batch.get_under(body, instance)) }
 }
 
 /// Steps all instances `steps` times; `found` tells how many move, rest and were refused in the last step. An
@@ -122,12 +122,7 @@ pub unsafe extern "C" fn vdm_batch_step(
     found: *mut VdmBatchStatus,
 ) -> VdmStatus {
     // SAFETY: as the caller promises.
-    unsafe {
-        on(body, |body| {
-            let found = needed(found.as_mut(), "found")?;
-            needed(Instances::of_mut(batch), "batch")?.step(body, steps, found)
-        })
-    }
+    unsafe { on_batch(batch, body, |batch, body| batch.step(body, steps, needed(found.as_mut(), "found")?)) }
 }
 
 /// The result of the last step for an instance: `VDM_OK`, `VDM_AT_REST`, or `VDM_STEP` if it was refused.
@@ -141,16 +136,17 @@ pub unsafe extern "C" fn vdm_batch_status(
     instance: usize,
 ) -> VdmStatus {
     // SAFETY: as the caller promises.
-    unsafe { on(body, |body| needed(Instances::of_mut(batch), "batch")?.status(body, instance)) }
+    unsafe { on_batch(batch, body, |batch, body| batch.status(body, instance)) }
 }
 
 /// Carries the states of all instances over to the parameters that the body has now. Their loads are stale:
-/// clear them.
+/// clear them. Instances of a body with live regions keep the parameters at which they were made, and every
+/// call is refused while the body has others (`VDM_BIND`).
 ///
 /// # Safety
 /// As for [`vdm_batch_load`].
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn vdm_batch_carry(batch: *mut VdmBatch, body: *mut VdmBody) -> VdmStatus {
     // SAFETY: as the caller promises.
-    unsafe { on(body, |body| needed(Instances::of_mut(batch), "batch")?.carry(body)) }
+    unsafe { on_batch(batch, body, |batch, body| batch.carry(body)) }
 }

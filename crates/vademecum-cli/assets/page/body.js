@@ -19,7 +19,6 @@ export class Body {
     this.box = boundingBox(this.rest);
     this.size = norm(sub(this.box.high, this.box.low));
     this.displaced = new Float64Array(this.rest.length);
-    this.basis = basis;
     this.held = heldNodes(basis, surfaceNodes, evaluator.counts.modes);
     this.evaluator = evaluator;
     this.hasQuadrangles = Boolean(evaluator.section(SECTION.quadrangles));

@@ -42,8 +42,9 @@ async function start() {
   const controls = new Controls(player, renderer, camera);
   new Hands(find("view"), player, camera, controls);
   const page = { evaluator, body, player, renderer, camera, controls, pace: new Pace(player) };
-  page.modes = modes(evaluator);
-  page.shown = new Modes(page, page.modes.map(({ hertz }) => hertz));
+  // Those at the live parameters as they are.
+  Object.defineProperty(page, "modes", { get: () => modes(evaluator) });
+  page.shown = new Modes(page);
   page.share = new Share(camera, viewButtons(camera));
   page.sound = new Sound(player, bytes);
   page.recorder = new Recorder(controls, page.sound);

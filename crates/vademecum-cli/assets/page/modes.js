@@ -1,6 +1,7 @@
 // A natural mode that swings by itself, drawn in place of the march. The march stands still meanwhile, and a push ends the picture.
 import { gradient } from "vademecum/colors";
 import { element, find } from "vademecum/elements";
+import { SECTION } from "vademecum/evaluator";
 
 /** A swing takes so long [s], whatever the frequency is. */
 const PERIOD = 1.5;
@@ -8,11 +9,10 @@ const PERIOD = 1.5;
 const DRAWN = 0.07;
 
 export class Modes {
-  /** `hertz`: frequency of each mode as built. */
-  constructor(page, hertz) {
-    Object.assign(this, { page, hertz, number: -1, phase: 0 });
-    for (const [k, f] of hertz.entries()) {
-      const option = element("option", `mode ${k + 1}: ${Number(f.toPrecision(4))} Hz`);
+  constructor(page) {
+    Object.assign(this, { page, number: -1, phase: 0 });
+    for (const [k, { hertz }] of page.modes.entries()) {
+      const option = element("option", `mode ${k + 1}: ${Number(hertz.toPrecision(4))} Hz`);
       option.value = String(k);
       find("mode").append(option);
     }
@@ -28,7 +28,8 @@ export class Modes {
     if (number < 0) return controls.read();
     // `B e_k`: a column of the basis, of which each component of a node has a row.
     const { modes } = evaluator.counts;
-    const column = Float64Array.from({ length: body.rest.length }, (_, i) => body.basis[i * modes + number]);
+    const basis = evaluator.section(SECTION.surfaceBasis);
+    const column = Float64Array.from({ length: body.rest.length }, (_, i) => basis[i * modes + number]);
     let largest = 0;
     for (let i = 0; i < column.length; i += 3) largest = Math.max(largest, Math.hypot(column[i], column[i + 1], column[i + 2]));
     this.shape = largest > 0 ? column.map((x) => x / largest) : column;
@@ -48,8 +49,8 @@ export class Modes {
 
   /** Says what is shown, where the controls say it of the march. */
   legend() {
-    const { options } = this.page.evaluator;
-    const whole = Math.sqrt(options.stiffness / options.density) * this.hertz[this.number];
+    const { evaluator: { options }, modes } = this.page;
+    const whole = Math.sqrt(options.stiffness / options.density) * modes[this.number].hertz;
     find("low").textContent = "0";
     find("high").textContent = "largest";
     find("quantity").textContent = `mode ${this.number + 1}, ${Number(whole.toPrecision(4))} Hz`;

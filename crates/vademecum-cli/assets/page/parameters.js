@@ -23,6 +23,8 @@ export class Parameters {
     find("precision").addEventListener("change", () => this.set({ double: find("precision").value === "64" }));
     find("structure").addEventListener("change", () => this.set({ structure: Number(find("structure").value) }));
     find("reset").addEventListener("click", () => this.set(this.asBuilt));
+    find("random").hidden = !evaluator.has.parametric;
+    find("random").addEventListener("click", () => this.randomise());
   }
 
   /** Sliders of the file's parameters, and of what the diagonal structure takes besides. */
@@ -42,6 +44,18 @@ export class Parameters {
       return { ...parameter, input, put: (x) => (input.value = String(walked(x))) };
     });
     this.shown();
+  }
+
+  /** Sets every live region to a random place of its range. */
+  randomise() {
+    const values = [...this.evaluator.options.values];
+    for (const { index, region, log, lower, upper } of this.evaluator.parameters) {
+      if (region === null) continue;
+      const between = (low, high) => low + Math.random() * (high - low);
+      const drawn = log ? Math.exp(between(Math.log(lower), Math.log(upper))) : between(lower, upper);
+      values[index] = Math.min(upper, Math.max(lower, drawn));
+    }
+    this.set({ values });
   }
 
   /** What is bound, beside the sliders. */

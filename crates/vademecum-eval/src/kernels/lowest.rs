@@ -58,8 +58,12 @@ pub(crate) fn lowest_eigen(
     all.copy_from_slice(diagonal);
     w.copy_from_slice(off);
     diagonalise(all, w, &mut [], n)?;
-    all.sort_unstable_by(f64::total_cmp);
-    values.copy_from_slice(all.get(..m).unwrap_or_default());
+    // The lowest ones, one after the other: a sort is larger, and has a panic that no linker can rule out.
+    for value in &mut *values {
+        if let Some(least) = all.iter_mut().min_by(|a, b| a.total_cmp(b)) {
+            (*value, *least) = (*least, f64::INFINITY);
+        }
+    }
     inverse_iteration((diagonal, off), values, n, vectors, pieces)?;
     for vector in vectors.chunks_exact_mut(n).take(m) {
         turn_back(a, n, betas, vector);

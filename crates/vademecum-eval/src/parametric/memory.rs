@@ -12,12 +12,13 @@ use crate::base::error::BindError;
 use crate::base::lend::Lender;
 use crate::base::options::SceneOptions;
 use crate::base::scalar::Scalar;
+use crate::body::any::{AnyBody, Precision};
 use crate::body::body::{Body, BodyOptions, LoadsAfter};
 use crate::kernels::dense::at;
 use crate::parametric::error::ParametricError;
 use crate::parametric::model::Parametric;
 use crate::parametric::tuned::Tuned;
-use vademecum_format::{File, ParameterRole};
+use vademecum_format::{File, ParameterRole, SectionKind};
 
 /// Energies of a change of parameters \[J\].
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -188,10 +189,45 @@ impl<'m> LiveMemory<'m> {
     ) -> Result<LoadsAfter, BindError> {
         self.asked.iter_mut().zip(&*self.values).for_each(|(to, from)| *to = *from);
         self.model.set(self.asked, settings)?;
+        // SAFETY: as the caller promises.
+        unsafe { self.replace(|place| settings.iter().any(|&(index, _)| index == place), body) }
+    }
+
+    /// [`LiveMemory::set`] of all parameters at once. Options of the body that damping or step were given by
+    /// stay what they are.
+    ///
+    /// # Safety
+    /// As for [`LiveMemory::set`].
+    ///
+    /// # Errors
+    /// [`BindError`]; nothing has changed then.
+    pub unsafe fn set_all<T: Scalar>(
+        &mut self,
+        values: &[f64],
+        body: &mut Body<'m, T>,
+    ) -> Result<LoadsAfter, BindError> {
+        let (found, needed) = (values.len(), self.asked.len());
+        if found != needed {
+            return Err(ParametricError::Values { found, needed }.into());
+        }
+        for (index, (asked, &value)) in self.asked.iter_mut().zip(values).enumerate() {
+            self.model.check(index, value)?;
+            *asked = value;
+        }
+        // SAFETY: as the caller promises.
+        unsafe { self.replace(|_| false, body) }
+    }
+
+    /// The body at the values asked for. `is_set` is true of parameters that decide in place of an option.
+    unsafe fn replace<T: Scalar>(
+        &mut self,
+        is_set: impl Fn(usize) -> bool,
+        body: &mut Body<'m, T>,
+    ) -> Result<LoadsAfter, BindError> {
         let mut options = self.options;
         options.scene = *body.scene().options();
         for (place, parameter) in self.model.parameters().enumerate() {
-            if settings.iter().any(|&(index, _)| index == place) {
+            if is_set(place) {
                 without(&mut options.scene, parameter.role);
             }
         }
@@ -211,7 +247,77 @@ impl<'m> LiveMemory<'m> {
     }
 }
 
+/// The same for hosts that open any file in either precision. They are compiled where they are called, as
+/// [`AnyBody`] is: a program has one body of each precision.
+impl<'m> LiveMemory<'m> {
+    /// Numbers of `f64` to lend for a body of a file: [`LiveMemory::len_for`] of a parametric one,
+    /// [`AnyBody::len_for`] of any other.
+    ///
+    /// # Errors
+    /// [`BindError`].
+    #[inline]
+    pub fn any_len(file: &File<'_>, options: &BodyOptions, precision: Precision) -> Result<usize, BindError> {
+        if file.section(SectionKind::LiveParameters).is_none() {
+            return AnyBody::len_for(file, options, precision);
+        }
+        match precision {
+            Precision::Single => Self::len_for::<f32>(file, options),
+            #[cfg(feature = "double")]
+            Precision::Double => Self::len_for::<f64>(file, options),
+        }
+    }
+
+    /// The body, and the memory of a parametric file.
+    ///
+    /// # Errors
+    /// [`BindError`].
+    #[inline]
+    pub fn bind_any(
+        file: &File<'m>,
+        options: &BodyOptions,
+        precision: Precision,
+        memory: &'m mut [f64],
+    ) -> Result<(Option<Self>, AnyBody<'m>), BindError> {
+        if file.section(SectionKind::LiveParameters).is_none() {
+            return Ok((None, AnyBody::bind(file, options, precision, memory)?));
+        }
+        Ok(match precision {
+            Precision::Single => {
+                let (live, body) = Self::bind(file, options, memory)?;
+                (Some(live), AnyBody::Single(body))
+            }
+            #[cfg(feature = "double")]
+            Precision::Double => {
+                let (live, body) = Self::bind(file, options, memory)?;
+                (Some(live), AnyBody::Double(body))
+            }
+        })
+    }
+
+    /// [`LiveMemory::set`].
+    ///
+    /// # Safety
+    /// As for [`LiveMemory::set`].
+    ///
+    /// # Errors
+    /// [`BindError`]; nothing has changed then.
+    #[inline]
+    pub unsafe fn set_any(
+        &mut self,
+        settings: &[(usize, f64)],
+        body: &mut AnyBody<'m>,
+    ) -> Result<LoadsAfter, BindError> {
+        // SAFETY (both): as the caller promises.
+        match body {
+            AnyBody::Single(body) => unsafe { self.set(settings, body) },
+            #[cfg(feature = "double")]
+            AnyBody::Double(body) => unsafe { self.set(settings, body) },
+        }
+    }
+}
+
 /// The body at these values in a side.
+#[inline(never)]
 fn bound<'m, T: Scalar>(
     model: &Parametric<'m>,
     (values, modes): (&[f64], usize),
@@ -237,16 +343,25 @@ fn carry<T: Scalar>(
     let (n, m) = (from.eigenvalues.len(), to.eigenvalues.len());
     let (zeta, rate) = (lender.take(n)?, lender.take(n)?);
     let (next, next_rate) = (lender.take(m)?, lender.take(m)?);
-    let rest = lender.rest();
     old.coordinates_into(zeta, rate).map_err(|_| BindError::Mismatch)?;
     if zeta.iter().chain(&*rate).all(|x| *x == 0.0) {
         // A body that has not started yet stays so.
         return Ok(Carried::default());
     }
-    let [kinetic, elastic] = to.energies_of(from, (zeta, rate), rest)?;
-    to.carry(from, rate, next_rate, rest)?;
-    to.carry(from, zeta, next, rest)?;
+    let carried = project((from, zeta, rate), (to, next, next_rate), lender.rest())?;
     new.set(next, next_rate).map_err(|_| BindError::NotFinite)?;
+    Ok(carried)
+}
+
+/// Projects coordinates and rates along the modes at other values, by the mass at these.
+fn project(
+    (from, zeta, rate): (&Tuned<'_>, &[f64], &[f64]),
+    (to, next, next_rate): (&Tuned<'_>, &mut [f64], &mut [f64]),
+    work: &mut [f64],
+) -> Result<Carried, BindError> {
+    let [kinetic, elastic] = to.energies_of(from, (zeta, rate), work)?;
+    to.carry(from, rate, next_rate, work)?;
+    to.carry(from, zeta, next, work)?;
     let squares = |x: &[f64]| 0.5 * x.iter().map(|x| x * x).sum::<f64>();
     let energy = |tuned: &Tuned<'_>, x: &[f64]| {
         let terms = x.iter().enumerate().map(|(k, x)| at(tuned.eigenvalues, k) * x * x);

@@ -170,7 +170,8 @@ class File:
         Options are `structure` ("auto", "diagonal", "block", "exact", "strain"), `time_step`, `tolerance`, `terms`,
         `rest_below`, `residual`, `contacts` and
         `filtered_nodes`; `stiffness` and `density`, scales of the whole body, and its
-        Rayleigh damping `alpha` and `beta`; and of large displacements `substeps` and `viscosity`.
+        Rayleigh damping `alpha` and `beta`; of large displacements `substeps` and `viscosity`; and of a file
+        with live regions `modes`, the number of stepped modes (32, or all of fewer).
 
         All other keywords are live parameters of the file. A parameter whose name is no keyword is given with `_`
         for every other sign, or as `**{"tip stiffness": 1.5}`. `stiffness`, `density`, `alpha` and `beta` set the
@@ -180,7 +181,11 @@ class File:
         return self._native.body(dtype, flight, options)
 
     def batch(self, instances: int, dtype: DTypeLike = np.float64, **options: Any) -> Batch:
-        """Binds many bodies that are stepped together, at the same parameters, at rest and without loads."""
+        """Binds many bodies that are stepped together, at rest and without loads.
+
+        Bodies of a file with live regions have parameters of their own and share the bytes of the file; all
+        others share their parameters too.
+        """
         return self._native.batch(instances, dtype, options)
 
     def run(

@@ -98,6 +98,11 @@ class Body:
         """Sets live parameters while the body moves: displacement, velocity and loads stay. All of them are set,
         or none if one is refused. A parameter whose name is no keyword is given with `_` for every other sign,
         or in a mapping."""
+    @property
+    def carried(self) -> Optional[tuple[float, float, float]]:
+        """Energies in J of the last change of live parameters of a file with live regions: kinetic and
+        elastic energy that the stepped modes do not hold, and the work of the change; `None` of any other
+        file."""
     def locate(self, point: _Vector) -> SurfacePoint:
         """Finds the nearest point of the loadable surface at rest. A point further away than the body is large is
         refused."""
@@ -220,7 +225,8 @@ class Motion:
 
 @final
 class Batch:
-    """Many bodies of one file that are stepped together, at the same live parameters. `out` is as in `Body`.
+    """Many bodies of one file that are stepped together. Those of a file with live regions have parameters
+    of their own, all others share them. `out` is as in `Body`.
 
     An instance has the bits that a `Body` with `residual=False` and `flight=False` has alone.
     """
@@ -239,13 +245,15 @@ class Batch:
     def support_names(self) -> list[str]:
         """Names of the supports whose reactions the file gives."""
     @property
-    def parameters(self) -> dict[str, float]:
-        """Values of the live parameters, by name."""
+    def parameters(self) -> dict[str, Any]:
+        """Values of the live parameters, by name; of a file with live regions an array of one for each
+        instance."""
     @property
     def quantities(self) -> dict[str, Quantity]:
         """Quantities that `read` gives of each instance, by name."""
-    def set_parameters(self, values: _Values = None, /, **parameters: float) -> None:
-        """Sets live parameters of all instances while they move."""
+    def set_parameters(self, values: Optional[dict[str, Any]] = None, /, **parameters: Any) -> None:
+        """Sets live parameters of all instances while they move. With live regions a value may be an array
+        of one number for each instance. One that is refused changes nothing."""
     def locate(self, point: _Vector) -> SurfacePoint:
         """Finds the nearest point of the loadable surface at rest. A point further away than the body is large is
         refused."""

@@ -5,7 +5,7 @@ use std::fmt::Write as _;
 use vademecum_eval::{Field, Quantity, RigidBody, SceneOptions};
 use vademecum_fmu::logger::Category;
 use vademecum_fmu::variables::Variable;
-use vademecum_format::{Metadata, Parameter};
+use vademecum_format::{File, Metadata, Parameter};
 
 use super::version::FmiVersion;
 use crate::contents::SI;
@@ -56,7 +56,7 @@ pub(super) struct VariableNames<'a> {
     pub(crate) supports: Vec<String>,
     /// `1` for a strain gauge; none where all are displacements.
     pub(crate) probe_units: Vec<String>,
-    pub(crate) metadata: &'a Metadata<'a>,
+    pub(crate) file: &'a File<'a>,
     /// The body of a file without supports.
     pub(crate) body: Option<RigidBody>,
     /// True of a file with exact steps.
@@ -72,12 +72,12 @@ pub(super) fn describe(
 ) -> Option<VariableDescription> {
     let (start, range) = match variable {
         Variable::Parameter(index) => {
-            let start = vademecum_fmu::parameter(options, named.metadata, index)?;
-            let parameter = named.metadata.active_parameters().get(index as usize)?;
+            let start = vademecum_fmu::parameter(options, named.file, index)?;
+            let parameter = named.parameter(index)?;
             (Some(start), [Some(parameter.lower), Some(parameter.upper)])
         }
         Variable::Whole(index) => {
-            let start = vademecum_fmu::whole(options, named.metadata, index)?;
+            let start = vademecum_fmu::whole(options, named.file, index)?;
             (Some(start), [Some(0.0), None])
         }
         _ => (named.start(variable, options), [None; 2]),
@@ -95,7 +95,7 @@ pub(super) fn describe(
     })
 }
 
-impl VariableNames<'_> {
+impl<'a> VariableNames<'a> {
     /// Name of the point, pattern, probe, parameter, place or support that a variable belongs to; empty for
     /// one of the whole body.
     fn owner(&self, variable: Variable) -> String {
@@ -114,8 +114,8 @@ impl VariableNames<'_> {
         }
     }
 
-    fn parameter(&self, index: u32) -> Option<&Parameter<'_>> {
-        self.metadata.active_parameters().get(index as usize)
+    fn parameter(&self, index: u32) -> Option<Parameter<'a>> {
+        self.file.parameters().nth(index as usize)
     }
 
     /// True of strain gauges.
@@ -191,14 +191,14 @@ impl VariableNames<'_> {
                 V::total(index).and_then(|of| of.unit(Field::Displacement)).unwrap_or_default()
             }
         };
-        unit(self.metadata, si)
+        unit(self.file.metadata(), si)
     }
 
     /// Value at the start of a variable that is no parameter.
     fn start(&self, variable: Variable, options: &SceneOptions) -> Option<f64> {
         use Variable as V;
         match variable {
-            V::Step => Some(options.time_step.unwrap_or(self.metadata.time_step)),
+            V::Step => Some(options.time_step.unwrap_or(self.file.metadata().time_step)),
             V::Force(..) | V::Pattern(_) | V::BodyForce(_) | V::BodyVelocity(_) | V::BodySpin(_) => Some(0.0),
             V::BodyPosition(c) => self.body.as_ref()?.centre.get(c as usize).copied(),
             V::BodyAttitude(c) => Some(f64::from(u8::from(c == 3))),

@@ -13,7 +13,7 @@ mod version;
 use std::path::PathBuf;
 
 use vademecum_build::input::Problem;
-use vademecum_eval::{Body, BodyOptions, RigidBody, SceneOptions};
+use vademecum_eval::{BodyOptions, LiveMemory, Precision, RigidBody, SceneOptions};
 use vademecum_fmu::points::{Point, StressPlace, table};
 use vademecum_fmu::token::token;
 use vademecum_fmu::variables::{Counts, Variable, is_exact};
@@ -71,8 +71,9 @@ pub fn export(bytes: &[u8], request: &Request<'_>) -> Result<Fmu, FmuError> {
     // What the instance will do with it, so that a file that cannot be stepped is refused here.
     let options = vademecum_fmu::options(&file, points.len());
     let of_body = BodyOptions { scene: options, places: 0, ..BodyOptions::default() };
-    let mut memory = vec![0.0; Body::<f64>::len_for(&file, &of_body)?];
-    let internal_step = Body::<f64>::bind(&file, &of_body, &mut memory)?.time_step();
+    let mut memory = vec![0.0; LiveMemory::any_len(&file, &of_body, Precision::Double)?];
+    let (_, body) = LiveMemory::bind_any(&file, &of_body, Precision::Double, &mut memory)?;
+    let internal_step = body.time_step();
 
     let rows: Vec<Point<'_>> = points.iter().map(PlacedPoint::row).collect();
     let stresses = points::place_stresses(&file, request.stresses)?;
@@ -132,7 +133,7 @@ fn variables(
         probes: lines(file, SectionKind::ProbeNames)?,
         supports: lines(file, SectionKind::SupportNames)?,
         probe_units: lines(file, SectionKind::ProbeUnits)?,
-        metadata: file.metadata(),
+        file,
         body: RigidBody::of(file),
         any_step,
     };
