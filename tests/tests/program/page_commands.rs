@@ -32,7 +32,7 @@ const PAGES: [Page; 9] = [
         left_out: &[("vademecum frf damped.vdm", "fifty solves at full order; a test of `frf` runs fewer")],
         given: &[],
     },
-    Page { path: "docs/how-to/calibrate.md", left_out: &[("cargo", "tests of the workspace")], given: &[] },
+    Page { path: "docs/how-to/calibrate.md", left_out: &[], given: &[] },
     Page { path: "docs/how-to/mesh-error.md", left_out: &[], given: &[] },
     Page {
         path: "docs/how-to/moving-base.md",

@@ -51,7 +51,8 @@ pub(crate) struct Calibrate {
     /// Mean square that the noise is a share of.
     #[arg(long, value_enum, default_value_t = Over::Column)]
     noise_over: Over,
-    /// Relative error of the model, added to the noise [default: the median of the certificate].
+    /// Relative error of the model, added to the noise [default: as much of the median of the certificate as
+    /// the differences need].
     #[arg(long, value_name = "SHARE", value_parser = share)]
     model_error: Option<f64>,
     /// Time step of histories in s; the file's if absent.

@@ -45,7 +45,8 @@ pub struct Noise {
     pub share: Option<f64>,
     /// True if the mean square is that over all columns of a unit in a table, false for that of each column.
     pub over_all: bool,
-    /// Relative error of the model that is added; by default that of the certificate.
+    /// Relative error of the model that is added; by default as much of that of the certificate as the
+    /// differences need.
     pub model: Option<f64>,
 }
 
@@ -62,9 +63,24 @@ pub(super) struct Experiment {
     pub labels: Vec<String>,
     /// The numbers of a row follow each other.
     measured: Vec<f64>,
-    /// Standard deviation of each column, or of each number of natural frequencies.
-    deviations: Vec<f64>,
+    /// Those of each column, or of each number of natural frequencies.
+    deviations: Vec<Deviation>,
+    /// Relative error of the model in them.
+    pub model_error: f64,
     kind: Kind,
+}
+
+/// Standard deviation of a number: that of the noise, and what the error of the model is a share of.
+#[derive(Clone, Copy)]
+struct Deviation {
+    noise: f64,
+    motion: f64,
+}
+
+impl Deviation {
+    fn with(self, model_error: f64) -> f64 {
+        self.noise.hypot(model_error * self.motion)
+    }
 }
 
 enum Kind {
@@ -166,7 +182,14 @@ impl Reading<'_> {
         let deviations = self.deviations(table, &measured, &own.collect::<Vec<_>>())?;
         drop(run);
         let kind = Kind::History { scenario: Box::new(scenario), steps, columns, time_step };
-        Ok(Experiment { name: table.path.display().to_string(), labels, measured, deviations, kind })
+        Ok(Experiment {
+            name: table.path.display().to_string(),
+            labels,
+            measured,
+            deviations,
+            model_error: self.model_error,
+            kind,
+        })
     }
 
     /// Steps of the rows: equal distances, each at a step of the file.
@@ -214,7 +237,7 @@ impl Reading<'_> {
         table: &Table,
         measured: &[f64],
         columns: &[Column<'_>],
-    ) -> Result<Vec<f64>, CalibrateError> {
+    ) -> Result<Vec<Deviation>, CalibrateError> {
         let rows = table.rows.len() as f64;
         let mut squares = vec![0.0; columns.len()];
         for row in measured.chunks_exact(columns.len()) {
@@ -242,7 +265,7 @@ impl Reading<'_> {
                 let found = format!("column `{name}` has no noise: it is zero throughout, or too large");
                 return Err(table.fault(table.head, found, "a column that moves, or `--noise-over all`"));
             }
-            deviations.push(noise.hypot(self.model_error * all));
+            deviations.push(Deviation { noise, motion: all });
         }
         Ok(deviations)
     }
@@ -323,7 +346,14 @@ impl Reading<'_> {
         });
         let deviations = self.deviations(table, &measured, &own.collect::<Vec<_>>())?;
         let kind = Kind::Response { request: Box::new(request), columns };
-        Ok(Experiment { name: table.path.display().to_string(), labels, measured, deviations, kind })
+        Ok(Experiment {
+            name: table.path.display().to_string(),
+            labels,
+            measured,
+            deviations,
+            model_error: self.model_error,
+            kind,
+        })
     }
 
     fn frequencies(&self, table: &Table) -> Result<Experiment, CalibrateError> {
@@ -353,10 +383,10 @@ impl Reading<'_> {
         }
         let share = self.noise.share.unwrap_or(USUAL_OF_FREQUENCIES);
         // A frequency that is off by a share turns the motion by at least as much within half a period.
-        let deviations = measured.iter().map(|f| f * share.hypot(self.model_error)).collect();
+        let deviations = measured.iter().map(|&f| Deviation { noise: share * f, motion: f }).collect();
         let labels = modes.iter().map(|mode| format!("mode {}", mode + 1)).collect();
         let (name, kind) = (table.path.display().to_string(), Kind::Frequencies { modes });
-        Ok(Experiment { name, labels, measured, deviations, kind })
+        Ok(Experiment { name, labels, measured, deviations, model_error: self.model_error, kind })
     }
 }
 
@@ -377,14 +407,6 @@ fn options(time_step: Option<f64>) -> PlayOptions {
 }
 
 impl Experiment {
-    /// Numbers of a row.
-    fn width(&self) -> usize {
-        match self.kind {
-            Kind::Frequencies { .. } => 1,
-            _ => self.deviations.len(),
-        }
-    }
-
     /// True of histories.
     pub fn is_history(&self) -> bool {
         matches!(self.kind, Kind::History { .. })
@@ -399,12 +421,26 @@ impl Experiment {
     /// `share` of the rows.
     pub fn differences(&self, file: &File<'_>, share: f64, out: &mut Vec<f64>) -> Result<(), StudyError> {
         let predicted = self.predict(file, share)?;
-        let width = self.width();
         for (place, (predicted, measured)) in predicted.iter().zip(&self.measured).enumerate() {
-            let column = if matches!(self.kind, Kind::Frequencies { .. }) { place } else { place % width };
-            out.push((predicted - measured) / self.deviations[column]);
+            out.push((predicted - measured) / self.deviation(place).with(self.model_error));
         }
         Ok(())
+    }
+
+    /// Deviation of a measured number.
+    fn deviation(&self, place: usize) -> Deviation {
+        let is_own = matches!(self.kind, Kind::Frequencies { .. });
+        self.deviations[if is_own { place } else { place % self.deviations.len() }]
+    }
+
+    /// `χ²` of these differences if the error of the model were another.
+    pub fn chi_with(&self, differences: &[f64], model_error: f64) -> f64 {
+        let scaled = |(place, x): (usize, &f64)| {
+            let own = self.deviation(place);
+            let x = x * own.with(self.model_error) / own.with(model_error);
+            x * x
+        };
+        differences.iter().enumerate().map(scaled).sum()
     }
 
     fn predict(&self, file: &File<'_>, share: f64) -> Result<Vec<f64>, StudyError> {

@@ -39,6 +39,8 @@ const LARGEST: f64 = 0.3;
 /// are started from.
 const TRIED: usize = 64;
 const STARTS: usize = 4;
+/// Times that the error of the model is weighed anew.
+const WEIGHED: usize = 3;
 
 impl Problem<'_> {
     fn point(&self, u: Vec<f64>, share: f64) -> Result<Point, CalibrateError> {
@@ -116,6 +118,34 @@ impl Problem<'_> {
     }
 }
 
+impl Problem<'_> {
+    /// Error of the model that explains what noise leaves of the differences, at most `most`.
+    fn needed_error(&self, point: &Point, most: f64) -> f64 {
+        let free = (point.differences.len() - point.u.len()) as f64;
+        let chi = |error: f64| {
+            let mut rest = &point.differences[..];
+            let own = self.experiments.iter().map(|experiment| {
+                let (own, others) = rest.split_at(experiment.len());
+                rest = others;
+                experiment.chi_with(own, error)
+            });
+            own.sum::<f64>() / free
+        };
+        if chi(most) >= 1.0 {
+            return most;
+        }
+        if chi(0.0) <= 1.0 {
+            return 0.0;
+        }
+        let (mut below, mut above) = (0.0, most);
+        for _ in 0..40 {
+            let middle = 0.5 * (below + above);
+            if chi(middle) > 1.0 { below = middle } else { above = middle }
+        }
+        above
+    }
+}
+
 /// Points of a sequence of low discrepancy (Roberts 2018): multiples of the powers of `1/φ`, where
 /// `φ^(p+1) = φ + 1`.
 fn spread_over_box(p: usize, count: usize) -> Vec<Vec<f64>> {
@@ -176,7 +206,7 @@ pub fn calibrate(
     if numbers <= start.len() {
         return Err(CalibrateError::TooFew { numbers, parameters: start.len() });
     }
-    let problem = Problem { model, experiments, listener };
+    let mut problem = Problem { model, experiments, listener };
     let (mut point, mut iterations, mut settled) = problem.descend(start)?;
     if problem.is_unexplained(&point) {
         listener.stage("fit from other starts");
@@ -188,5 +218,18 @@ pub fn calibrate(
             }
         }
     }
-    report(&problem, &point, model_error, iterations, settled)
+    // The certificate has the worst load of each of its points: as much of it is weighed as is needed.
+    let mut weighed = model_error;
+    for _ in 0..if options.noise.model.is_none() { WEIGHED } else { 0 } {
+        let needed = problem.needed_error(&point, model_error);
+        if (needed - weighed).abs() <= SETTLED * model_error {
+            break;
+        }
+        weighed = needed;
+        problem.experiments.iter_mut().for_each(|experiment| experiment.model_error = needed);
+        let found = problem.minimise(point.u, 1.0)?;
+        iterations += found.1;
+        (point, settled) = (found.0, found.2);
+    }
+    report(&problem, &point, weighed, iterations, settled)
 }

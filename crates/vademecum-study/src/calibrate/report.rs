@@ -72,7 +72,8 @@ pub struct Calibration {
     pub meaning: String,
     /// Factor by which the intervals were widened, for a `χ²/N` above what noise explains.
     pub widened: f64,
-    /// Relative error of the model that was added to the noise.
+    /// Relative error of the model that was added to the noise: that of the certificate, or as much of it as
+    /// the differences need.
     pub model_error: f64,
     /// The tables.
     pub fits: Vec<Fit>,
