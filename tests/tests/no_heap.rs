@@ -6,8 +6,8 @@ use std::alloc::{GlobalAlloc, Layout as Memory, System};
 use std::cell::Cell;
 use vademecum_eval::{
     Anchor, Assembly, AssemblyOptions, Body as Bound, BodyOptions, Contact, End, Field, Joint, JointKind,
-    LiveMemory, Loads, Member, Part, PartState, Place, Pose, RigidMotion, RigidShape, Scene, SceneOptions,
-    State, StructureChoice, Surface, Touching, World, WorldBuffers, WorldJoint, WorldOptions,
+    LiveMemory, Loads, LoadsAfter, Member, Part, PartState, Place, Pose, RigidMotion, RigidShape, Scene,
+    SceneOptions, State, StructureChoice, Surface, Touching, World, WorldBuffers, WorldJoint, WorldOptions,
 };
 use vademecum_format::File;
 use vademecum_format::scheme::StepParameters;
@@ -63,7 +63,8 @@ fn live_regions_while_the_body_moves() {
         let share = 0.02 * f64::from(n);
         let settings = [(root, 0.5 + share), (heavy, 1.5 - share), (beta, 1e-4 * share)];
         // SAFETY: the body is that of this memory, and nothing else borrows from it.
-        unsafe { live.set(&settings, &mut body) }.expect("set");
+        let loads = unsafe { live.set(&settings, &mut body) }.expect("set");
+        assert_eq!(loads, LoadsAfter::Empty);
         // SAFETY: as above.
         assert!(unsafe { live.set(&[(root, 9.0)], &mut body) }.is_err());
         body.clear();

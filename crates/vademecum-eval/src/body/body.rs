@@ -193,8 +193,6 @@ impl<'m, T: Scalar> Body<'m, T> {
     ///
     /// # Errors
     /// [`BindError`].
-    // Once a precision: a program that sets live regions binds in two places.
-    #[inline(never)]
     pub fn bind(file: &File<'m>, options: &BodyOptions, memory: &'m mut [f64]) -> Result<Self, BindError> {
         let pieces = Pieces::of::<T>(file, options)?;
         let (found, needed) = (memory.len(), pieces.sum::<T>());
