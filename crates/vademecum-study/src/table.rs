@@ -139,7 +139,7 @@ mod tests {
     use super::*;
 
     fn said(text: &str) -> String {
-        Table::parse(Path::new("m.csv"), text).err().expect("a fault").to_string()
+        Table::parse(Path::new("m.csv"), text).expect_err("a fault").to_string()
     }
 
     #[test]

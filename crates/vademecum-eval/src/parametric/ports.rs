@@ -61,7 +61,7 @@ impl<'w> PortAnswers<'w> {
         for (place, w) in rows.chunks_exact_mut(r.max(1)).enumerate() {
             let a = work.get_mut(..r).unwrap_or_default();
             read_row(&own, place, a);
-            w.copy_from_slice(a);
+            w.iter_mut().zip(&*a).for_each(|(to, from)| *to = *from);
             solve_lower(tuned.lower, r, w);
             solve_upper(tuned.lower, r, w);
             let along_modes = along(tuned.shapes, a).zip(tuned.eigenvalues);

@@ -21,6 +21,8 @@ impl<'b> Reals<'b> {
     }
 
     /// Writes the next; nothing at the end.
+    // Beside the product that gives a number, a call is nothing; copies of it are kilobytes.
+    #[inline(never)]
     pub fn push(&mut self, value: f64) {
         match self {
             Self::Single(places) => {
@@ -38,6 +40,7 @@ impl<'b> Reals<'b> {
 }
 
 /// Row `index` of `r` numbers, as binary64; zeros outside.
+#[inline(never)]
 pub(crate) fn read_row(numbers: &Numbers<'_>, index: usize, out: &mut [f64]) {
     out.fill(0.0);
     let r = out.len();
