@@ -64,7 +64,7 @@ fn live_regions_while_the_body_moves() {
         let settings = [(root, 0.5 + share), (heavy, 1.5 - share), (beta, 1e-4 * share)];
         // SAFETY: the body is that of this memory, and nothing else borrows from it.
         let loads = unsafe { live.set(&settings, &mut body) }.expect("set");
-        assert_eq!(loads, LoadsAfter::Empty);
+        assert_eq!(loads, if n == 0 { LoadsAfter::Empty } else { LoadsAfter::Stale });
         // SAFETY: as above.
         assert!(unsafe { live.set(&[(root, 9.0)], &mut body) }.is_err());
         body.clear();
