@@ -193,7 +193,17 @@ impl Crate {
 
     fn through_globs(&self, at: &Segments, path: &[String], depth: usize) -> Option<Target> {
         let first = path.first()?;
-        self.modules[at].globs.iter().find_map(|glob| {
+        let module = &self.modules[at];
+        // The path of a glob begins with a name of the crate: through globs again, two of other crates would
+        // be followed in every order.
+        let is_own = |glob: &&Segments| {
+            glob.first().is_some_and(|name| {
+                ["crate", "self", "super"].contains(&name.as_str())
+                    || module.children.contains(name)
+                    || module.names.contains_key(name)
+            })
+        };
+        module.globs.iter().filter(is_own).find_map(|glob| {
             let Target::Module(module) = self.resolve(at, glob, depth + 1)? else { return None };
             let there = &self.modules[&module];
             let known = there.items.contains(first)
