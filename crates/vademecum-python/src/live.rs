@@ -228,7 +228,7 @@ pub fn tangents<'py>(
     Ok((owned(py, history, &shape)?, by_name(py, &model, slopes, &shape)?))
 }
 
-/// What a tracker borrows.
+/// Borrowed memory of a tracker.
 struct Lent {
     content: Arc<Content>,
     tracked: Vec<Tracked>,

@@ -80,7 +80,7 @@ impl Sets {
     }
 }
 
-/// What the bodies have in common.
+/// Settings that all bodies have in common.
 #[derive(Clone, Copy)]
 pub struct SetRun<'a> {
     /// The file.

@@ -25,9 +25,9 @@ pub enum TableFileError {
         path: PathBuf,
         /// The line, counted from 1.
         line: usize,
-        /// What is there.
+        /// The text or number there.
         found: String,
-        /// What should be.
+        /// A text or number that would do.
         expected: String,
     },
     /// A table that is no text or empty, or does not go with the other arguments.
@@ -35,7 +35,7 @@ pub enum TableFileError {
     Whole {
         /// The table.
         path: PathBuf,
-        /// What is wrong, and what to do.
+        /// The fault, and the remedy.
         reason: String,
     },
 }

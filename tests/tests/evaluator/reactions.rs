@@ -523,6 +523,6 @@ fn reactions_follow_live_regions() {
         let found = marched(&fixed, &set.bytes, Scaled::AS_BUILT, &SceneOptions::default(), PUSH, [40, 40]);
         let off = apart(&found);
         println!("{r} vectors at {root}, {tip}, {heavy}: {off:.1e}");
-        assert!(off < 1e-6, "{off:e} at {root}, {tip}, {heavy}");
+        assert!(off < 1e-9, "{off:e} at {root}, {tip}, {heavy}");
     }
 }

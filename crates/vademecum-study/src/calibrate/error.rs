@@ -21,7 +21,7 @@ pub enum CalibrateError {
     /// A parameter that cannot be calibrated, or no parameter at all.
     #[error("{reason}")]
     Parameters {
-        /// What is asked for, and what can be.
+        /// The names asked for, and those that there are.
         reason: String,
     },
     /// Fewer measured numbers than parameters.

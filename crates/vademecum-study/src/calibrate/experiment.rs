@@ -23,11 +23,11 @@ use crate::table::{Table, TableFileError};
 pub struct Measurement {
     /// The table (CSV).
     pub path: PathBuf,
-    /// What the body was loaded with.
+    /// The load on the body.
     pub source: Source,
 }
 
-/// What a body was loaded with while it was measured.
+/// Load on a body while it was measured.
 #[derive(Clone, Debug)]
 pub enum Source {
     /// A scenario: the table has histories, `time_s` first.
@@ -100,7 +100,7 @@ struct Column<'a> {
     group: usize,
 }
 
-/// What experiments are read with.
+/// Settings with which experiments are read.
 pub(super) struct Reading<'a> {
     /// A file at the values at the start.
     pub file: &'a File<'a>,

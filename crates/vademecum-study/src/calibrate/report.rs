@@ -1,4 +1,4 @@
-//! What a fit says: estimates with intervals, their correlation, and what the data do not determine.
+//! Report of a fit: estimates with intervals, their correlation, and what the data do not determine.
 
 use serde::Serialize;
 
@@ -59,7 +59,7 @@ pub struct Share {
     pub share: f64,
 }
 
-/// What a calibration found.
+/// Result of a calibration.
 #[derive(Clone, Debug, Serialize)]
 pub struct Calibration {
     /// The fitted parameters.
@@ -185,7 +185,7 @@ pub(super) fn report(
     })
 }
 
-/// What `χ²/N` says.
+/// Meaning of `χ²/N` in words.
 fn meaning(chi: f64, spread: f64) -> String {
     if chi > 1.0 + spread {
         "more than noise and certificate explain: the model (its basis, mesh, supports or loads) or too small a \
