@@ -341,6 +341,13 @@ impl AssemblyFile {
         self.check_way(part)?;
         let hash = part.hash.as_deref().filter(|_| !has_file);
         self.require(hash.is_none(), &key("hash"), "given", "no hash: a rigid body has none")?;
+        let set = part.parameters.keys().next().filter(|_| !has_file);
+        self.require(
+            set.is_none(),
+            &key("parameters"),
+            "given",
+            "none: a rigid body has no live parameters",
+        )?;
         let finite = |numbers: &[f64; 3]| numbers.iter().all(|x| x.abs() <= LARGEST);
         self.require(finite(&part.position), &key("position"), listed(&part.position), "finite numbers")?;
         let length = part.rotation.iter().map(|x| x * x).sum::<f64>().sqrt();

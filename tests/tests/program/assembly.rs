@@ -523,6 +523,10 @@ fn parts_with_live_regions_are_joined_and_move_at_their_values() {
         (of("live", "parameters = { stifness = 1.0 }"), "did you mean `stiffness`?"),
         (of("live", "parameters = { stiffness = 9.0 }"), "`part[0].parameters`"),
         (of("fixed", "parameters = { stiffness = 1.0 }"), "a file with live regions"),
+        (
+            world(of("live", &set)).replace("position = [0.3", "parameters = { a = 1.0 }\nposition = [0.3"),
+            "a rigid body",
+        ),
     ] {
         let (code, _, errors) = assembled(at, &text);
         assert!(code == Some(3) && errors.contains(words), "{words}: {code:?}: {errors}");

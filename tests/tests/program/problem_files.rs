@@ -50,12 +50,13 @@ const ELSEWHERE: [(&str, &str); 24] = [
 ];
 
 /// Files that are read only, and the reason.
-const READ: [(&str, &str); 8] = [
+const READ: [(&str, &str); 9] = [
     ("fixtures/problems/beam-30k.toml", "more than a minute"),
     ("fixtures/problems/bending-beam.toml", "more than a minute"),
     ("fixtures/problems/block-210k.toml", "more than a minute"),
     ("fixtures/problems/four-materials.toml", "more than a minute; `parameters` builds a coarse one"),
     ("fixtures/problems/liver", "the mesh is not in the repository"),
+    ("fixtures/problems/sixteen-regions.toml", "more than a minute"),
     ("fixtures/problems/two-materials-separated.toml", "more than a minute"),
     ("tests/witnesses/beam", "the mesh is made by `witness`"),
     ("tests/witnesses/", "the mesh is made by `witness`; `engineering` builds them"),

@@ -71,7 +71,7 @@ impl Parametric<'_> {
     #[must_use]
     pub const fn slope_work(&self) -> usize {
         let r = self.n_basis();
-        r * r + 3 * r
+        r * r + 2 * r
     }
 }
 
@@ -88,10 +88,7 @@ impl Tuned<'_> {
     ) -> Result<(), ParametricError> {
         let (r, m) = (model.n_basis(), self.eigenvalues.len());
         let (role, scales) = (model.role(parameter)?, model.scales(self.values));
-        let short = short(work.len(), model);
-        let mut lender = Lender::new(work);
-        let matrix = lender.take(r * r).map_err(|_| short)?;
-        let image = lender.take(r).map_err(|_| short)?;
+        let (matrix, [image, _]) = lent(model, work)?;
         for (is_mass, out) in [(false, &mut *stiffness), (true, &mut *mass)] {
             out.fill(0.0);
             if !model.matrix_slope(&scales, role, is_mass, matrix) {
@@ -127,10 +124,7 @@ impl Tuned<'_> {
     ) -> Result<(), ParametricError> {
         let r = model.n_basis();
         let (role, scales) = (model.role(parameter)?, model.scales(self.values));
-        let short = short(work.len(), model);
-        let mut lender = Lender::new(work);
-        let matrix = lender.take(r * r).map_err(|_| short)?;
-        let image = lender.take(r).map_err(|_| short)?;
+        let (matrix, [image, _]) = lent(model, work)?;
         out.fill(0.0);
         for mass in [false, true] {
             if !model.matrix_slope(&scales, role, mass, matrix) {
@@ -192,11 +186,7 @@ impl Tuned<'_> {
         if out.len() != r {
             return Err(ParametricError::LentMemory { what: "numbers", found: out.len(), needed: r });
         }
-        let short = short(work.len(), model);
-        let mut lender = Lender::new(work);
-        let matrix = lender.take(r * r).map_err(|_| short)?;
-        let image = lender.take(r).map_err(|_| short)?;
-        let coupled = lender.take(r).map_err(|_| short)?;
+        let (matrix, [image, coupled]) = lent(model, work)?;
         let (shape, lambda) = (row(self.shapes, mode, r), at(self.eigenvalues, mode));
         coupled.fill(0.0);
         let mut own_mass = 0.0;
@@ -223,7 +213,15 @@ impl Tuned<'_> {
     }
 }
 
-/// Work that is too short.
-fn short(found: usize, model: &Parametric<'_>) -> ParametricError {
-    ParametricError::LentMemory { what: "numbers of work", found, needed: model.slope_work() }
+/// Lent work: a matrix and two rows.
+fn lent<'w>(
+    model: &Parametric<'_>,
+    work: &'w mut [f64],
+) -> Result<(&'w mut [f64], [&'w mut [f64]; 2]), ParametricError> {
+    let (r, found) = (model.n_basis(), work.len());
+    let short =
+        |_| ParametricError::LentMemory { what: "numbers of work", found, needed: model.slope_work() };
+    let mut lender = Lender::new(work);
+    let matrix = lender.take(r * r).map_err(short)?;
+    Ok((matrix, [lender.take(r).map_err(short)?, lender.take(r).map_err(short)?]))
 }

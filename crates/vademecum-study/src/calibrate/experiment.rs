@@ -182,14 +182,7 @@ impl Reading<'_> {
         let deviations = self.deviations(table, &measured, &own.collect::<Vec<_>>())?;
         drop(run);
         let kind = Kind::History { scenario: Box::new(scenario), steps, columns, time_step };
-        Ok(Experiment {
-            name: table.path.display().to_string(),
-            labels,
-            measured,
-            deviations,
-            model_error: self.model_error,
-            kind,
-        })
+        Ok(self.experiment(table, labels, (measured, deviations), kind))
     }
 
     /// Steps of the rows: equal distances, each at a step of the file.
@@ -346,14 +339,7 @@ impl Reading<'_> {
         });
         let deviations = self.deviations(table, &measured, &own.collect::<Vec<_>>())?;
         let kind = Kind::Response { request: Box::new(request), columns };
-        Ok(Experiment {
-            name: table.path.display().to_string(),
-            labels,
-            measured,
-            deviations,
-            model_error: self.model_error,
-            kind,
-        })
+        Ok(self.experiment(table, labels, (measured, deviations), kind))
     }
 
     fn frequencies(&self, table: &Table) -> Result<Experiment, CalibrateError> {
@@ -385,8 +371,19 @@ impl Reading<'_> {
         // A frequency that is off by a share turns the motion by at least as much within half a period.
         let deviations = measured.iter().map(|&f| Deviation { noise: share * f, motion: f }).collect();
         let labels = modes.iter().map(|mode| format!("mode {}", mode + 1)).collect();
-        let (name, kind) = (table.path.display().to_string(), Kind::Frequencies { modes });
-        Ok(Experiment { name, labels, measured, deviations, model_error: self.model_error, kind })
+        Ok(self.experiment(table, labels, (measured, deviations), Kind::Frequencies { modes }))
+    }
+
+    /// The experiment of a table.
+    fn experiment(
+        &self,
+        table: &Table,
+        labels: Vec<String>,
+        (measured, deviations): (Vec<f64>, Vec<Deviation>),
+        kind: Kind,
+    ) -> Experiment {
+        let name = table.path.display().to_string();
+        Experiment { name, labels, measured, deviations, model_error: self.model_error, kind }
     }
 }
 
