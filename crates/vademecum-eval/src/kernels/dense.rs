@@ -3,6 +3,8 @@
 //! A row outside of a matrix is empty, so a slice that is too short gives wrong numbers and no panic; callers
 //! take theirs from memory whose length was checked.
 
+use wide::f64x4;
+
 /// Row `i` of a matrix of `n` columns.
 #[inline]
 pub(crate) fn row(a: &[f64], i: usize, n: usize) -> &[f64] {
@@ -37,14 +39,12 @@ pub(crate) fn dot(a: &[f64], b: &[f64]) -> f64 {
     let n = a.len().min(b.len());
     let (a, b) = (a.get(..n).unwrap_or_default(), b.get(..n).unwrap_or_default());
     let ((a, a_rest), (b, b_rest)) = (a.as_chunks::<4>(), b.as_chunks::<4>());
-    let mut sums = [0.0; 4];
+    let mut sums = f64x4::ZERO;
     for (a, b) in a.iter().zip(b) {
-        for ((sum, a), b) in sums.iter_mut().zip(a).zip(b) {
-            *sum += a * b;
-        }
+        sums += f64x4::from(*a) * f64x4::from(*b);
     }
     let rest: f64 = a_rest.iter().zip(b_rest).map(|(a, b)| a * b).sum();
-    let [p, q, r, s] = sums;
+    let [p, q, r, s] = sums.to_array();
     (p + q) + (r + s) + rest
 }
 
@@ -170,14 +170,28 @@ pub(crate) fn solve_upper(l: &[f64], n: usize, x: &mut [f64]) {
 /// `X ← L⁻¹ X` for a matrix of `n` rows and `columns` columns.
 pub(crate) fn solve_lower_rows(l: &[f64], n: usize, x: &mut [f64], columns: usize) {
     for i in 0..n {
-        let own = row(l, i, n);
+        let own = row(l, i, n).get(..i).unwrap_or_default();
         let Some((above, rest)) = x.split_at_mut_checked(i.saturating_mul(columns)) else { return };
         let out = rest.get_mut(..columns).unwrap_or_default();
-        for (j, &l) in own.iter().take(i).enumerate() {
-            add_scaled(out, -l, row(above, j, columns));
+        let (fours, last) = own.as_chunks::<4>();
+        for (&[p, q, r, s], rows) in fours.iter().zip(above.chunks_exact((4 * columns).max(1))) {
+            let [a, b, c, d] = [0, 1, 2, 3].map(|j| row(rows, j, columns));
+            for ((((out, a), b), c), d) in out.iter_mut().zip(a).zip(b).zip(c).zip(d) {
+                *out -= (p * a + q * b) + (r * c + s * d);
+            }
         }
-        let scale = 1.0 / at(own, i);
+        for (j, &l) in last.iter().enumerate() {
+            add_scaled(out, -l, row(above, 4 * fours.len() + j, columns));
+        }
+        let scale = 1.0 / at(row(l, i, n), i);
         out.iter_mut().for_each(|x| *x *= scale);
+    }
+}
+
+/// The half below the diagonal of `X ← X L⁻ᵀ` for a matrix of `n` rows and columns.
+pub(crate) fn solve_right(l: &[f64], n: usize, x: &mut [f64]) {
+    for (i, own) in x.chunks_exact_mut(n.max(1)).enumerate() {
+        solve_lower(l, n, own.get_mut(..i + 1).unwrap_or_default());
     }
 }
 

@@ -5,6 +5,7 @@
 //! so they are orthonormal to rounding, those of equal eigenvalues too.
 
 use super::dense::{add_scaled, at, dot, row, row_mut, set};
+use wide::f64x4;
 
 /// Steps of QL for one eigenvalue; two are usual.
 const STEPS: usize = 60;
@@ -14,7 +15,7 @@ const ROUNDING: f64 = 0.1 * f64::EPSILON;
 
 /// Numbers of work for a matrix of `n` rows.
 pub(crate) const fn eigen_work(n: usize) -> usize {
-    n.saturating_mul(3)
+    n.saturating_mul(4)
 }
 
 /// The eigenproblem does not converge: a number is not finite.
@@ -39,12 +40,13 @@ pub(crate) fn symmetric_eigen(
     let values = values.get_mut(..n).ok_or(NoConvergence)?;
     let (off, work) = work.split_at_mut_checked(n).ok_or(NoConvergence)?;
     let (betas, work) = work.split_at_mut_checked(n).ok_or(NoConvergence)?;
-    let w = work.get_mut(..n).ok_or(NoConvergence)?;
+    let (w, work) = work.split_at_mut_checked(n).ok_or(NoConvergence)?;
+    let next = work.get_mut(..n).ok_or(NoConvergence)?;
     if n == 0 {
         return Ok(());
     }
     let scale = to_one(a)?;
-    reduce(a, n, values, off, (betas, w));
+    reduce(a, n, values, off, (betas, w, next));
     accumulate(a, n, betas, vectors);
     diagonalise(values, off, vectors, n)?;
     values.iter_mut().for_each(|x| *x *= scale);
@@ -67,46 +69,111 @@ pub(super) fn to_one(a: &mut [f64]) -> Result<f64, NoConvergence> {
     Ok(scale)
 }
 
-/// Reflections `I − β v vᵀ` of the columns left of each trailing block; `v` stays in the row above it.
+/// Reflections `I − β v vᵀ` that make the symmetric `a` tridiagonal, from the last row up, so that small
+/// eigenvalues of a matrix whose first rows are the small ones keep their digits. Only the half below the
+/// diagonal is read; `v` of row `k` stays in its first `k` entries.
+///
+/// A reflection changes the block before its row to `A − v wᵀ − w vᵀ` with `w = β A v − ½ β² (vᵀA v) v`. This
+/// change and the product with the next `v` are one pass over `A`.
 pub(super) fn reduce(
     a: &mut [f64],
     n: usize,
     diagonal: &mut [f64],
     off: &mut [f64],
-    (betas, w): (&mut [f64], &mut [f64]),
+    (betas, w, next): (&mut [f64], &mut [f64], &mut [f64]),
 ) {
     off.fill(0.0);
     betas.fill(0.0);
-    for k in 0..n {
-        set(diagonal, k, at(a, k * n + k));
-        let Some((upper, lower)) = a.split_at_mut_checked((k + 1) * n) else { return };
-        let v = row_mut(upper, k, n).get_mut(k + 1..).unwrap_or_default();
-        let Some((&first, rest)) = v.split_first() else { return };
-        let squares = dot(rest, rest);
-        if squares == 0.0 {
-            set(off, k, first);
+    w.fill(0.0);
+    let (mut w, mut next) = (w, next);
+    for k in (1..n).rev() {
+        let Some((upper, lower)) = a.split_at_mut_checked(k * n) else { return };
+        // The last reflection, whose `v` is the row below; none before the first.
+        let (own, below) = lower.split_at_mut_checked(n).unwrap_or_default();
+        let before = if below.is_empty() { &*w } else { below.get(..k + 1).unwrap_or_default() };
+        let before = before.get(..k + 1).unwrap_or_default();
+        let w_before = w.get(..k + 1).unwrap_or_default();
+        let own = own.get_mut(..k + 1).unwrap_or_default();
+        let [vk, wk] = [at(before, k), at(w_before, k)];
+        own.iter_mut().zip(w_before).zip(before).for_each(|((a, w), v)| *a -= vk * w + wk * v);
+        set(diagonal, k, at(own, k));
+        let v = own.get_mut(..k).unwrap_or_default();
+        let beta = reflection(v, off);
+        set(betas, k, beta);
+        let next_w = next.get_mut(..k).unwrap_or_default();
+        next_w.fill(0.0);
+        for (i, row) in upper.chunks_exact_mut(n).enumerate() {
+            pass(row.get_mut(..i + 1).unwrap_or_default(), [before, w_before, v], next_w);
+        }
+        next_w.iter_mut().for_each(|w| *w *= beta);
+        let share = 0.5 * beta * dot(next_w, v);
+        add_scaled(next_w, -share, v);
+        core::mem::swap(&mut w, &mut next);
+    }
+    let last = 2.0 * at(a, n) * at(w, 0);
+    set(diagonal, 0, at(a, 0) - if n > 1 { last } else { 0.0 });
+}
+
+/// Makes a row the `v` of a reflection of it onto its last entry, which goes to `off`; returns its `β`.
+fn reflection(v: &mut [f64], off: &mut [f64]) -> f64 {
+    let count = v.len();
+    let Some((first, rest)) = v.split_last_mut() else { return 0.0 };
+    let squares = dot(rest, rest);
+    if squares == 0.0 {
+        set(off, count - 1, *first);
+        return 0.0;
+    }
+    let length = libm::sqrt(*first * *first + squares);
+    // The sign that does not cancel.
+    let image = if *first > 0.0 { -length } else { length };
+    set(off, count - 1, image);
+    *first -= image;
+    2.0 / (*first * *first + squares)
+}
+
+/// One row, up to its diagonal, of `A ← A − v wᵀ − w vᵀ`, and its part of `p += A u`.
+#[inline]
+fn pass(row: &mut [f64], vectors: [&[f64]; 3], p: &mut [f64]) {
+    let Some((own, row)) = row.split_last_mut() else { return };
+    let i = row.len();
+    let [vi, wi, ui] = vectors.map(|x| at(x, i));
+    let [v, w, u] = vectors.map(|x| x.get(..i).unwrap_or_default());
+    let Some((p, behind)) = p.split_at_mut_checked(i) else { return };
+    let [(v, v_rest), (w, w_rest), (u, u_rest)] = [v, w, u].map(<[f64]>::as_chunks::<4>);
+    let (a, a_rest) = row.as_chunks_mut::<4>();
+    let (p, p_rest) = p.as_chunks_mut::<4>();
+    let mut sums = f64x4::ZERO;
+    let [vs, ws, us] = [vi, wi, ui].map(f64x4::splat);
+    for ((((a, v), w), u), p) in a.iter_mut().zip(v).zip(w).zip(u).zip(p) {
+        let changed = f64x4::from(*a) - (vs * f64x4::from(*w) + ws * f64x4::from(*v));
+        sums += changed * f64x4::from(*u);
+        *p = (f64x4::from(*p) + us * changed).to_array();
+        *a = changed.to_array();
+    }
+    let mut sum: f64 = sums.to_array().iter().sum();
+    for ((((a, v), w), u), p) in a_rest.iter_mut().zip(v_rest).zip(w_rest).zip(u_rest).zip(p_rest) {
+        *a -= vi * w + wi * v;
+        sum += *a * u;
+        *p += ui * *a;
+    }
+    *own -= 2.0 * vi * wi;
+    if let Some(p) = behind.first_mut() {
+        *p += sum + *own * ui;
+    }
+}
+
+/// `x ← H x` of each row `x`, with the product `H` of all reflections of [`reduce`].
+pub(super) fn turn_back(a: &[f64], n: usize, betas: &[f64], rows: &mut [f64]) {
+    for k in 1..n {
+        let beta = at(betas, k);
+        if beta == 0.0 {
             continue;
         }
-        let length = libm::sqrt(first * first + squares);
-        // The sign that does not cancel.
-        let image = if first > 0.0 { -length } else { length };
-        set(off, k, image);
-        let head = first - image;
-        set(v, 0, head);
-        let beta = 2.0 / (head * head + squares);
-        set(betas, k, beta);
-        // w = β A v − ½ β² (vᵀA v) v, and A ← A − v wᵀ − w vᵀ.
-        let count = v.len();
-        let w = w.get_mut(..count).unwrap_or_default();
-        for (i, w) in w.iter_mut().enumerate() {
-            *w = beta * dot(row(lower, i, n).get(k + 1..).unwrap_or_default(), v);
-        }
-        let share = 0.5 * beta * dot(w, v);
-        add_scaled(w, -share, v);
-        for i in 0..count {
-            let own = row_mut(lower, i, n).get_mut(k + 1..).unwrap_or_default();
-            let (vi, wi) = (at(v, i), at(w, i));
-            own.iter_mut().zip(&*w).zip(&*v).for_each(|((a, w), v)| *a -= vi * w + wi * v);
+        let v = row(a, k, n).get(..k).unwrap_or_default();
+        for x in rows.chunks_exact_mut(n) {
+            let x = x.get_mut(..k).unwrap_or_default();
+            let share = beta * dot(x, v);
+            add_scaled(x, -share, v);
         }
     }
 }
@@ -115,18 +182,68 @@ pub(super) fn reduce(
 fn accumulate(a: &[f64], n: usize, betas: &[f64], vectors: &mut [f64]) {
     vectors.fill(0.0);
     (0..n).for_each(|i| set(vectors, i * n + i, 1.0));
-    for k in (0..n).rev() {
+    for k in 1..n {
         let beta = at(betas, k);
         if beta == 0.0 {
             continue;
         }
-        let v = row(a, k, n).get(k + 1..).unwrap_or_default();
-        for i in k + 1..n {
-            let own = row_mut(vectors, i, n).get_mut(k + 1..).unwrap_or_default();
+        let v = row(a, k, n).get(..k).unwrap_or_default();
+        for i in 0..k {
+            let own = row_mut(vectors, i, n).get_mut(..k).unwrap_or_default();
             let share = beta * dot(own, v);
             add_scaled(own, -share, v);
         }
     }
+}
+
+/// Eigenvalues of a tridiagonal matrix by the rational QL of Pal, Walker and Kahan, which takes no square roots
+/// (Parlett 1998, §8.15). `e` is overwritten; `d` becomes the eigenvalues, in any order.
+pub(super) fn values_alone(d: &mut [f64], e: &mut [f64], n: usize) -> Result<(), NoConvergence> {
+    e.iter_mut().for_each(|e| *e *= *e);
+    for l in 0..n {
+        let mut steps = 0;
+        loop {
+            let small = |m: &usize| {
+                let size = at(d, *m).abs() + at(d, m + 1).abs();
+                let least = (0.5 * f64::EPSILON * size).max(ROUNDING);
+                at(e, *m) <= least * least
+            };
+            let m = (l..n - 1).find(small).unwrap_or(n - 1);
+            if m == l {
+                break;
+            }
+            steps += 1;
+            if steps > STEPS {
+                return Err(NoConvergence);
+            }
+            // Wilkinson's shift.
+            let beside = libm::sqrt(at(e, l));
+            let g = (at(d, l + 1) - at(d, l)) / (2.0 * beside);
+            let shift = at(d, l) - beside / (g + libm::copysign(libm::hypot(g, 1.0), g));
+            let (mut c, mut s) = (1.0, 0.0);
+            let mut gamma = at(d, m) - shift;
+            let mut p = gamma * gamma;
+            for i in (l..m).rev() {
+                let square = at(e, i);
+                let r = p + square;
+                if i + 1 < m {
+                    set(e, i + 1, s * r);
+                }
+                let c_before = c;
+                c = p / r;
+                s = square / r;
+                let gamma_before = gamma;
+                let own = at(d, i);
+                gamma = c * (own - shift) - s * gamma_before;
+                set(d, i + 1, gamma_before + (own - gamma));
+                p = if c == 0.0 { c_before * square } else { gamma * gamma / c };
+            }
+            set(e, l, s * p);
+            set(d, l, shift + gamma);
+            set(e, m, 0.0);
+        }
+    }
+    Ok(())
 }
 
 /// QL on a tridiagonal matrix; rotations turn rows of `vectors`, which may be empty.

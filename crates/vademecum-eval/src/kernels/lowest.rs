@@ -1,12 +1,12 @@
 //! The lowest eigenvalues and eigenvectors of a symmetric matrix in lent memory.
 //!
-//! Householder's reflections make the matrix tridiagonal, QL finds its eigenvalues without vectors, and
-//! inverse iteration the vectors of the lowest (Golub and Van Loan 2013, §8.3 and §8.4; Wilkinson 1965). Each
-//! vector is orthogonalised against those before it twice, so that those of equal eigenvalues are orthonormal
-//! to rounding.
+//! Householder's reflections make the matrix tridiagonal, rational QL finds its eigenvalues without vectors, and
+//! inverse iteration the vectors of the lowest (Golub and Van Loan 2013, §8.3 and §8.4; Parlett 1998, §8.15;
+//! Wilkinson 1965). Each vector is orthogonalised against those before it, twice where that takes much of it
+//! away, so that those of equal eigenvalues are orthonormal to rounding.
 
-use super::dense::{add_scaled, at, dot, row, set};
-use super::eigen::{NoConvergence, diagonalise, eigen_work, reduce, symmetric_eigen, to_one};
+use super::dense::{add_scaled, at, dot, set};
+use super::eigen::{NoConvergence, eigen_work, reduce, symmetric_eigen, to_one, turn_back, values_alone};
 use crate::base::lend::Lender;
 
 /// Inverse iterations of one vector; two are usual.
@@ -52,12 +52,13 @@ pub(crate) fn lowest_eigen(
     let a = a.get_mut(..n * n).ok_or(NoConvergence)?;
     let mut next = || lender.take(n).map_err(cut);
     let (diagonal, off, betas, w, all) = (next()?, next()?, next()?, next()?, next()?);
-    let pieces = [next()?, next()?, next()?, next()?];
+    let mut pieces = [next()?, next()?, next()?, next()?];
     let scale = to_one(a)?;
-    reduce(a, n, diagonal, off, (betas, w));
+    let [next, ..] = &mut pieces;
+    reduce(a, n, diagonal, off, (betas, w, next));
     all.copy_from_slice(diagonal);
     w.copy_from_slice(off);
-    diagonalise(all, w, &mut [], n)?;
+    values_alone(all, w, n)?;
     // The lowest ones, one after the other: a sort is larger, and has a panic that no linker can rule out.
     for value in &mut *values {
         if let Some(least) = all.iter_mut().min_by(|a, b| a.total_cmp(b)) {
@@ -65,25 +66,9 @@ pub(crate) fn lowest_eigen(
         }
     }
     inverse_iteration((diagonal, off), values, n, vectors, pieces)?;
-    for vector in vectors.chunks_exact_mut(n).take(m) {
-        turn_back(a, n, betas, vector);
-    }
+    turn_back(a, n, betas, vectors.get_mut(..m * n).unwrap_or_default());
     values.iter_mut().for_each(|x| *x *= scale);
     Ok(())
-}
-
-/// `x ← H₀ H₁ … x` with the reflections of [`reduce`].
-fn turn_back(a: &[f64], n: usize, betas: &[f64], x: &mut [f64]) {
-    for k in (0..n).rev() {
-        let beta = at(betas, k);
-        if beta == 0.0 {
-            continue;
-        }
-        let v = row(a, k, n).get(k + 1..).unwrap_or_default();
-        let x = x.get_mut(k + 1..).unwrap_or_default();
-        let share = beta * dot(x, v);
-        add_scaled(x, -share, v);
-    }
 }
 
 /// Eigenvectors of a tridiagonal matrix of entries up to 1.
@@ -129,7 +114,7 @@ fn residual((diagonal, off): (&[f64], &[f64]), value: f64, x: &[f64]) -> f64 {
     (0..x.len()).map(entry).fold(0.0, f64::max)
 }
 
-/// Takes the parts along earlier rows away, twice, and makes the length 1.
+/// Takes the parts along earlier rows away, twice if they are large, and makes the length 1.
 fn orthonormalise(before: &[f64], n: usize, x: &mut [f64]) -> Result<(), NoConvergence> {
     let largest = x.iter().fold(0.0_f64, |m, x| if x.abs() > m || x.is_nan() { x.abs() } else { m });
     if !(largest > 0.0 && largest.is_finite()) {
@@ -137,15 +122,21 @@ fn orthonormalise(before: &[f64], n: usize, x: &mut [f64]) -> Result<(), NoConve
     }
     x.iter_mut().for_each(|x| *x /= largest);
     for _ in 0..2 {
+        let size = dot(x, x);
         for earlier in before.chunks_exact(n) {
             let share = dot(earlier, x);
             add_scaled(x, -share, earlier);
         }
-        let length = libm::sqrt(dot(x, x));
+        let left = dot(x, x);
+        let length = libm::sqrt(left);
         if !(length > 0.0 && length.is_finite()) {
             return Err(NoConvergence);
         }
         x.iter_mut().for_each(|x| *x /= length);
+        // What is left of a vector that hardly changed is orthogonal to rounding (Parlett 1998, §6.9).
+        if left > 0.5 * size {
+            break;
+        }
     }
     Ok(())
 }
@@ -215,7 +206,7 @@ mod tests {
     extern crate std;
 
     use super::*;
-    use crate::kernels::dense::{symmetrise, transpose};
+    use crate::kernels::dense::{row, symmetrise, transpose};
     use std::vec;
     use std::vec::Vec;
 

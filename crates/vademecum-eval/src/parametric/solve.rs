@@ -1,7 +1,7 @@
 //! Setting a parametric model to values: memory to lend, the eigenproblem, and the file.
 
 use crate::base::lend::Lender;
-use crate::kernels::dense::{factor, solve_lower_rows, solve_upper, symmetrise, transpose};
+use crate::kernels::dense::{factor, solve_lower_rows, solve_right, solve_upper};
 use crate::kernels::lowest::{lowest_eigen, lowest_work};
 use crate::parametric::error::ParametricError;
 use crate::parametric::model::Parametric;
@@ -110,9 +110,7 @@ impl Parametric<'_> {
             mass_factor.copy_from_slice(mass);
             factor(mass_factor, r, 0.0).map_err(|_| ParametricError::NoConvergence)?;
             solve_lower_rows(mass_factor, r, stiffness, r);
-            transpose(stiffness, r);
-            solve_lower_rows(mass_factor, r, stiffness, r);
-            symmetrise(stiffness, r);
+            solve_right(mass_factor, r, stiffness);
         }
         lowest_eigen(stiffness, r, eigenvalues, shapes, eigen).map_err(|_| ParametricError::NoConvergence)?;
         if self.live.mass.is_some() {
