@@ -7,7 +7,7 @@ use vademecum_build::field::{Cells, vtu_into};
 use vademecum_build::input::Problem;
 use vademecum_build::mesh::Mesh;
 use vademecum_build::store::{Kind, Outputs, open_regular, read_regular};
-use vademecum_eval::{Mapped, OpenError};
+use vademecum_eval::{Mapped, OpenError, ParametricError};
 use vademecum_format::{Codec, File, FormatError, Section, SectionKind};
 use vademecum_study::StudyError;
 use vademecum_study::live::{self, BodyAtValues};
@@ -165,15 +165,21 @@ pub fn usable_bytes<'a>(
     Ok(file)
 }
 
-/// The body of a parametric model at values of its parameters; `None` of any other file.
+/// The body of a parametric model at values of its parameters, with all its modes unless fewer are asked for;
+/// `None` of any other file.
 ///
 /// # Errors
-/// [`StudyError`]: a parameter that there is not, a value outside of its range.
+/// [`StudyError`]: a parameter that there is not, a value outside of its range, more modes than there are.
 pub(crate) fn at_values(
     file: &File<'_>,
     settings: &[ParameterValue],
+    modes: Option<usize>,
 ) -> Result<Option<BodyAtValues>, StudyError> {
-    live::at_values(file, settings, None)
+    let body = live::at_values(file, settings, Some(modes.unwrap_or(file.metadata().n_modes as usize)))?;
+    if body.is_none() && modes.is_some() {
+        return Err(ParametricError::NotParametric.into());
+    }
+    Ok(body)
 }
 
 /// The file that is stepped, and what is still to be set of it: of a parametric model the body at its values,

@@ -87,6 +87,8 @@ pub struct SetRun<'a> {
     pub file: &'a File<'a>,
     /// Parameters that are the same for all.
     pub given: &'a [ParameterValue],
+    /// Modes that are stepped, 32 unless asked otherwise.
+    pub modes: Option<usize>,
     /// Options of the step.
     pub options: PlayOptions,
     /// The scenario. Its fields and its table of stresses are not shown.
@@ -165,7 +167,7 @@ impl SetRun<'_> {
         listener: &dyn Listener,
         then: impl FnOnce(&Run<'_>) -> Result<T, StudyError>,
     ) -> Result<T, StudyError> {
-        let body = at_values(self.file, settings, None)?;
+        let body = at_values(self.file, settings, self.modes)?;
         let mut options = self.options;
         let set;
         let file = match &body {

@@ -12,7 +12,10 @@ use super::exact::damping_section;
 use super::file::{CertifiedFile, FileStep, encode_file, ratios_of};
 use super::reduced::ReducedModel;
 use super::{BuildContext, BuildError, Built};
-use crate::basis::{Basis, BasisError, ModePool, basis_of_pool, modes_of_sample, pool_memory, pool_modes};
+use crate::basis::{
+    Basis, BasisError, MOST_VECTORS, ModePool, basis_of_pool, modes_of_sample, pool_memory, pool_modes,
+    static_shapes,
+};
 use crate::certificate::{
     Candidate, CertificateError, StructureMeasured, StructureReport, certify_exact, kept_certificate,
 };
@@ -40,6 +43,8 @@ const FREQUENCIES: usize = 4;
 const EASY: f64 = 0.05;
 /// See [`EASY`].
 const LARGE: usize = 256;
+/// Most static shapes that are added to a basis.
+const MOST_STATIC: usize = 128;
 /// Samples at which the residual flexibility is fitted, at most.
 const RESIDUAL_SAMPLES: usize = 41;
 
@@ -160,7 +165,7 @@ fn first_size(
     let count = FREQUENCIES.min(nominal.n_elastic());
     let most = pool.singular_values.len();
     watch.stage("size of the basis", || {
-        let basis = basis_of_pool(prepared, pool, most)?;
+        let basis = basis_of_pool(prepared, pool, most, &Mat::zeros(prepared.body.n_dof(), 0))?;
         let forms = RegionForms::new(prepared, regions, basis.vectors.as_ref());
         // Leading vectors of the pool in the coordinates of the whole basis: `BᵀMV`.
         let mut image = Mat::zeros(prepared.body.n_dof(), most);
@@ -231,7 +236,19 @@ impl Sized {
     ) -> Result<Self, BuildError> {
         let prepared = context.prepared;
         let find = || {
-            let basis = basis_of_pool(prepared, pool, size)?;
+            let mut basis = basis_of_pool(prepared, pool, size, &Mat::zeros(prepared.body.n_dof(), 0))?;
+            if problem.basis.modes.is_none() {
+                let nodes = &context.order.nodes[..context.order.n_load];
+                let points: Vec<&Vec<f64>> = design.trained.iter().take(1).chain(design.corners()).collect();
+                let most = MOST_STATIC.min(MOST_VECTORS.saturating_sub(size));
+                let (vectors, listener) = (basis.vectors.as_ref(), context.kept.listener);
+                let shapes = static_shapes(prepared, vectors, nodes, &points, most, listener)?;
+                context.kept.listener.note(&format!(
+                    "{size} vectors of the modes and {} static shapes of the loads that move the body least",
+                    shapes.ncols()
+                ));
+                basis = basis_of_pool(prepared, pool, size, &shapes)?;
+            }
             let forms = RegionForms::new(prepared, regions, basis.vectors.as_ref());
             Ok::<_, BuildError>((basis, forms))
         };

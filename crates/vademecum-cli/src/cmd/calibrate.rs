@@ -6,13 +6,14 @@ use vademecum_study::calibrate::{
     CalibrateOptions, Calibration, Direction, Estimate, Noise, calibrate, measurements,
 };
 use vademecum_study::frf::Channel;
+use vademecum_study::live::at_values;
 use vademecum_study::parameters::ParameterValue;
 use vademecum_study::scenario::Scenario;
 
 use crate::arguments::{Limit, OutputArguments, positive, setting};
 use crate::console::Console;
 use crate::failure::Failure;
-use crate::files::{RewriteOutput, at_values, check_output, outputs, read_file, usable_bytes, write_file};
+use crate::files::{RewriteOutput, check_output, outputs, read_file, usable_bytes, write_file};
 use crate::print::print_json;
 use vademecum_build::store::Kind;
 
@@ -120,7 +121,7 @@ impl Calibrate {
             time_step: self.time_step,
         };
         let found = calibrate(&file, &tables, &options, console).map_err(|error| about(error.into()))?;
-        let fitted = at_values(&file, &found.values).map_err(|error| about(error.into()))?;
+        let fitted = at_values(&file, &found.values, None).map_err(|error| about(error.into()))?;
         console.clear();
         let mut written = None;
         if let (Some(path), Some(body)) = (&self.output, fitted) {

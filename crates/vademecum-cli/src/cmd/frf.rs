@@ -59,6 +59,9 @@ pub(crate) struct Frf {
     /// Set a live parameter of the file, by its name; may be given several times.
     #[arg(long, value_name = "NAME=VALUE", value_parser = setting)]
     set: Vec<ParameterValue>,
+    /// Modes of a file with live regions that answer [default: all].
+    #[arg(long, value_name = "N")]
+    modes: Option<usize>,
     /// Write the table here (CSV).
     #[arg(short, long)]
     output: Option<PathBuf>,
@@ -152,7 +155,7 @@ impl Frf {
             }
             error => Failure::from(error).about(&self.file),
         };
-        let set_body = at_values(&file, &self.set).map_err(about)?;
+        let set_body = at_values(&file, &self.set, self.modes).map_err(about)?;
         let (file, settings) = to_step(file, &self.set, set_body.as_ref()).map_err(about)?;
         parameters::set(&mut options, file.metadata(), settings).map_err(about)?;
         let quantity = self.quantity.quantity();

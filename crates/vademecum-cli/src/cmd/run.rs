@@ -74,6 +74,9 @@ pub(crate) struct Run {
     /// and units.
     #[arg(long, value_name = "NAME=VALUE", value_parser = setting)]
     set: Vec<ParameterValue>,
+    /// Modes that are stepped of a file with live regions [default: all; 32 with `--sets`].
+    #[arg(long, value_name = "N")]
+    modes: Option<usize>,
     /// Run one body for each row of this table (CSV): the first line has names of live parameters, the others
     /// values. The results are `bodies.csv` in the folder: of every column of probes.csv the smallest, the
     /// largest and the last value of each body.
@@ -144,13 +147,14 @@ impl Run {
         (options.scene.time_step, options.scene.terms) = (self.time_step, self.terms);
         options.long = self.long;
         if let Some(path) = &self.sets {
-            let run = SetRun { file: &file, given: &self.set, options, scenario: &scenario };
+            let run =
+                SetRun { file: &file, given: &self.set, modes: self.modes, options, scenario: &scenario };
             let sets = Sets::read(path, &file, &self.set).map_err(about)?;
             let command =
                 SetsCommand { run, sets: &sets, outputs: &outputs, folder: &folder, json: self.json };
             return command.run(console, &about);
         }
-        let set_body = at_values(&file, &self.set).map_err(about)?;
+        let set_body = at_values(&file, &self.set, self.modes).map_err(about)?;
         let (file, settings) = to_step(file, &self.set, set_body.as_ref()).map_err(about)?;
         if self.terms.is_some() && file.metadata().active_parameters().is_empty() {
             console

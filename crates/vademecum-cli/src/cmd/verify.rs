@@ -50,6 +50,9 @@ pub(crate) struct Verify {
     /// names, ranges and units.
     #[arg(long, value_name = "NAME=VALUE", value_parser = setting, conflicts_with = "file_only")]
     set: Vec<ParameterValue>,
+    /// Modes that are stepped of a file with live regions [default: all].
+    #[arg(long, value_name = "N", conflicts_with = "file_only")]
+    modes: Option<usize>,
     /// Estimate the discretisation error of the mesh too: of the lowest six frequencies, and of the
     /// displacement under a traction on a disc.
     #[arg(long, conflicts_with = "file_only")]
@@ -138,7 +141,7 @@ impl Verify {
         let mut memory = vec![];
         let file = usable_file(&self.file, &mapped, is_stepped, self.limit, &mut memory)?;
         let about = |error: StudyError| Failure::of_study(error, &self.file, scenario_file);
-        let set_body = at_values(&file, &self.set).map_err(about)?;
+        let set_body = at_values(&file, &self.set, self.modes).map_err(about)?;
         let (file, settings) = to_step(file, &self.set, set_body.as_ref()).map_err(about)?;
         let mut options = self.structure.options();
         options.long = self.long;
