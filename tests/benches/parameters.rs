@@ -26,33 +26,46 @@ const MODES: usize = 32;
 /// A beam of four regions of live stiffness.
 fn beam() -> &'static [u8] {
     static BYTES: OnceLock<Vec<u8>> = OnceLock::new();
+    BYTES.get_or_init(|| built(""))
+}
+
+/// The same, and the density of its last quarter is live.
+fn dense_beam() -> &'static [u8] {
+    static BYTES: OnceLock<Vec<u8>> = OnceLock::new();
     BYTES.get_or_init(|| {
-        let region = |k: usize| {
-            let share = f64::from(k as u32) / 4.0;
-            format!(
-                "[[mesh.region]]\nname = \"r{k}\"\n\
+        built(
+            "[[parameter]]\nname = \"density\"\nkind = \"density\"\nregion = \"r3\"\nrange = [0.5, 2.0]\n\
+             scale = \"log\"\n",
+        )
+    })
+}
+
+fn built(more: &str) -> Vec<u8> {
+    let region = |k: usize| {
+        let share = f64::from(k as u32) / 4.0;
+        format!(
+            "[[mesh.region]]\nname = \"r{k}\"\n\
                  on = {{ fraction = {{ axis = \"x\", side = \"max\", fraction = {share} }} }}\n"
-            )
-        };
-        let parameter = |name: &str| {
-            format!(
-                "[[parameter]]\nname = \"{name}\"\nkind = \"stiffness\"\nregion = \"{name}\"\n\
+        )
+    };
+    let parameter = |name: &str| {
+        format!(
+            "[[parameter]]\nname = \"{name}\"\nkind = \"stiffness\"\nregion = \"{name}\"\n\
                  range = [0.33, 3.0]\nscale = \"log\"\n"
-            )
-        };
-        let regions: String = (1..4).rev().map(region).collect();
-        let names = ["body", "r1", "r2", "r3"];
-        let parameters: String = names.into_iter().map(parameter).collect();
-        let text = format!(
-            "representation = \"parametric\"\n[mesh]\n\
+        )
+    };
+    let regions: String = (1..4).rev().map(region).collect();
+    let names = ["body", "r1", "r2", "r3"];
+    let parameters: String = names.into_iter().map(parameter).collect();
+    let text = format!(
+        "representation = \"parametric\"\n[mesh]\n\
              block = {{ lengths = [1.0, 0.08, 0.1], divisions = [24, 2, 2], order = \"quadratic\" }}\n{regions}\
              [[material]]\nyoung = 2e9\npoisson = 0.3\ndensity = 1000.0\n[[support]]\non = {{ group = \"x_min\" }}\n\
              [load]\nsurface = {{ group = \"x_max\" }}\n[time]\nstep = 1e-3\n[basis]\nmodes = {SIZE}\n\
-             [tolerance]\nsteps = 20\n{parameters}"
-        );
-        let problem = Problem::parse(&text, "beam.toml", PathBuf::new()).expect("a problem");
-        build(&problem, &BuildOptions::default(), &Silent).expect("a build").either().bytes
-    })
+             [tolerance]\nsteps = 20\n{parameters}{more}"
+    );
+    let problem = Problem::parse(&text, "beam.toml", PathBuf::new()).expect("a problem");
+    build(&problem, &BuildOptions::default(), &Silent).expect("a build").either().bytes
 }
 
 /// Values of the parameters.
@@ -61,12 +74,23 @@ const VALUES: [f64; 4] = [0.5, 2.0, 0.75, 2.5];
 /// The lowest modes at given values.
 #[divan::bench]
 fn solve(bencher: Bencher<'_, '_>) {
-    let file = File::parse(beam()).expect("a file");
+    solved(bencher, beam(), &VALUES);
+}
+
+/// The same with a live density.
+#[divan::bench]
+fn solve_with_density(bencher: Bencher<'_, '_>) {
+    let values: Vec<f64> = VALUES.into_iter().chain([1.5]).collect();
+    solved(bencher, dense_beam(), &values);
+}
+
+fn solved(bencher: Bencher<'_, '_>, bytes: &[u8], values: &[f64]) {
+    let file = File::parse(bytes).expect("a file");
     let model = Parametric::new(&file).expect("a model");
     assert_eq!(model.n_basis(), SIZE);
     let sizes = model.sizes(MODES).expect("sizes");
     let (mut memory, mut work) = (vec![0.0; sizes.memory], vec![0.0; sizes.work]);
-    bencher.bench_local(|| model.solve(&VALUES, MODES, &mut memory, &mut work).expect("solved").frequency(0));
+    bencher.bench_local(|| model.solve(values, MODES, &mut memory, &mut work).expect("solved").frequency(0));
 }
 
 /// All modes by faer.

@@ -101,6 +101,7 @@ impl Asked {
         options.keep_loads = given.keep_loads != 0;
         options.static_field = given.static_field != 0;
         options.flight = given.flight != 0;
+        options.modes = (given.modes != 0).then_some(given.modes as usize);
         Ok(Self { options, precision })
     }
 
@@ -117,7 +118,9 @@ impl Asked {
     pub fn needs(&self, file: &File<'_>) -> Result<VdmNeeds, BindError> {
         let metadata = file.metadata();
         #[cfg(feature = "parametric")]
-        let modes = Parametric::new(file).map_or(metadata.n_modes, |model| model.usual_modes() as u32);
+        let modes = Parametric::new(file).map_or(metadata.n_modes, |model| {
+            self.options.modes.unwrap_or(model.usual_modes()) as u32
+        });
         #[cfg(not(feature = "parametric"))]
         let modes = metadata.n_modes;
         Ok(VdmNeeds {

@@ -123,6 +123,8 @@ pub struct VdmOptions {
     pub terms: u32,
     /// Sub-steps of a step at large displacements; 0: those the file was built with.
     pub substeps: u32,
+    /// Modes that are stepped of a file with live regions; 0: 32, or all of fewer.
+    pub modes: u32,
     /// Relative error of a trajectory that `VDM_AUTO` accepts.
     pub tolerance: f64,
     /// Step in s; 0: the file's.

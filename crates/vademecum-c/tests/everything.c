@@ -402,6 +402,17 @@ static void live(struct VdmOptions options) {
     }
     CHECK(vdm_carried(body, NULL) == VDM_ARGUMENT);
     CHECK(vdm_carried(body, &carried) == (regions ? VDM_OK : VDM_OUTPUT));
+    if (regions) {
+        /* Stepped modes are a choice of who binds. */
+        struct Bound fewer;
+        options.modes = 2;
+        fewer = bound(&options);
+        CHECK(fewer.needs.modes == 2 && fewer.needs.memory < b.needs.memory);
+        options.modes = 1000;
+        CHECK(rebound(&fewer, &options) == VDM_BIND);
+        released(&fewer);
+        printf("stepped modes\n");
+    }
     free(memory);
     free(ids);
     free(values);

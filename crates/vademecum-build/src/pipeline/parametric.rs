@@ -239,10 +239,8 @@ impl Sized {
             let mut basis = basis_of_pool(prepared, pool, size, &Mat::zeros(prepared.body.n_dof(), 0))?;
             if problem.basis.modes.is_none() {
                 let nodes = &context.order.nodes[..context.order.n_load];
-                let points: Vec<&Vec<f64>> = design.trained.iter().take(1).chain(design.corners()).collect();
                 let most = MOST_STATIC.min(MOST_VECTORS.saturating_sub(size));
-                let (vectors, listener) = (basis.vectors.as_ref(), context.kept.listener);
-                let shapes = static_shapes(prepared, vectors, nodes, &points, most, listener)?;
+                let shapes = static_shapes(prepared, &basis, nodes, most)?;
                 context.kept.listener.note(&format!(
                     "{size} vectors of the modes and {} static shapes of the loads that move the body least",
                     shapes.ncols()

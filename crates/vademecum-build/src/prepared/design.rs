@@ -12,8 +12,6 @@ use crate::linalg::Random;
 const INTERIOR: (usize, usize) = (4, 48);
 /// Factors of which all corners are trained.
 const ALL_CORNERS: usize = 5;
-/// Corners that stand for all of them.
-const SOME: usize = 8;
 /// Fresh points of the interior, and on corners or edges.
 const FRESH: [usize; 2] = [16, 16];
 /// Start of the draw of fresh points.
@@ -24,8 +22,6 @@ const SEED: u64 = 46;
 pub(crate) struct Design {
     /// Points that train the basis; parameters that turn no mode have their nominal value.
     pub(crate) trained: Vec<Vec<f64>>,
-    /// How many of them, the last ones, are corners.
-    corners: usize,
     /// Points that train nothing.
     pub(crate) fresh: Vec<Vec<f64>>,
 }
@@ -52,13 +48,7 @@ impl Design {
                 trained.push(values);
             }
         }
-        Self { corners: corners.len(), trained, fresh: fresh(space, &live, &corners) }
-    }
-
-    /// Up to [`SOME`] of the corners that train the basis.
-    pub(crate) fn corners(&self) -> impl Iterator<Item = &Vec<f64>> {
-        let all = &self.trained[self.trained.len() - self.corners.min(self.trained.len())..];
-        all.iter().step_by(all.len().div_ceil(SOME).max(1))
+        Self { trained, fresh: fresh(space, &live, &corners) }
     }
 }
 

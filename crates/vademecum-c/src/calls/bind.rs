@@ -47,6 +47,7 @@ pub unsafe extern "C" fn vdm_default_options(options: *mut VdmOptions) {
             flight: u32::from(body.flight),
             terms: 0,
             substeps: 0,
+            modes: 0,
             tolerance,
             time_step: 0.0,
             stiffness,
