@@ -118,9 +118,8 @@ impl Asked {
     pub fn needs(&self, file: &File<'_>) -> Result<VdmNeeds, BindError> {
         let metadata = file.metadata();
         #[cfg(feature = "parametric")]
-        let modes = Parametric::new(file).map_or(metadata.n_modes, |model| {
-            self.options.modes.unwrap_or(model.usual_modes()) as u32
-        });
+        let modes = Parametric::new(file)
+            .map_or(metadata.n_modes, |model| self.options.modes.unwrap_or(model.usual_modes()) as u32);
         #[cfg(not(feature = "parametric"))]
         let modes = metadata.n_modes;
         Ok(VdmNeeds {
