@@ -119,21 +119,32 @@ fn report(listener: &dyn Listener, done: usize, of: usize) -> Result<(), BasisEr
     listener.checkpoint(done, of).map_err(|cancelled| BasisError::Modes(cancelled.into()))
 }
 
-/// The first `count` vectors of a pool, as Ritz vectors of the matrices as built.
+/// The first `count` vectors of a pool, and other shapes beside them, as Ritz vectors of the matrices as built.
 ///
 /// # Errors
 /// [`BasisError::NoConvergence`].
-pub(crate) fn basis_of_pool(prepared: &Prepared, pool: &ModePool, count: usize) -> Result<Basis, BasisError> {
+pub(crate) fn basis_of_pool(
+    prepared: &Prepared,
+    pool: &ModePool,
+    count: usize,
+    others: &Mat<f64>,
+) -> Result<Basis, BasisError> {
     let pencil = prepared.body.model.pencil();
     let (mass, stiffness) = (apply(pencil.mass()), apply(pencil.stiffness()));
+    let count = count.min(pool.vectors.ncols());
+    let mut vectors = Mat::zeros(pool.vectors.nrows(), count + others.ncols());
+    vectors.subcols_mut(0, count).copy_from(pool.vectors.subcols(0, count));
+    vectors.subcols_mut(count, others.ncols()).copy_from(others);
+    let mut singular_values = pool.singular_values[..count].to_vec();
+    singular_values.resize(vectors.ncols(), 0.0);
     let pod = Pod {
-        vectors: pool.vectors.clone(),
-        singular_values: pool.singular_values.clone(),
+        vectors,
+        singular_values,
         total_energy: pool.singular_values.iter().map(|s| s * s).sum(),
         n_snapshots: pool.pooled,
     };
-    let basis = ritz_coordinates(pod_basis(&mass, &stiffness, &pod, count)?)?;
+    let basis = ritz_coordinates(pod_basis(&mass, &stiffness, &pod, count + others.ncols())?)?;
     let eigenvalues = Some((0..basis.n_modes()).map(|k| basis.stiffness[(k, k)]).collect());
     // Ritz values ascend, and no snapshots stand behind them.
-    Ok(Basis { eigenvalues, energy: vec![], ..basis })
+    Ok(Basis { eigenvalues, energy: vec![], singular_values: pool.singular_values.clone(), ..basis })
 }

@@ -12,7 +12,9 @@ use super::exact::damping_section;
 use super::file::{CertifiedFile, FileStep, encode_file, ratios_of};
 use super::reduced::ReducedModel;
 use super::{BuildContext, BuildError, Built};
-use crate::basis::{Basis, BasisError, ModePool, basis_of_pool, modes_of_sample, pool_memory, pool_modes};
+use crate::basis::{
+    Basis, BasisError, ModePool, basis_of_pool, modes_of_sample, pool_memory, pool_modes, static_shapes,
+};
 use crate::certificate::{
     Candidate, CertificateError, StructureMeasured, StructureReport, certify_exact, kept_certificate,
 };
@@ -166,7 +168,7 @@ fn first_size(
     let count = FREQUENCIES.min(nominal.n_elastic());
     let most = pool.singular_values.len();
     watch.stage("size of the basis", || {
-        let basis = basis_of_pool(prepared, pool, most)?;
+        let basis = basis_of_pool(prepared, pool, most, &Mat::zeros(prepared.body.n_dof(), 0))?;
         let forms = RegionForms::new(prepared, regions, basis.vectors.as_ref());
         // Leading vectors of the pool in the coordinates of the whole basis: `BᵀMV`.
         let mut image = Mat::zeros(prepared.body.n_dof(), most);
@@ -237,7 +239,16 @@ impl Sized {
     ) -> Result<Self, BuildError> {
         let prepared = context.prepared;
         let find = || {
-            let basis = basis_of_pool(prepared, pool, size)?;
+            let mut basis = basis_of_pool(prepared, pool, size, &Mat::zeros(prepared.body.n_dof(), 0))?;
+            if problem.basis.modes.is_none() {
+                let nodes = &context.order.nodes[..context.order.n_load];
+                let shapes = static_shapes(prepared, &basis, nodes)?;
+                context.kept.listener.note(&format!(
+                    "{size} vectors of the modes and {} static shapes of the loads that move the body least",
+                    shapes.ncols()
+                ));
+                basis = basis_of_pool(prepared, pool, size, &shapes)?;
+            }
             let forms = RegionForms::new(prepared, regions, basis.vectors.as_ref());
             Ok::<_, BuildError>((basis, forms))
         };
