@@ -1,0 +1,160 @@
+//! A body reduced to its interfaces, for multibody and finite element programs: component mode synthesis.
+//!
+//! The free dofs `u` are written by the coordinates `q` of the interfaces and the dofs `x` that are left,
+//! `u = S (q, x)`: a node of a patch is its own coordinate, nodes of a rigid frame follow its six motions, and
+//! of the nodes of an averaging frame six dofs are replaced by the mean motions. Over `v = (q, x)` the
+//! interface is a set of rows, and the methods differ in the columns that stand for `x`:
+//!
+//! ```text
+//! Craig–Bampton     x = −K_xx⁻¹ K_xq q + Φ η       Φ: modes with q = 0          (Hurty 1965; 1968)
+//! Herting           x = −K_xx⁻¹ K_xq q + D η       D: free modes less their static part       (1985)
+//! Rubin, MacNeal    v = R Eᵀ f + Φ η               Φ: free modes; f is solved for     (1975; 1971)
+//! ```
+//!
+//! with `R` the flexibility that the modes `Φ` leave out and `E` the rows of `q`. In all of them `q` stays a
+//! set of coordinates, so that other programs join the body to theirs by adding rows and columns.
+
+mod coordinates;
+mod damping;
+mod error;
+mod fixed;
+mod free;
+mod partition;
+#[cfg(test)]
+mod tests;
+
+pub use error::SuperelementError;
+
+use faer::Mat;
+
+use crate::fem::Model;
+use crate::input::Problem;
+use crate::limits::Memory;
+use crate::linalg::{symmetric_part, transposed_product};
+use crate::prepared::{Interface, Prepared};
+use crate::progress::Listener;
+
+use partition::Partition;
+
+/// Method of the reduction.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Method {
+    /// Constraint modes and fixed-interface normal modes.
+    CraigBampton,
+    /// Free-interface normal modes and residual attachment modes, with their mass.
+    Rubin,
+    /// The same without the mass of the residual attachment modes.
+    Macneal,
+    /// Constraint modes and free-interface normal modes less their static part.
+    Herting,
+}
+
+/// A body reduced to its interfaces and some modes.
+#[derive(Clone, Debug)]
+#[doc(alias("substructure", "component mode synthesis"))]
+pub struct Superelement {
+    /// The method.
+    pub method: Method,
+    /// The interfaces; their coordinates are the first ones of the superelement, in order.
+    pub interfaces: Vec<Interface>,
+    /// Number m of coordinates of the interfaces.
+    pub coordinates: usize,
+    /// Frequencies \[Hz\] of the normal modes, ascending: with fixed interfaces for Craig–Bampton, of the body
+    /// as it is for the others.
+    pub frequencies_hz: Vec<f64>,
+    /// Mass, shape (r, r), symmetric.
+    pub mass: Mat<f64>,
+    /// Stiffness, shape (r, r), symmetric.
+    pub stiffness: Mat<f64>,
+    /// Damping, shape (r, r), symmetric; zeros without any.
+    pub damping: Mat<f64>,
+    /// `T`, shape (3 · nodes, r): displacement of each node of the mesh under each coordinate.
+    pub transformation: Mat<f64>,
+    /// The coordinates under three shifts along the axes of space and three turns about the origin of space,
+    /// shape (r, 6); none of a body that is held.
+    pub rigid_motions: Option<Mat<f64>>,
+}
+
+/// Columns over `v = (q, x)`, and what is known of their matrices.
+struct Reduced {
+    columns: Mat<f64>,
+    frequencies_hz: Vec<f64>,
+    mass: Mat<f64>,
+    stiffness: Mat<f64>,
+    /// Eigenvalues of the coordinates behind those of the interfaces, zero of rigid motions, where these are
+    /// natural modes of the body as it is.
+    natural: Option<Vec<f64>>,
+}
+
+/// Reduces a body to its interfaces and `modes` normal modes; rigid motions are not counted among them.
+///
+/// # Errors
+/// [`SuperelementError`].
+pub fn reduce(
+    problem: &Problem,
+    prepared: &Prepared,
+    interfaces: Vec<Interface>,
+    (method, modes): (Method, usize),
+    listener: &dyn Listener,
+) -> Result<Superelement, SuperelementError> {
+    let model = &prepared.body.model;
+    let points = problem.reference_places();
+    check_memory(model, &interfaces, modes)?;
+    listener.stage("coordinates of the interfaces");
+    let partition = Partition::new(model, &points, &interfaces)?;
+    let reduced = match method {
+        Method::CraigBampton => fixed::craig_bampton(&partition, modes, listener)?,
+        Method::Herting => fixed::herting(&partition, modes, listener)?,
+        Method::Rubin => free::rubin(&partition, modes, true, listener)?,
+        Method::Macneal => free::rubin(&partition, modes, false, listener)?,
+    };
+    let free = partition.coordinates.expand(reduced.columns.as_ref());
+    let damping = damping::damping(prepared, &reduced, free.as_ref())?;
+    let mut transformation = Mat::zeros(model.dofs().n_dof(), free.ncols());
+    for k in 0..free.ncols() {
+        model.dofs().expand_into(free.col_as_slice(k), transformation.col_as_slice_mut(k));
+    }
+    let rigid_motions = partition.is_free().then(|| rigid_motions(&partition, &reduced));
+    Ok(Superelement {
+        method,
+        coordinates: partition.coordinates.interface,
+        interfaces,
+        frequencies_hz: reduced.frequencies_hz,
+        mass: reduced.mass,
+        stiffness: reduced.stiffness,
+        damping,
+        transformation,
+        rigid_motions,
+    })
+}
+
+/// Refuses columns that do not fit the memory: `T` at nodes, over the free dofs and over `v`, and solves.
+fn check_memory(model: &Model, interfaces: &[Interface], modes: usize) -> Result<(), SuperelementError> {
+    let coordinates: usize = interfaces.iter().map(|interface| interface.coordinates.len()).sum();
+    let columns = (coordinates + modes + 6) as f64;
+    let needed = 8.0 * 5.0 * columns * model.dofs().n_dof() as f64;
+    let what = || format!("{coordinates} coordinates of interfaces and {modes} modes");
+    let instead = ": frames instead of patches, or fewer modes";
+    Ok(Memory::asked_or_available(None).check(needed, instead, what)?)
+}
+
+/// The coordinates under rigid motions: those of the interfaces as they move; rigid motions that are
+/// coordinates by their share; nothing of the other modes.
+fn rigid_motions(partition: &Partition, reduced: &Reduced) -> Mat<f64> {
+    let rows = partition.rigid_rows([0.0; 3]);
+    let (m, r) = (partition.coordinates.interface, reduced.columns.ncols());
+    let own = Mat::from_fn(rows.len(), 6, |i, k| rows[i][k]);
+    let natural = partition.pencil.rigid().filter(|_| reduced.natural.is_some());
+    let shares = natural.map(|rigid| transposed_product(rigid.momenta(), own.as_ref()));
+    Mat::from_fn(r, 6, |i, k| match &shares {
+        _ if i < m => own[(i, k)],
+        Some(shares) if i < m + 6 => shares[(i - m, k)],
+        _ => 0.0,
+    })
+}
+
+/// `½ (VᵀAV + its transpose)` for an image `AV`.
+fn gram(columns: &Mat<f64>, image: &Mat<f64>) -> Mat<f64> {
+    symmetric_part(transposed_product(columns.as_ref(), image.as_ref()).as_ref())
+}
