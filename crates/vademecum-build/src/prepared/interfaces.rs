@@ -26,6 +26,8 @@ pub struct Interface {
     pub kind: &'static str,
     /// Its mesh nodes, ascending; none of a reference point.
     pub nodes: Vec<u32>,
+    /// Share of each node in the mean, summing to one: by area of an averaging frame, alike otherwise.
+    pub weights: Vec<f64>,
     /// Origin of a frame, or the mean of the nodes.
     pub origin: [f64; 3],
     /// Axes along which and about which the motions of a frame are; otherwise those of space.
@@ -179,6 +181,7 @@ fn of_port(entry: &PortEntry, port: &Port) -> Interface {
         name: port.name.clone(),
         kind,
         nodes: port.nodes.clone(),
+        weights: vec![1.0 / port.nodes.len().max(1) as f64; port.nodes.len()],
         origin: port.origin,
         axes: port.axes,
         coordinates,
@@ -276,7 +279,11 @@ fn interface(
     };
     let coordinates = if is_frame { of_frame() } else { of_nodes(&nodes) };
     let axes = if is_frame { axes } else { SPACE };
-    Ok(Interface { name, kind: kind.word(), nodes, origin, axes, coordinates, rows })
+    let weights = match cloud_of.as_slice() {
+        [] => vec![1.0 / nodes.len() as f64; nodes.len()],
+        cloud => cloud.iter().map(|(_, weight)| weight / whole).collect(),
+    };
+    Ok(Interface { name, kind: kind.word(), nodes, weights, origin, axes, coordinates, rows })
 }
 
 /// Weights of motions along and about the axes of space as weights of those of a frame.

@@ -37,8 +37,7 @@ use crate::progress::Listener;
 use partition::Partition;
 
 /// Method of the reduction.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize)]
-#[serde(rename_all = "kebab-case")]
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Method {
     /// Constraint modes and fixed-interface normal modes.
     CraigBampton,
@@ -48,6 +47,21 @@ pub enum Method {
     Macneal,
     /// Constraint modes and free-interface normal modes less their static part.
     Herting,
+}
+
+impl Method {
+    /// All of them.
+    pub const ALL: [Self; 4] = [Self::CraigBampton, Self::Rubin, Self::Macneal, Self::Herting];
+
+    /// Its word.
+    pub fn word(self) -> &'static str {
+        match self {
+            Self::CraigBampton => "craig-bampton",
+            Self::Rubin => "rubin",
+            Self::Macneal => "macneal",
+            Self::Herting => "herting",
+        }
+    }
 }
 
 /// A body reduced to its interfaces and some modes.
@@ -87,7 +101,18 @@ struct Reduced {
     natural: Option<Vec<f64>>,
 }
 
-/// Reduces a body to its interfaces and `modes` normal modes; rigid motions are not counted among them.
+/// What is asked for.
+#[derive(Clone, Copy, Debug)]
+pub struct Request {
+    /// The method.
+    pub method: Method,
+    /// Normal modes, beside rigid motions.
+    pub modes: usize,
+    /// Memory that may be used.
+    pub memory: Memory,
+}
+
+/// Reduces a body to its interfaces and some normal modes.
 ///
 /// # Errors
 /// [`SuperelementError`].
@@ -95,12 +120,13 @@ pub fn reduce(
     problem: &Problem,
     prepared: &Prepared,
     interfaces: Vec<Interface>,
-    (method, modes): (Method, usize),
+    request: Request,
     listener: &dyn Listener,
 ) -> Result<Superelement, SuperelementError> {
+    let Request { method, modes, memory } = request;
     let model = &prepared.body.model;
     let points = problem.reference_places();
-    check_memory(model, &interfaces, modes)?;
+    check_memory(model, &interfaces, modes, memory)?;
     listener.stage("coordinates of the interfaces");
     let partition = Partition::new(model, &points, &interfaces)?;
     let reduced = match method {
@@ -130,13 +156,18 @@ pub fn reduce(
 }
 
 /// Refuses columns that do not fit the memory: `T` at nodes, over the free dofs and over `v`, and solves.
-fn check_memory(model: &Model, interfaces: &[Interface], modes: usize) -> Result<(), SuperelementError> {
+fn check_memory(
+    model: &Model,
+    interfaces: &[Interface],
+    modes: usize,
+    memory: Memory,
+) -> Result<(), SuperelementError> {
     let coordinates: usize = interfaces.iter().map(|interface| interface.coordinates.len()).sum();
     let columns = (coordinates + modes + 6) as f64;
     let needed = 8.0 * 5.0 * columns * model.dofs().n_dof() as f64;
     let what = || format!("{coordinates} coordinates of interfaces and {modes} modes");
     let instead = ": frames instead of patches, or fewer modes";
-    Ok(Memory::asked_or_available(None).check(needed, instead, what)?)
+    Ok(memory.check(needed, instead, what)?)
 }
 
 /// The coordinates under rigid motions: those of the interfaces as they move; rigid motions that are

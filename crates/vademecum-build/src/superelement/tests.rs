@@ -4,15 +4,20 @@ use std::path::PathBuf;
 
 use faer::Mat;
 
-use super::{Method, Superelement, SuperelementError, reduce};
+use super::{Method, Request, Superelement, SuperelementError, reduce};
 use crate::dynamics::lowest_modes;
 use crate::fem::Symbolic;
 use crate::input::{InterfaceEntry, Problem};
+use crate::limits::Memory;
 use crate::linalg::{solve_dense, symmetric_eigen};
 use crate::prepared::{Prepared, interfaces, prepare};
 use crate::progress::{Silent, Stopwatch};
 
-const METHODS: [Method; 4] = [Method::CraigBampton, Method::Herting, Method::Rubin, Method::Macneal];
+const METHODS: [Method; 4] = Method::ALL;
+
+fn request(method: Method, modes: usize) -> Request {
+    Request { method, modes, memory: Memory::asked_or_available(None) }
+}
 
 /// A beam of steel of so many cells, with more keys.
 fn beam(length: f64, cells: usize, keys: &str) -> Problem {
@@ -36,7 +41,7 @@ fn reduced(
     let body = prepared(problem);
     let entries: Vec<_> = names.iter().map(|name| InterfaceEntry::parse(name).unwrap()).collect();
     let found = interfaces(problem, &body.body, &entries).unwrap();
-    reduce(problem, &body, found, (method, modes), &Silent)
+    reduce(problem, &body, found, request(method, modes), &Silent)
 }
 
 const LEFT: &str = "left={ kind = \"rigid\", on = { group = \"x_min\" } }";
@@ -169,7 +174,7 @@ fn all_modes_are_the_full_order() {
         let entries = sides.map(|name| InterfaceEntry::parse(name).unwrap());
         let found = interfaces(&problem, &body.body, &entries).unwrap();
         let inside = pencil.n_dof() - found[0].coordinates.len();
-        let all = reduce(&problem, &body, found, (Method::CraigBampton, inside), &Silent).unwrap();
+        let all = reduce(&problem, &body, found, request(Method::CraigBampton, inside), &Silent).unwrap();
         assert_eq!(all.mass.nrows(), pencil.n_dof());
         let reduced = eigenvalues(&all.mass, &all.stiffness);
         for (a, b) in reduced.iter().zip(&full).skip(6) {
@@ -211,7 +216,7 @@ fn an_averaging_frame_is_the_mean_motion_of_its_facets() {
             crate::prepared::InterfaceRows::Followers(_) => panic!("a mean"),
         })
         .collect();
-    let all = reduce(&problem, &body, found, (Method::CraigBampton, 3), &Silent).unwrap();
+    let all = reduce(&problem, &body, found, request(Method::CraigBampton, 3), &Silent).unwrap();
     let pencil = body.body.model.pencil();
     let (n, m) = (pencil.n_dof(), rows.len());
     // G T = [I 0]; all dofs of a free body are free.
@@ -360,7 +365,7 @@ fn interfaces_that_cannot_be_are_refused_by_name() {
     assert!(reduced(&problem, &[one], Method::Rubin, 2).is_ok());
     let body = prepared(&problem);
     for (name, words) in [
-        ("x_mid", "there are `x_max`, `x_min`"),
+        ("x_mid", "there are `body`, `x_max`, `x_min`"),
         ("a={ kind = \"rigid\", on = { nodes = [1, 2] } }", "the 2 nodes of the frame lie on a line"),
         ("x_min={ at = [0.0, 0.0, 0.0] }", "`at` is given for an interface of kind patch"),
         ("x_min={ kind = \"rigid\", axes = [[1.0, 0.0, 0.0], [1.0, 1.0, 0.0]] }", "two perpendicular"),

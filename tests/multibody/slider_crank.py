@@ -1,0 +1,203 @@
+"""A slider-crank in Exudyn, whose connecting rod is reduced once by Exudyn and once by vademecum.
+
+    python slider_crank.py FOLDER     the folder of `export craig-bampton --format exudyn`, rigid frames at both ends
+
+Compared: positions and deformation of three points over one second, and the frequencies of the assembled mechanism,
+with each other and with the full order.
+"""
+
+import sys
+from pathlib import Path
+
+import exudyn as exu
+import numpy as np
+from exudyn.FEM import HCBstaticModeSelection, ObjectFFRFreducedOrderInterface
+from exudyn.utilities import (
+    GenericJoint, InertiaCuboid, LoadForceVector, MarkerBodyRigid, MarkerSuperElementRigid, ObjectGround,
+    ObjectRigidBody, SensorSuperElement, AddRigidBody,
+)
+from scipy.linalg import block_diag, eigh
+from scipy.sparse import csr_matrix, diags, identity, vstack
+from scipy.sparse.linalg import eigsh
+
+sys.path.insert(0, sys.argv[1])
+import exudyn_body
+
+CRANK, SPEED, SLIDER = 0.1, 20.0, 0.4
+SECONDS, STEPS = 1.0, 2000
+# Of the largest: the two bases span the same space, so rounding and the tolerance of Newton's iteration are left.
+AGREEMENT = 1e-6
+# Elastic frequencies by twelve fixed-interface modes, of the full order.
+REDUCTION = 1e-3
+
+
+def own_reduction(data):
+    """The matrices of vademecum, reduced by Exudyn: rigid interfaces, as many modes."""
+    fem = exudyn_body.feminterface()
+    nodes = [exudyn_body.interface(name)["meshNodeNumbers"] for name in ("x_min", "x_max")]
+    modes = len(data["frequencies_hz"])
+    fem.ComputeHurtyCraigBamptonModes(nodes, modes, computationMode=HCBstaticModeSelection.RBE2)
+    return fem
+
+
+def mechanism(fem, moving):
+    """Crank, rod and slider in a line, at rest or with the crank turning; the number of the rod, sensors."""
+    container = exu.SystemContainer()
+    mbs = container.AddSystem()
+    ground = mbs.AddObject(ObjectGround())
+    left, right = (exudyn_body.interface(name) for name in ("x_min", "x_max"))
+    place = fem.GetNodePositionsAsArray()
+    ends = [place[one["meshNodeNumbers"]].mean(axis=0) for one in (left, right)]
+    length = ends[1][0] - ends[0][0]
+    speed = SPEED if moving else 0.0
+    turn = -speed * CRANK / length
+    # The origin of the mesh is beside the pin at the crank.
+    origin = np.array([CRANK, 0.0, 0.0]) - ends[0]
+    velocity = np.array([0.0, speed * CRANK, 0.0]) + np.cross([0.0, 0.0, turn], -ends[0])
+    crank_inertia = InertiaCuboid(density=7800.0, sideLengths=[CRANK, 0.03, 0.02])
+    slider_inertia = InertiaCuboid(density=SLIDER / 0.05**3, sideLengths=[0.05] * 3)
+    _, crank = AddRigidBody(
+        mbs, crank_inertia, position=[CRANK / 2, 0.0, 0.0], velocity=[0.0, speed * CRANK / 2, 0.0],
+        angularVelocity=[0.0, 0.0, speed],
+    )
+    _, slider = AddRigidBody(mbs, slider_inertia, position=[CRANK + length, 0.0, 0.0])
+    cms = ObjectFFRFreducedOrderInterface(fem)
+    rod = cms.AddObjectFFRFreducedOrder(
+        mbs, positionRef=origin, initialVelocity=velocity, initialAngularVelocity=[0.0, 0.0, turn],
+    )["oFFRFreducedOrder"]
+
+    def rigid(body, at):
+        return mbs.AddMarker(MarkerBodyRigid(bodyNumber=body, localPosition=at))
+
+    def joint(one, other, axes):
+        mbs.AddObject(GenericJoint(markerNumbers=[one, other], constrainedAxes=axes))
+
+    pins = [mbs.AddMarker(MarkerSuperElementRigid(bodyNumber=rod, **one)) for one in (left, right)]
+    joint(rigid(ground, [0.0] * 3), rigid(crank, [-CRANK / 2, 0.0, 0.0]), [1, 1, 1, 1, 1, 0])
+    joint(rigid(crank, [CRANK / 2, 0.0, 0.0]), pins[0], [1, 1, 1, 1, 1, 0])
+    joint(rigid(slider, [0.0] * 3), pins[1], [1, 1, 0, 0, 0, 0])
+    joint(rigid(ground, [CRANK + length, 0.0, 0.0]), rigid(slider, [0.0] * 3), [0, 1, 1, 1, 1, 1])
+    if moving:
+        mbs.AddLoad(LoadForceVector(markerNumber=rigid(slider, [0.0] * 3), loadVector=[60.0, 0.0, 0.0]))
+    points = [fem.GetNodeAtPoint(point) for point in points_of(place)]
+    sensors = [
+        mbs.AddSensor(SensorSuperElement(
+            bodyNumber=rod, meshNodeNumber=node, storeInternal=True, outputVariableType=kind, writeToFile=False,
+        ))
+        for kind in (exu.OutputVariableType.Displacement, exu.OutputVariableType.DisplacementLocal)
+        for node in points
+    ]
+    mbs.Assemble()
+    inertia = crank_inertia.Translated([CRANK / 2, 0.0, 0.0]).Inertia()[2, 2]
+    return mbs, sensors, inertia
+
+
+def points_of(place):
+    """Corners of the two ends and a node half way, on top."""
+    low, high = place.min(axis=0), place.max(axis=0)
+    middle = 0.5 * (low + high)
+    return [low, [middle[0], high[1], middle[2]], high]
+
+
+def run(fem):
+    """Displacements of three points and their part by deformation, (steps, 3 points · 3), of each."""
+    mbs, sensors, _ = mechanism(fem, True)
+    settings = exu.SimulationSettings()
+    settings.timeIntegration.endTime, settings.timeIntegration.numberOfSteps = SECONDS, STEPS
+    settings.timeIntegration.newton.relativeTolerance = 1e-12
+    settings.timeIntegration.newton.absoluteTolerance = 1e-12
+    settings.timeIntegration.newton.useModifiedNewton = False
+    settings.timeIntegration.generalizedAlpha.spectralRadius = 0.8
+    settings.solutionSettings.writeSolutionToFile = False
+    settings.solutionSettings.sensorsWritePeriod = SECONDS / STEPS
+    mbs.SolveDynamic(settings)
+    found = [mbs.GetSensorStoredData(sensor)[:, 1:4] for sensor in sensors]
+    return np.hstack(found[:3]), np.hstack(found[3:])
+
+
+def assembled_frequencies(fem, count):
+    """Frequencies [Hz] of the mechanism at rest, by Exudyn."""
+    mbs, _, _ = mechanism(fem, False)
+    values = mbs.ComputeODE2Eigenvalues(numberOfEigenvalues=0)[0]
+    frequencies = np.sqrt(np.abs(values)) / (2 * np.pi)
+    # The mechanism itself has no stiffness.
+    return np.sort(frequencies)[1:][:count]
+
+
+def frames(place, data, names):
+    """Rows of nodes of both frames and their six motions each."""
+    rows = []
+    for name in names:
+        nodes = exudyn_body.interface(name)["meshNodeNumbers"]
+        arms = place[nodes] - place[nodes].mean(axis=0)
+        turn = [[[0, z, -y], [-z, 0, x], [y, -x, 0]] for x, y, z in arms]
+        rows.append((nodes, np.hstack([np.tile(np.eye(3), (len(nodes), 1)), np.vstack(turn)])))
+    return rows
+
+
+def full_frequencies(data, inertia, count):
+    """The same by the matrices at full order: the faces rigid, crank and slider as masses, joints held."""
+    place = data["nodes"]
+    matrix = lambda name: csr_matrix(tuple(data[f"full_{name}_{part}"] for part in ("data", "indices", "indptr")))
+    mass, stiffness = matrix("mass"), matrix("stiffness")
+    n, rows = 3 * len(place), frames(place, data, ("x_min", "x_max"))
+    taken = np.concatenate([[3 * node + c for node in nodes for c in range(3)] for nodes, _ in rows])
+    inside = np.setdiff1d(np.arange(n), taken)
+    own = csr_matrix(block_diag(*[block for _, block in rows]))
+    own.resize((len(taken), 12 + len(inside)))
+    rest = csr_matrix((np.ones(len(inside)), (np.arange(len(inside)), 12 + np.arange(len(inside)))),
+                      shape=(len(inside), 12 + len(inside)))
+    order = np.argsort(np.concatenate([taken, inside]))
+    follow = vstack([own, rest]).tocsr()[order]
+    mass, stiffness = follow.T @ mass @ follow, follow.T @ stiffness @ follow
+    added = np.zeros(mass.shape[0])
+    # The crank turns about the origin, and the pin moves along y; the slider moves along x.
+    added[1], added[6] = inertia / CRANK**2, SLIDER
+    mass = mass + diags(added)
+    # The crank holds the left pin along x and z and about x and y, the guide the right one along y.
+    free = np.setdiff1d(np.arange(mass.shape[0]), [0, 2, 3, 4, 7])
+    mass, stiffness = mass.tocsr()[free][:, free], stiffness.tocsr()[free][:, free]
+    values = eigsh(stiffness.tocsc(), k=count + 1, M=mass.tocsc(), sigma=-1e3, which="LM", tol=1e-12)[0]
+    return np.sqrt(np.abs(np.sort(values)))[1:] / (2 * np.pi)
+
+
+def reduced_frequencies(data, inertia, count):
+    """The same by the superelement."""
+    mass, stiffness = data["mass"].copy(), data["stiffness"]
+    mass[1, 1] += inertia / CRANK**2
+    mass[6, 6] += SLIDER
+    free = np.setdiff1d(np.arange(len(mass)), [0, 2, 3, 4, 7])
+    values = eigh(stiffness[np.ix_(free, free)], mass[np.ix_(free, free)], eigvals_only=True)
+    return np.sqrt(np.abs(values))[1:count + 1] / (2 * np.pi)
+
+
+def largest(found, expected):
+    """Largest difference, of the largest value."""
+    return np.abs(found - expected).max() / np.abs(expected).max()
+
+
+def main():
+    data = exudyn_body.arrays()
+    ours, theirs = exudyn_body.feminterface(), own_reduction(data)
+    count = 6
+    worst = {}
+    (moved, bent), (other_moved, other_bent) = run(ours), run(theirs)
+    worst["displacement"] = largest(moved, other_moved)
+    worst["deformation"] = largest(bent, other_bent)
+    print(f"three points over {SECONDS} s: displacement up to {np.abs(other_moved).max():.3e} m, differs by "
+          f"{worst['displacement']:.1e} of it; deformation up to {np.abs(other_bent).max():.3e} m, by {worst['deformation']:.1e}")
+    assert np.abs(other_bent).max() > 1e-6, "the rod deforms"
+    assert worst["displacement"] <= AGREEMENT and worst["deformation"] <= AGREEMENT, worst
+    _, _, inertia = mechanism(ours, False)
+    full = full_frequencies(data, inertia, count)
+    own, theirs_ = assembled_frequencies(ours, count), assembled_frequencies(theirs, count)
+    reduced = reduced_frequencies(data, inertia, count)
+    print("assembled, full order:", ", ".join(f"{f:.3f}" for f in full), "Hz")
+    for name, found in [("ours in Exudyn", own), ("Exudyn's", theirs_), ("superelement", reduced)]:
+        print(f"{name}: within {np.abs(found / full - 1).max():.1e} of the full order")
+        assert np.abs(found / full - 1).max() <= REDUCTION, (name, found, full)
+    assert np.abs(own / theirs_ - 1).max() <= AGREEMENT, (own, theirs_)
+    print("the rod of vademecum and the rod of Exudyn agree")
+
+
+main()
