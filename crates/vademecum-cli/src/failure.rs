@@ -28,6 +28,7 @@ use vademecum_eval::OutputError;
 use vademecum_rewrite::RewriteError;
 use vademecum_study::calibrate::CalibrateError;
 use vademecum_study::scenario::ScenarioError;
+use vademecum_study::superelement::PortError;
 use vademecum_study::table::TableFileError;
 use vademecum_study::{FileError, StudyError};
 
@@ -444,6 +445,8 @@ impl From<StudyError> for Failure {
             error if is_cancelled(&error) => Self::new(Cause::Stopped, "stopped on request"),
             StudyError::Interface(error) => Self::new(Cause::Usage, error),
             StudyError::Superelement(error) => Self::of_superelement(error),
+            StudyError::Ports(error @ PortError::Fault(_)) => Self::new(Cause::File, error),
+            StudyError::Ports(error) => Self::new(Cause::Usage, error),
             error @ StudyError::TableFile(TableFileError::Unreadable { .. }) => {
                 Self::new(Cause::Machine, error).remedy(UNREAD)
             }

@@ -27,6 +27,7 @@ use vademecum_format::scheme::TableError;
 use vademecum_format::{FormatError, SectionKind};
 use vademecum_rewrite::RewriteError;
 
+use crate::superelement::PortError;
 use crate::table::TableFileError;
 
 /// Cause of numbers that grow without end, and what to do.
@@ -63,6 +64,9 @@ pub enum StudyError {
     /// A body that cannot be reduced to its interfaces.
     #[error(transparent)]
     Superelement(#[from] SuperelementError),
+    /// A file gives no superelement at its ports.
+    #[error(transparent)]
+    Ports(#[from] PortError),
     /// An archive of arrays cannot be written.
     #[error("the archive of arrays")]
     Archive(#[from] zip::result::ZipError),

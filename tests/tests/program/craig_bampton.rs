@@ -212,6 +212,70 @@ fn frequencies_of_the_reduced_rod_are_those_of_the_rod() {
     }
 }
 
+/// The rod with ports, and how it is built.
+const PORTS: &str = "[basis]\nmodes = 8\n[load]\nsurface = { group = \"z_max\" }\n\
+    [[port]]\nname = \"tip\"\non = { group = \"x_max\" }\n\
+    [[port]]\nname = \"pin\"\nkind = \"frame\"\non = { group = \"x_min\" }\n";
+
+#[test]
+fn a_file_at_its_ports_is_the_superelement_of_its_problem() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let at = |name: &str| folder.path().join(name).to_str().expect("UTF-8").to_string();
+    std::fs::write(at("rod.toml"), text(&repository(), ROD) + PORTS).expect("written");
+    let built = vademecum(&["build", &at("rod.toml"), "-o", &at("rod.vdm"), "--keep-missed"]);
+    assert!(matches!(built.code, Some(0 | 6)), "{}", built.stderr);
+    let export = |of: &str, to: &str, rest: &[&str]| {
+        let ran = vademecum(&[&["export", "craig-bampton", &at(of), "-o", &at(to)], rest].concat());
+        assert_eq!(ran.code, Some(0), "{rest:?}: {}", ran.stderr);
+        let folder = Path::new(&at(to)).to_path_buf();
+        (market(&folder, "mass.mtx"), market(&folder, "stiffness.mtx"), array(&folder, "rigid_motions"))
+    };
+    for (method, modes) in [("rubin", "8"), ("macneal", "8"), ("rubin", "5")] {
+        let rest = ["--method", method, "--modes", modes];
+        let of_problem = export("rod.toml", "problem", &rest);
+        let (mass, stiffness, motions) = export("rod.vdm", "file", &rest);
+        // Coordinates of the ports; rigid motions and modes may have other signs.
+        let m = 27 + 6;
+        let part = |matrix: &Matrix| matrix.as_ref().submatrix(0, 0, m, m).to_owned();
+        for (name, found, expected) in
+            [("mass", &mass, &of_problem.0), ("stiffness", &stiffness, &of_problem.1)]
+        {
+            assert_eq!(found.nrows(), m + 6 + modes.parse::<usize>().expect("a number"));
+            if expected.as_ref().submatrix(0, 0, m, m).norm_max() > 0.0 {
+                // Modes of both are off by a residual of 5e-9.
+                let error = off(&part(found), &part(expected));
+                assert!(error < 1e-6, "{method}, {modes} modes, {name}: {error:e}");
+            }
+        }
+        let work = &stiffness * &motions;
+        assert!(work.norm_max() < 1e-9 * stiffness.norm_max() * motions.norm_max(), "{method}");
+        // The rod weighs 0.6 · 0.03 · 0.02 · 2 700 kg; MacNeal's matrix has it in its modes.
+        let inertia = motions.transpose() * &mass * &motions;
+        assert!((inertia[(0, 0)] / 0.972 - 1.0).abs() < 1e-6, "{method}: {}", inertia[(0, 0)]);
+        let shapes = array(&folder.path().join("file"), "transformation");
+        let moved = &shapes * &motions;
+        // A shift along x moves every node of the surface by it.
+        let nodes = shapes.nrows() / 3;
+        assert!(nodes > 100 && (0..nodes).all(|node| (moved[(3 * node, 0)] - 1.0).abs() < 1e-6), "{method}");
+    }
+    let refused = |rest: &[&str], words: &str| {
+        let ran = vademecum(&[&["export", "craig-bampton", &at("rod.vdm"), "-o", &at("none")], rest].concat());
+        assert_eq!(ran.code, Some(2), "{rest:?}: {}", ran.stderr);
+        assert!(ran.stderr.contains(words), "{rest:?}: {}", ran.stderr);
+        assert!(!Path::new(&at("none")).exists());
+    };
+    refused(&["--method", "craig-bampton"], "no modes with fixed interfaces; expected rubin or macneal");
+    refused(&["--method", "herting"], "no modes with fixed interfaces");
+    refused(&["--interface", "hub"], "there are `tip`, `pin`");
+    refused(&["--interface", "tip=rigid"], "a file has no interfaces but its ports");
+    refused(&["--modes", "9"], "the file has 8 modes");
+    refused(&["--format", "exudyn"], "expected the problem file");
+    let bare = repository().join("fixtures/golden/free.vdm");
+    let ran = vademecum(&["export", "craig-bampton", bare.to_str().expect("UTF-8"), "-o", &at("none")]);
+    assert_eq!(ran.code, Some(2), "{}", ran.stderr);
+    assert!(ran.stderr.contains("the file has no ports"), "{}", ran.stderr);
+}
+
 #[test]
 fn what_cannot_be_is_refused_before_anything_is_written() {
     let folder = tempfile::tempdir().expect("a folder");

@@ -277,7 +277,8 @@ pub fn matrix_market_into(out: &mut dyn Write, matrix: &SymmetricMatrix) -> std:
     Ok(())
 }
 
-/// Writes a dense matrix as `array real`, column by column: `general`, or of a symmetric one the lower triangle.
+/// Writes a dense matrix as `array real`, column by column: `general`, or of a symmetric one the lower
+/// triangle.
 ///
 /// # Errors
 /// Of the output.

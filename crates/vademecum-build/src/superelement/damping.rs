@@ -2,8 +2,8 @@
 
 use faer::{Mat, MatRef};
 
-use super::Reduced;
 use super::error::SuperelementError;
+use super::reduced::Reduced;
 use crate::linalg::{symmetric_eigen, symmetric_part};
 use crate::prepared::Prepared;
 

@@ -7,7 +7,7 @@ use faer::{Mat, MatRef};
 
 use super::error::SuperelementError;
 use super::partition::{Partition, solved};
-use super::{Reduced, gram};
+use super::reduced::{Reduced, gram, hertz};
 use crate::dynamics::lowest_modes;
 use crate::fem::{Pencil, Symbolic};
 use crate::linalg::{symmetric_eigen, transposed_product};
@@ -137,9 +137,4 @@ fn joined(
         frequencies_hz,
         natural: None,
     }
-}
-
-/// `√λ / 2π`.
-pub(super) fn hertz(eigenvalues: &[f64]) -> Vec<f64> {
-    eigenvalues.iter().map(|value| value.sqrt() / std::f64::consts::TAU).collect()
 }

@@ -1,18 +1,17 @@
 //! Free-interface normal modes beside residual attachment modes: Rubin's and MacNeal's methods.
 //!
-//! With `X = R Eᵀ`, the answers of what the modes `Φ` leave out to unit forces along the coordinates, the body
-//! moves as `v = X f + Φ η`. At the interface that is `q = F f + Φ_q η` with `F = E R Eᵀ`, so
+//! With `X = R Eᵀ`, the answers of what the modes `Φ` leave out to unit forces along the coordinates, the
+//! body moves as `v = X f + Φ η`. At the interface that is `q = F f + Φ_q η` with `F = E R Eᵀ`, so
 //! `f = F⁻¹ (q − Φ_q η)`, and the coordinates are `(q, η)`. `X` is orthogonal to `Φ` in the mass and in the
 //! stiffness, so `M` over `(f, η)` is `diag(H, I)` with `H = XᵀMX`, and `K` is `diag(F, Λ)`. Without `H` the
 //! method is MacNeal's.
 
-use faer::Mat;
 use faer::linalg::solvers::Solve as _;
+use faer::{Mat, MatRef};
 
 use super::error::SuperelementError;
-use super::fixed::hertz;
 use super::partition::{Partition, solved};
-use super::{Reduced, gram};
+use super::reduced::{Reduced, gram, hertz};
 use crate::dynamics::lowest_modes;
 use crate::fem::Symbolic;
 use crate::linalg::{symmetric_part, transposed_product};
@@ -44,9 +43,6 @@ pub(super) fn rubin(
     let shares = Mat::from_fn(modes, m, |k, i| of_interface[(i, k)] / found.eigenvalues[k]);
     let attachment = answers - &found.vectors * &shares;
     let [image, _] = partition.images(&attachment);
-    let flexibility = symmetric_part(attachment.as_ref().subrows(0, m));
-    let none = || SuperelementError::NoResidual { modes, coordinates: m };
-    let factor = flexibility.llt(faer::Side::Lower).map_err(|_| none())?;
     let rigid = pencil.rigid().map_or_else(|| Mat::zeros(n, 0), |rigid| rigid.motions().to_owned());
     let first = rigid.ncols();
     let basis = Mat::from_fn(n, first + modes, |i, k| match k.checked_sub(first) {
@@ -55,33 +51,70 @@ pub(super) fn rubin(
     });
     let eigenvalues: Vec<f64> =
         std::iter::repeat_n(0.0, first).chain(found.eigenvalues.iter().copied()).collect();
-    // f = W (q, η), W = F⁻¹ [I, −Φ_q].
-    let r = m + basis.ncols();
-    let right = Mat::from_fn(m, r, |i, k| match k.checked_sub(m) {
-        None => f64::from(u8::from(i == k)),
-        Some(mode) => -basis[(i, mode)],
-    });
-    let forces = factor.solve(&right);
-    let own = |i: usize, k: usize, values: &dyn Fn(usize) -> f64| match (i.checked_sub(m), k.checked_sub(m)) {
-        (Some(i), Some(k)) if i == k => values(i),
-        _ => 0.0,
-    };
-    let of_forces = transposed_product(forces.as_ref(), right.as_ref());
-    let stiffness = Mat::from_fn(r, r, |i, k| {
-        0.5 * (of_forces[(i, k)] + of_forces[(k, i)]) + own(i, k, &|mode| eigenvalues[mode])
-    });
     let inertia = gram(&attachment, &image);
-    let of_residual = match weighed {
-        true => symmetric_part((forces.transpose() * &inertia * &forces).as_ref()),
-        false => Mat::zeros(r, r),
+    let at_interface = AtInterface {
+        modes: basis.as_ref().subrows(0, m),
+        eigenvalues: &eigenvalues,
+        flexibility: attachment.as_ref().subrows(0, m),
+        inertia: weighed.then_some(inertia.as_ref()),
     };
-    let mass = Mat::from_fn(r, r, |i, k| of_residual[(i, k)] + own(i, k, &|_| 1.0));
+    let none = || SuperelementError::NoResidual { modes, coordinates: m };
+    let ByForces { mass, stiffness, forces } = at_interface.reduced().ok_or_else(none)?;
     let moved = &attachment * &forces;
-    let columns = Mat::from_fn(n, r, |i, k| {
+    let columns = Mat::from_fn(n, mass.ncols(), |i, k| {
         let of_mode = k.checked_sub(m).map_or(0.0, |mode| basis[(i, mode)]);
         // Coordinates of the interface are exactly what they are.
         if i < m { f64::from(u8::from(i == k)) } else { moved[(i, k)] + of_mode }
     });
     let frequencies_hz = hertz(&found.eigenvalues);
     Ok(Reduced { columns, frequencies_hz, mass, stiffness, natural: Some(eigenvalues) })
+}
+
+/// What the method needs of a body: modes and residual flexibility at its interfaces.
+#[derive(Clone, Copy, Debug)]
+pub struct AtInterface<'a> {
+    /// `Φ_q`, shape (m, modes), rigid motions among them.
+    pub modes: MatRef<'a, f64>,
+    /// `Λ` \[rad²/s²\], zero of rigid motions.
+    pub eigenvalues: &'a [f64],
+    /// `F` \[m/N\], shape (m, m).
+    pub flexibility: MatRef<'a, f64>,
+    /// `H` \[kg m²/N²\], shape (m, m); without it the method is MacNeal's.
+    pub inertia: Option<MatRef<'a, f64>>,
+}
+
+/// Matrices over `(q, η)`, and the forces of the attachment modes.
+#[derive(Clone, Debug)]
+pub struct ByForces {
+    /// Mass, shape (m + modes, m + modes).
+    pub mass: Mat<f64>,
+    /// Stiffness, of the same shape.
+    pub stiffness: Mat<f64>,
+    /// `W = F⁻¹ [I, −Φ_q]`, so that `f = W (q, η)`, shape (m, m + modes).
+    pub forces: Mat<f64>,
+}
+
+impl AtInterface<'_> {
+    /// The matrices over `(q, η)`; `None` if the flexibility is not positive definite.
+    pub fn reduced(&self) -> Option<ByForces> {
+        let m = self.modes.nrows();
+        let r = m + self.modes.ncols();
+        let factor = symmetric_part(self.flexibility).llt(faer::Side::Lower).ok()?;
+        let right = Mat::from_fn(m, r, |i, k| match k.checked_sub(m) {
+            None => f64::from(u8::from(i == k)),
+            Some(mode) => -self.modes[(i, mode)],
+        });
+        let forces = factor.solve(&right);
+        let own = |i: usize, k: usize, value: f64| if i == k && i >= m { value } else { 0.0 };
+        let of_forces = symmetric_part(transposed_product(forces.as_ref(), right.as_ref()).as_ref());
+        let stiffness = Mat::from_fn(r, r, |i, k| {
+            of_forces[(i, k)] + own(i, k, i.checked_sub(m).map_or(0.0, |mode| self.eigenvalues[mode]))
+        });
+        let of_residual = match self.inertia {
+            Some(inertia) => symmetric_part((forces.transpose() * inertia * &forces).as_ref()),
+            None => Mat::zeros(r, r),
+        };
+        let mass = Mat::from_fn(r, r, |i, k| of_residual[(i, k)] + own(i, k, 1.0));
+        Some(ByForces { mass, stiffness, forces })
+    }
 }

@@ -1,15 +1,17 @@
 //! A body reduced to its interfaces, for multibody and finite element programs: component mode synthesis.
 //!
 //! The free dofs `u` are written by the coordinates `q` of the interfaces and the dofs `x` that are left,
-//! `u = S (q, x)`: a node of a patch is its own coordinate, nodes of a rigid frame follow its six motions, and
-//! of the nodes of an averaging frame six dofs are replaced by the mean motions. Over `v = (q, x)` the
+//! `u = S (q, x)`: a node of a patch is its own coordinate, nodes of a rigid frame follow its six motions,
+//! and of the nodes of an averaging frame six dofs are replaced by the mean motions. Over `v = (q, x)` the
 //! interface is a set of rows, and the methods differ in the columns that stand for `x`:
 //!
 //! ```text
-//! Craig–Bampton     x = −K_xx⁻¹ K_xq q + Φ η       Φ: modes with q = 0          (Hurty 1965; 1968)
-//! Herting           x = −K_xx⁻¹ K_xq q + D η       D: free modes less their static part       (1985)
-//! Rubin, MacNeal    v = R Eᵀ f + Φ η               Φ: free modes; f is solved for     (1975; 1971)
+//! Craig–Bampton     x = −K_xx⁻¹ K_xq q + Φ η       Φ: modes with q = 0
+//! Herting           x = −K_xx⁻¹ K_xq q + D η       D: free modes less their static part
+//! Rubin, MacNeal    v = R Eᵀ f + Φ η               Φ: free modes; f is solved for
 //! ```
+//!
+//! (Hurty 1965; Craig and Bampton 1968; Herting 1985; Rubin 1975; MacNeal 1971)
 //!
 //! with `R` the flexibility that the modes `Φ` leave out and `E` the rows of `q`. In all of them `q` stays a
 //! set of coordinates, so that other programs join the body to theirs by adding rows and columns.
@@ -20,21 +22,24 @@ mod error;
 mod fixed;
 mod free;
 mod partition;
+mod reduced;
 #[cfg(test)]
 mod tests;
 
 pub use error::SuperelementError;
+pub use free::{AtInterface, ByForces};
 
 use faer::Mat;
 
 use crate::fem::Model;
 use crate::input::Problem;
 use crate::limits::Memory;
-use crate::linalg::{symmetric_part, transposed_product};
+use crate::linalg::transposed_product;
 use crate::prepared::{Interface, Prepared};
 use crate::progress::Listener;
 
 use partition::Partition;
+use reduced::Reduced;
 
 /// Method of the reduction.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -74,8 +79,8 @@ pub struct Superelement {
     pub interfaces: Vec<Interface>,
     /// Number m of coordinates of the interfaces.
     pub coordinates: usize,
-    /// Frequencies \[Hz\] of the normal modes, ascending: with fixed interfaces for Craig–Bampton, of the body
-    /// as it is for the others.
+    /// Frequencies \[Hz\] of the normal modes, ascending: with fixed interfaces for Craig–Bampton, of the
+    /// body as it is for the others.
     pub frequencies_hz: Vec<f64>,
     /// Mass, shape (r, r), symmetric.
     pub mass: Mat<f64>,
@@ -88,17 +93,6 @@ pub struct Superelement {
     /// The coordinates under three shifts along the axes of space and three turns about the origin of space,
     /// shape (r, 6); none of a body that is held.
     pub rigid_motions: Option<Mat<f64>>,
-}
-
-/// Columns over `v = (q, x)`, and what is known of their matrices.
-struct Reduced {
-    columns: Mat<f64>,
-    frequencies_hz: Vec<f64>,
-    mass: Mat<f64>,
-    stiffness: Mat<f64>,
-    /// Eigenvalues of the coordinates behind those of the interfaces, zero of rigid motions, where these are
-    /// natural modes of the body as it is.
-    natural: Option<Vec<f64>>,
 }
 
 /// What is asked for.
@@ -183,9 +177,4 @@ fn rigid_motions(partition: &Partition, reduced: &Reduced) -> Mat<f64> {
         Some(shares) if i < m + 6 => shares[(i - m, k)],
         _ => 0.0,
     })
-}
-
-/// `½ (VᵀAV + its transpose)` for an image `AV`.
-fn gram(columns: &Mat<f64>, image: &Mat<f64>) -> Mat<f64> {
-    symmetric_part(transposed_product(columns.as_ref(), image.as_ref()).as_ref())
 }

@@ -3,7 +3,7 @@
 use serde::Serialize;
 use vademecum_build::prepared::Interface;
 
-use super::ReducedBody;
+use super::body::ReducedBody;
 
 /// Words of motions.
 pub(super) const MOTIONS: [&str; 6] = ["x", "y", "z", "rx", "ry", "rz"];
@@ -23,9 +23,9 @@ pub struct Description {
     pub size: usize,
     /// Coordinates m of the interfaces, the first ones.
     pub interface_size: usize,
-    /// Free dofs of the full order.
-    pub dofs: usize,
-    /// Nodes of the mesh.
+    /// Free dofs of the full order; absent of a vademecum file.
+    pub dofs: Option<usize>,
+    /// Nodes of the mesh, or of the surface of a vademecum file.
     pub nodes: usize,
     /// True of a body without supports.
     pub free: bool,
@@ -72,7 +72,8 @@ struct CoordinateDescription {
 }
 
 impl Description {
-    pub(super) fn new(body: &ReducedBody) -> Self {
+    /// The description of a body: the contents of `superelement.json`.
+    pub fn new(body: &ReducedBody) -> Self {
         let found = &body.superelement;
         let mut first = 0;
         let described = |interface: &Interface| {
@@ -103,11 +104,11 @@ impl Description {
             method: found.method.word(),
             size: found.mass.nrows(),
             interface_size: found.coordinates,
-            dofs: body.dofs(),
-            nodes: body.mesh().nodes.len(),
+            dofs: body.dofs,
+            nodes: body.nodes.len(),
             free: found.rigid_motions.is_some(),
-            alpha: body.prepared.rayleigh().alpha,
-            beta: body.prepared.rayleigh().beta,
+            alpha: body.rayleigh[0],
+            beta: body.rayleigh[1],
             interfaces,
             coordinates: coordinates.collect(),
             frequencies_hz: found.frequencies_hz.clone(),

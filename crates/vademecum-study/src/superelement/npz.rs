@@ -8,7 +8,7 @@ use vademecum_build::field::{NpyArray, NpyValues, npy_array_into};
 use zip::write::SimpleFileOptions;
 use zip::{CompressionMethod, DateTime, ZipWriter};
 
-use super::{ReducedBody, columns_of};
+use super::body::{ReducedBody, columns_of};
 use crate::error::StudyError;
 
 /// Bytes beyond which an entry has sizes of 64 bits.
@@ -17,11 +17,12 @@ const LARGE: usize = 1 << 31;
 /// An archive that is being written.
 struct Archive(ZipWriter<Cursor<Vec<u8>>>);
 
-/// Writes the archive; its entries bear no time, so that the same input gives the same bytes.
+/// The bytes of `superelement.npz`; `full` with the matrices of the full order, where there are. Entries bear
+/// no time: the same input gives the same bytes.
 ///
 /// # Errors
 /// [`StudyError::Archive`].
-pub(super) fn archive(body: &ReducedBody, full: bool) -> Result<Vec<u8>, StudyError> {
+pub fn npz(body: &ReducedBody, full: bool) -> Result<Vec<u8>, StudyError> {
     let found = &body.superelement;
     let mut archive = Archive(ZipWriter::new(Cursor::new(vec![])));
     archive.matrix("mass", &found.mass)?;
@@ -32,13 +33,11 @@ pub(super) fn archive(body: &ReducedBody, full: bool) -> Result<Vec<u8>, StudyEr
         archive.matrix("rigid_motions", motions)?;
     }
     archive.rows("frequencies_hz", &[found.frequencies_hz.len()], &found.frequencies_hz)?;
-    let mesh = body.mesh();
-    archive.rows("nodes", &[mesh.nodes.len(), 3], mesh.nodes.as_flattened())?;
-    let ids: Vec<i64> = (0..mesh.nodes.len() as u32).map(|node| body.node_id(node) as i64).collect();
+    archive.rows("nodes", &[body.nodes.len(), 3], body.nodes.as_flattened())?;
+    let ids: Vec<i64> = body.node_ids.iter().map(|&id| id as i64).collect();
     archive.integers("node_ids", &[ids.len()], &ids)?;
-    let triangles = &body.prepared.body.surface;
-    let corners: Vec<i64> = triangles.iter().flatten().map(|&node| i64::from(node)).collect();
-    archive.integers("triangles", &[triangles.len(), 3], &corners)?;
+    let corners: Vec<i64> = body.triangles.iter().flatten().map(|&node| i64::from(node)).collect();
+    archive.integers("triangles", &[body.triangles.len(), 3], &corners)?;
     let coordinates: Vec<i64> = (0..)
         .zip(&found.interfaces)
         .flat_map(|(place, interface)| {
@@ -65,11 +64,11 @@ pub(super) fn archive(body: &ReducedBody, full: bool) -> Result<Vec<u8>, StudyEr
     archive.integers("interface_nodes", &[nodes.len()], &nodes)?;
     archive.rows("interface_weights", &[weights.len()], &weights)?;
     archive.integers("interface_starts", &[starts.len()], &starts)?;
-    if full {
-        let pencil = body.prepared.body.model.pencil();
+    if let Some(model) = body.model.as_ref().filter(|_| full) {
+        let pencil = model.pencil();
         archive.sparse("full_mass", pencil.mass())?;
         archive.sparse("full_stiffness", pencil.stiffness())?;
-        let dofs = body.prepared.body.model.dofs().dof_of_free();
+        let dofs = model.dofs().dof_of_free();
         let dofs: Vec<i64> = dofs.iter().map(|&dof| i64::from(dof)).collect();
         archive.integers("full_dofs", &[dofs.len()], &dofs)?;
     }

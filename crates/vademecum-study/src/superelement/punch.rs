@@ -8,7 +8,7 @@ use std::fmt::Write as _;
 use vademecum_build::Matrix;
 use vademecum_build::prepared::Interface;
 
-use super::ReducedBody;
+use super::body::ReducedBody;
 
 /// Names of the matrices: mass, stiffness, damping.
 const NAMES: [&str; 3] = ["MAAX", "KAAX", "BAAX"];
@@ -19,7 +19,8 @@ const WIDTH: usize = 16;
 /// A row of the matrices: a grid point and its component, or a scalar point and 0.
 type Row = (u64, usize);
 
-pub(super) fn punch(body: &ReducedBody) -> String {
+/// The matrices as DMIG entries of Nastran, with the grid points of the interfaces.
+pub fn punch(body: &ReducedBody) -> String {
     let found = &body.superelement;
     let numbering = Numbering::new(body);
     let mut text = String::from("$ Superelement of vademecum: formats/superelement-1.md\n");
@@ -49,8 +50,7 @@ struct Numbering {
 impl Numbering {
     fn new(body: &ReducedBody) -> Self {
         let found = &body.superelement;
-        let largest = (0..body.mesh().nodes.len() as u32).map(|node| body.node_id(node)).max();
-        let mut next = largest.unwrap_or(0) + 1;
+        let mut next = body.node_ids.iter().max().map_or(0, |largest| *largest) + 1;
         let (mut points, mut rows) = (vec![], vec![]);
         for interface in &found.interfaces {
             let frame = next;
@@ -78,7 +78,7 @@ fn grid_points(text: &mut String, body: &ReducedBody, interface: &Interface, poi
         nodes.dedup();
         for (&point, &node) in points.iter().zip(&nodes) {
             // Rotations of a node of a solid are none of its dofs.
-            grid(text, point, body.mesh().nodes[node as usize], (0, "456"));
+            grid(text, point, body.nodes[node as usize], (0, "456"));
         }
         return;
     }

@@ -1,21 +1,23 @@
 //! `vademecum export craig-bampton`: a body reduced to its interfaces, for multibody and finite element
 //! programs.
 
-use std::path::PathBuf;
+use std::io::Read as _;
+use std::path::{Path, PathBuf};
 
 use vademecum_build::Matrix;
 use vademecum_build::field::dense_market_into;
 use vademecum_build::input::{InterfaceEntry, Problem};
 use vademecum_build::limits::Memory;
 use vademecum_build::progress::Listener;
-use vademecum_build::store::{Kind, Outputs};
+use vademecum_build::store::{Kind, Outputs, open_regular};
 use vademecum_build::superelement::{Method, Request};
-use vademecum_study::superelement::{Description, ReducedBody, columns_of};
+use vademecum_study::superelement::{Description, ReducedBody, columns_of, file_at_ports, npz, punch};
 
-use crate::arguments::{OutputArguments, size};
+use crate::arguments::{Limit, OutputArguments, size};
 use crate::console::Console;
 use crate::failure::{Cause, Failure};
-use crate::files::{outputs, write_bytes};
+use crate::files::{open_or_map, outputs, usable_file, write_bytes};
+use crate::looks::is_vademecum;
 use crate::print::{json, print_json};
 
 /// The script for Exudyn.
@@ -25,29 +27,33 @@ const EXUDYN: &str = include_str!("../../../assets/superelement/exudyn_body.py")
 /// superelement.
 #[derive(clap::Args)]
 #[command(after_help = "Examples:
-  vademecum export craig-bampton rod.toml --interface x_min --interface x_max -o rod      patches of groups
+  vademecum export craig-bampton rod.toml --interface x_min --interface x_max -o rod  patches of groups
   vademecum export craig-bampton rod.toml --interface x_min=rigid --interface x_max=average --modes 8 -o rod
-  vademecum export craig-bampton rod.toml -o rod                                          the ports of the problem
+  vademecum export craig-bampton rod.toml -o rod                     the ports of the problem
   vademecum export craig-bampton rod.toml --interface x_min=rigid --format exudyn,dmig -o rod
   vademecum export craig-bampton rod.toml --method rubin --interface x_min=average -o rod
+  vademecum export craig-bampton rod.vdm --interface tip -o rod      a vademecum file at its port `tip`
 An interface is NAME, the name of a port of the problem or of a group of the mesh; NAME=KIND with a kind; or
 NAME={ … } with the keys kind, on, at and axes in the language of the problem file:
-  --interface 'pin={ kind = \"rigid\", on = { box = { min = [0, 0, 0], max = [0.1, 1, 1] } }, at = [0, 0, 0] }'
+  --interface 'pin={ kind = \"rigid\", on = { group = \"x_min\" }, at = [0, 0, 0.01] }'
 Kinds: patch and nodes have three displacements a node; rigid and average are frames of six motions that the
-nodes follow (RBE2), or that follow their mean (RBE3). What the files hold: formats/superelement-1.md.
+nodes follow (RBE2), or that follow their mean (RBE3). A vademecum file has its ports as interfaces, and the
+methods rubin and macneal. What the files hold: formats/superelement-1.md.
 More: docs/how-to/craig-bampton.md")]
 pub(crate) struct CraigBampton {
-    /// The problem file (TOML).
+    /// The problem file (TOML), or a vademecum file with ports.
     problem: PathBuf,
-    /// An interface; may be given several times [default: the ports of the problem].
+    /// An interface; may be given several times [default: the ports].
     #[arg(long, value_name = "INTERFACE", value_parser = interface)]
     interface: Vec<InterfaceEntry>,
-    /// Method: `craig-bampton`, `rubin`, `macneal` or `herting`.
-    #[arg(long, default_value = "craig-bampton", value_parser = method)]
-    method: Method,
-    /// Number of normal modes beside the coordinates of the interfaces.
-    #[arg(long, default_value_t = 12)]
-    modes: u16,
+    /// Method: `craig-bampton`, `rubin`, `macneal` or `herting` [default: `craig-bampton`, and `rubin` of a
+    /// vademecum file].
+    #[arg(long, value_parser = method)]
+    method: Option<Method>,
+    /// Number of normal modes beside the coordinates of the interfaces [default: 12, and all of a vademecum
+    /// file].
+    #[arg(long)]
+    modes: Option<u16>,
     /// What is written beside the description, separated by commas: `market` (Matrix Market), `npz` (NumPy),
     /// `dmig` (Nastran), `exudyn` (a script, and in the archive the matrices at full order).
     #[arg(long, value_delimiter = ',', default_value = "market,npz", value_parser = format)]
@@ -64,7 +70,12 @@ pub(crate) struct CraigBampton {
     json: bool,
     #[command(flatten)]
     outputs: OutputArguments,
+    #[command(flatten)]
+    limit: Limit,
 }
+
+/// Modes of a problem without a number.
+const MODES: u16 = 12;
 
 /// Files for other programs.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -123,7 +134,7 @@ struct CraigBamptonOutput {
     method: &'static str,
     size: usize,
     interface_size: usize,
-    dofs: usize,
+    dofs: Option<usize>,
     frequencies_hz: Vec<f64>,
     interfaces: Vec<InterfaceOutput>,
     files: Vec<&'static str>,
@@ -140,28 +151,53 @@ struct InterfaceOutput {
 
 impl CraigBampton {
     pub(crate) fn run(&self, console: &Console) -> Result<(), Failure> {
-        let problem = Problem::read(&self.problem)?;
-        let outputs = outputs(&self.outputs, &[Some(&self.problem)], Some(&problem));
         let files = self.files();
-        outputs.check_in(&self.output, &files)?;
-        let request = Request {
-            method: self.method,
-            modes: self.modes.into(),
-            memory: Memory::asked_or_available(self.memory),
+        let (outputs, body) = match is_file(&self.problem) {
+            true => self.of_file(&files)?,
+            false => self.of_problem(&files, console)?,
         };
-        let body = ReducedBody::new(&problem, &self.interface, request, console)?;
         if self.format.contains(&Format::Exudyn) && !body.is_bare_and_free() {
-            let text = "--format exudyn: the body has supports or attachments; expected a free body of elements alone, which \
-                        moves in a floating frame: remove them, joints of Exudyn take their place";
+            let text = "--format exudyn: the body has supports or attachments, or it is a vademecum file; expected the \
+                        problem file of a free body of elements alone, which moves in a floating frame";
             return Err(Failure::new(Cause::Usage, text));
         }
         console.stage("write");
         outputs.make_folder(&self.output)?;
-        let description = body.description();
+        let description = Description::new(&body);
         self.write(&outputs, &body, &description)?;
         console.clear();
         self.print(&body, description, files.iter().map(|(name, _)| *name).collect());
         Ok(())
+    }
+
+    /// The outputs, and the body of a problem at its interfaces.
+    fn of_problem(
+        &self,
+        files: &[(&str, Kind)],
+        console: &Console,
+    ) -> Result<(Outputs, ReducedBody), Failure> {
+        let problem = Problem::read(&self.problem)?;
+        let outputs = outputs(&self.outputs, &[Some(&self.problem)], Some(&problem));
+        outputs.check_in(&self.output, files)?;
+        let request = Request {
+            method: self.method.unwrap_or(Method::CraigBampton),
+            modes: self.modes.unwrap_or(MODES).into(),
+            memory: Memory::asked_or_available(self.memory),
+        };
+        let body = ReducedBody::new(&problem, &self.interface, request, console)?;
+        Ok((outputs, body))
+    }
+
+    /// The outputs, and the body of a vademecum file at its ports.
+    fn of_file(&self, files: &[(&str, Kind)]) -> Result<(Outputs, ReducedBody), Failure> {
+        let outputs = outputs(&self.outputs, &[Some(&self.problem)], None);
+        outputs.check_in(&self.output, files)?;
+        let mapped = open_or_map(&self.problem, false)?;
+        let mut memory = vec![];
+        let file = usable_file(&self.problem, &mapped, |_| true, self.limit, &mut memory)?;
+        let method = self.method.unwrap_or(Method::Rubin);
+        let body = file_at_ports(file, &self.interface, method, self.modes.map(usize::from));
+        Ok((outputs, body.map_err(|error| Failure::from(error).about(&self.problem))?))
     }
 
     /// Files that are written.
@@ -188,10 +224,10 @@ impl CraigBampton {
             }
         }
         if has(Format::Npz) || has(Format::Exudyn) {
-            bytes("superelement.npz", Kind::Npz, &body.npz(has(Format::Exudyn))?)?;
+            bytes("superelement.npz", Kind::Npz, &npz(body, has(Format::Exudyn))?)?;
         }
         if has(Format::Dmig) {
-            bytes("superelement.pch", Kind::Text, body.punch().as_bytes())?;
+            bytes("superelement.pch", Kind::Text, punch(body).as_bytes())?;
         }
         if has(Format::Exudyn) {
             bytes("exudyn_body.py", Kind::Text, EXUDYN.as_bytes())?;
@@ -221,8 +257,9 @@ impl CraigBampton {
             return print_json(&exported);
         }
         let CraigBamptonOutput { folder, method, size, interface_size, dofs, .. } = &exported;
+        let from = dofs.map_or_else(String::new, |dofs| format!("{dofs} dofs reduced to "));
         println!(
-            "{folder}: {dofs} dofs reduced to {size} by {method}: {interface_size} of interfaces, {} of modes",
+            "{folder}: {from}{size} coordinates by {method}: {interface_size} of interfaces, {} of modes",
             size - interface_size
         );
         for InterfaceOutput { name, kind, count, origin: [x, y, z] } in &exported.interfaces {
@@ -238,6 +275,12 @@ impl CraigBampton {
         }
         println!("wrote {}", exported.files.join(", "));
     }
+}
+
+/// True of a vademecum file, sound or not.
+fn is_file(path: &Path) -> bool {
+    let mut head = [0; 8];
+    open_regular(path).and_then(|mut file| file.read_exact(&mut head)).is_ok() && is_vademecum(&head)
 }
 
 /// True of the matrices over the coordinates, which are symmetric.
