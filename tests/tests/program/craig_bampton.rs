@@ -259,7 +259,8 @@ fn a_file_at_its_ports_is_the_superelement_of_its_problem() {
         assert!(nodes > 100 && (0..nodes).all(|node| (moved[(3 * node, 0)] - 1.0).abs() < 1e-6), "{method}");
     }
     let refused = |rest: &[&str], words: &str| {
-        let ran = vademecum(&[&["export", "craig-bampton", &at("rod.vdm"), "-o", &at("none")], rest].concat());
+        let ran =
+            vademecum(&[&["export", "craig-bampton", &at("rod.vdm"), "-o", &at("none")], rest].concat());
         assert_eq!(ran.code, Some(2), "{rest:?}: {}", ran.stderr);
         assert!(ran.stderr.contains(words), "{rest:?}: {}", ran.stderr);
         assert!(!Path::new(&at("none")).exists());

@@ -31,7 +31,7 @@ pub use free::{AtInterface, ByForces};
 
 use faer::Mat;
 
-use crate::fem::Model;
+use crate::fem::{Model, Pencil};
 use crate::input::Problem;
 use crate::limits::Memory;
 use crate::linalg::transposed_product;
@@ -93,6 +93,17 @@ pub struct Superelement {
     /// The coordinates under three shifts along the axes of space and three turns about the origin of space,
     /// shape (r, 6); none of a body that is held.
     pub rigid_motions: Option<Mat<f64>>,
+    /// The full order over the coordinates of the interfaces and the dofs that are left; none of a file.
+    pub full_order: Option<FullOrder>,
+}
+
+/// A body over the coordinates of its interfaces and the dofs that are left.
+#[derive(Clone, Debug)]
+pub struct FullOrder {
+    /// Mass and stiffness.
+    pub pencil: Pencil,
+    /// Free dof of the body at each place behind those of the interfaces, ascending.
+    pub inside: Vec<u32>,
 }
 
 /// What is asked for.
@@ -136,9 +147,12 @@ pub fn reduce(
         model.dofs().expand_into(free.col_as_slice(k), transformation.col_as_slice_mut(k));
     }
     let rigid_motions = partition.is_free().then(|| rigid_motions(&partition, &reduced));
+    let coordinates = partition.coordinates.interface;
+    let inside = partition.coordinates.inside;
+    let full_order = Some(FullOrder { pencil: partition.pencil, inside });
     Ok(Superelement {
         method,
-        coordinates: partition.coordinates.interface,
+        coordinates,
         interfaces,
         frequencies_hz: reduced.frequencies_hz,
         mass: reduced.mass,
@@ -146,6 +160,7 @@ pub fn reduce(
         damping,
         transformation,
         rigid_motions,
+        full_order,
     })
 }
 

@@ -59,6 +59,15 @@ pub enum PortError {
         /// Modes of the file.
         found: usize,
     },
+    /// A body that Chrono's matrices of other programs do not take.
+    #[error(
+        "--format chrono: found {found}; expected a free body of elements alone, with interfaces of kind rigid, patch or \
+         nodes, along the axes of space"
+    )]
+    NotForChrono {
+        /// Body or interface.
+        found: String,
+    },
     /// A flexibility that is singular.
     #[error(
         "the residual flexibility of the file at the {coordinates} coordinates of its ports is singular: name fewer ports"
@@ -157,6 +166,7 @@ pub fn file_at_ports(
         damping,
         transformation,
         rigid_motions,
+        full_order: None,
     };
     contents.reduced_body(superelement)
 }

@@ -5,13 +5,16 @@ use std::io::Read as _;
 use std::path::{Path, PathBuf};
 
 use vademecum_build::Matrix;
-use vademecum_build::field::dense_market_into;
+use vademecum_build::field::{dense_market_into, matrix_market_into};
 use vademecum_build::input::{InterfaceEntry, Problem};
 use vademecum_build::limits::Memory;
 use vademecum_build::progress::Listener;
 use vademecum_build::store::{Kind, Outputs, open_regular};
 use vademecum_build::superelement::{Method, Request};
-use vademecum_study::superelement::{Description, ReducedBody, columns_of, file_at_ports, npz, punch};
+use vademecum_study::StudyError;
+use vademecum_study::superelement::{
+    Description, ReducedBody, chrono, columns_of, file_at_ports, npz, punch,
+};
 
 use crate::arguments::{Limit, OutputArguments, size};
 use crate::console::Console;
@@ -19,6 +22,9 @@ use crate::failure::{Cause, Failure};
 use crate::files::{open_or_map, outputs, usable_file, write_bytes};
 use crate::looks::is_vademecum;
 use crate::print::{json, print_json};
+
+/// The header for Chrono.
+const CHRONO: &str = include_str!("../../../assets/superelement/chrono_body.h");
 
 /// The script for Exudyn.
 const EXUDYN: &str = include_str!("../../../assets/superelement/exudyn_body.py");
@@ -55,7 +61,8 @@ pub(crate) struct CraigBampton {
     #[arg(long)]
     modes: Option<u16>,
     /// What is written beside the description, separated by commas: `market` (Matrix Market), `npz` (NumPy),
-    /// `dmig` (Nastran), `exudyn` (a script, and in the archive the matrices at full order).
+    /// `dmig` (Nastran), `exudyn` (a module, and in the archive the matrices at full order), `chrono` (a header,
+    /// and the matrices at full order).
     #[arg(long, value_delimiter = ',', default_value = "market,npz", value_parser = format)]
     format: Vec<Format>,
     /// Folder for the files; made if missing.
@@ -84,11 +91,17 @@ enum Format {
     Npz,
     Dmig,
     Exudyn,
+    Chrono,
 }
 
 impl Format {
-    const ALL: [(&'static str, Self); 4] =
-        [("market", Self::Market), ("npz", Self::Npz), ("dmig", Self::Dmig), ("exudyn", Self::Exudyn)];
+    const ALL: [(&'static str, Self); 5] = [
+        ("market", Self::Market),
+        ("npz", Self::Npz),
+        ("dmig", Self::Dmig),
+        ("exudyn", Self::Exudyn),
+        ("chrono", Self::Chrono),
+    ];
 
     /// Its files.
     fn files(self) -> &'static [(&'static str, Kind)] {
@@ -98,6 +111,7 @@ impl Format {
             Self::Npz => &[NPZ],
             Self::Dmig => &[("superelement.pch", Kind::Text)],
             Self::Exudyn => &[NPZ, ("exudyn_body.py", Kind::Text)],
+            Self::Chrono => &CHRONO_FILES,
         }
     }
 }
@@ -108,6 +122,14 @@ const MARKET: [(&str, Kind); 4] = [
     ("stiffness.mtx", Kind::Market),
     ("damping.mtx", Kind::Market),
     ("transformation.mtx", Kind::Market),
+];
+
+/// Files of `chrono`.
+const CHRONO_FILES: [(&str, Kind); 4] = [
+    ("chrono_mass.mtx", Kind::Market),
+    ("chrono_stiffness.mtx", Kind::Market),
+    ("chrono_boundary.csv", Kind::Csv),
+    ("chrono_body.h", Kind::Text),
 ];
 
 /// The description.
@@ -124,7 +146,9 @@ fn method(text: &str) -> Result<Method, String> {
 
 fn format(text: &str) -> Result<Format, String> {
     let found = Format::ALL.into_iter().find(|(word, _)| *word == text);
-    found.map(|(_, format)| format).ok_or_else(|| format!("`{text}` is not one of market, npz, dmig, exudyn"))
+    found
+        .map(|(_, format)| format)
+        .ok_or_else(|| format!("`{text}` is not one of market, npz, dmig, exudyn, chrono"))
 }
 
 /// Report of the export.
@@ -161,10 +185,21 @@ impl CraigBampton {
                         problem file of a free body of elements alone, which moves in a floating frame";
             return Err(Failure::new(Cause::Usage, text));
         }
+        let for_chrono = self.format.contains(&Format::Chrono).then(|| chrono(&body)).transpose();
+        let for_chrono = for_chrono.map_err(StudyError::from)?;
         console.stage("write");
         outputs.make_folder(&self.output)?;
         let description = Description::new(&body);
         self.write(&outputs, &body, &description)?;
+        if let Some((table, full)) = for_chrono {
+            let at = |name: &str| self.output.join(name);
+            let [mass, stiffness] = [full.pencil.mass(), full.pencil.stiffness()];
+            for ((name, kind), matrix) in CHRONO_FILES.into_iter().zip([mass, stiffness]) {
+                outputs.write(&at(name), kind, |out| matrix_market_into(out, matrix))?;
+            }
+            write_bytes(&outputs, &at("chrono_boundary.csv"), Kind::Csv, table.as_bytes())?;
+            write_bytes(&outputs, &at("chrono_body.h"), Kind::Text, CHRONO.as_bytes())?;
+        }
         console.clear();
         self.print(&body, description, files.iter().map(|(name, _)| *name).collect());
         Ok(())
