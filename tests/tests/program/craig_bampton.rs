@@ -278,6 +278,67 @@ fn a_file_at_its_ports_is_the_superelement_of_its_problem() {
 }
 
 #[test]
+fn matrices_for_chrono_are_the_body_over_its_boundary_and_its_inside() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let at = folder.path();
+    exported(
+        at,
+        &["--interface", "x_min=rigid", "--interface", "x_max", "--modes", "3", "--format", "chrono,npz"],
+    );
+    let table = text(at, "chrono_boundary.csv");
+    let kinds: Vec<&str> =
+        table.lines().skip(1).map(|line| line.split(',').next().expect("a kind")).collect();
+    assert_eq!((kinds[0], kinds.len()), ("frame", 10));
+    assert!(kinds[1..].iter().all(|kind| *kind == "node"));
+    let read = |name: &str| -> Vec<(usize, usize, f64)> {
+        let text = text(at, name);
+        let mut lines = text.lines();
+        assert_eq!(lines.next(), Some("%%MatrixMarket matrix coordinate real symmetric"));
+        lines.next().expect("sizes");
+        let entry = |line: &str| {
+            let words: Vec<&str> = line.split(' ').collect();
+            let index = |k: usize| words[k].parse::<usize>().expect("an index") - 1;
+            (index(0), index(1), words[2].parse().expect("a number"))
+        };
+        lines.map(entry).collect()
+    };
+    let (mass, stiffness) = (read("chrono_mass.mtx"), read("chrono_stiffness.mtx"));
+    // A shift along x: of the frame, of the nine nodes of the patch, and of the nodes inside.
+    let n = 1 + mass.iter().map(|entry| entry.0).max().expect("entries");
+    let m = 6 + 27;
+    let shift = |row: usize| match row {
+        0..6 => f64::from(u8::from(row == 0)),
+        _ => f64::from(u8::from((row - 6).is_multiple_of(3))),
+    };
+    assert_eq!((n - m) % 3, 0);
+    let times = |entries: &[(usize, usize, f64)]| {
+        let mut image = vec![0.0; n];
+        for &(row, column, value) in entries {
+            image[row] += value * shift(column);
+            if row != column {
+                image[column] += value * shift(row);
+            }
+        }
+        image
+    };
+    let weight: f64 = times(&mass).iter().enumerate().map(|(row, x)| x * shift(row)).sum();
+    assert!((weight / 0.972 - 1.0).abs() < 1e-10, "{weight}");
+    let largest = stiffness.iter().map(|entry| entry.2.abs()).fold(0.0, f64::max);
+    assert!(times(&stiffness).iter().all(|x| x.abs() < 1e-9 * largest));
+    for (interface, words) in [
+        ("x_min=average", "`x_min` of kind average"),
+        (
+            "a={ kind = \"rigid\", on = { group = \"x_min\" }, axes = [[0, 1, 0], [0, 0, 1]] }",
+            "`a` with axes of its own",
+        ),
+    ] {
+        let ran = export(&at.join("none"), &["--interface", interface, "--format", "chrono"]);
+        assert_eq!(ran.code, Some(2), "{}", ran.stderr);
+        assert!(ran.stderr.contains(words), "{}", ran.stderr);
+    }
+}
+
+#[test]
 fn what_cannot_be_is_refused_before_anything_is_written() {
     let folder = tempfile::tempdir().expect("a folder");
     let at = folder.path().join("out");
@@ -287,7 +348,11 @@ fn what_cannot_be_is_refused_before_anything_is_written() {
         (vec!["--interface", "x_min=soft"], 2, "expected patch, nodes, rigid or average"),
         (vec!["--interface", "x_min", "--interface", "z_max"], 2, "in common"),
         (vec!["--interface", "x_min", "--method", "guyan"], 2, "is not one of craig-bampton, rubin"),
-        (vec!["--interface", "x_min", "--format", "abaqus"], 2, "is not one of market, npz, dmig, exudyn"),
+        (
+            vec!["--interface", "x_min", "--format", "abaqus"],
+            2,
+            "is not one of market, npz, dmig, exudyn, chrono",
+        ),
         (vec!["--interface", "a={ kind = \"nodes\", on = { nodes = [1] } }"], 2, "leave 3 of the 6"),
         (vec!["--interface", "x_min", "--modes", "60000"], 2, "60000 modes asked for"),
         (vec!["--interface", "x_min", "--memory", "1K"], 1, "of memory"),
