@@ -8,7 +8,7 @@ use super::body_error::BodyError;
 use super::places::{facets, select};
 use super::ports::{MOTIONS, Port, SPACE, along, cloud, mean, mean_motion, three_axes};
 use crate::fem::{Facet, rigid_row};
-use crate::input::{InterfaceEntry, InterfaceKind, PortEntry, Problem, perpendicular};
+use crate::input::{InterfaceEntry, InterfaceKind, PortEntry, PortKind, Problem, perpendicular};
 use crate::linalg::symmetric_eigen;
 use crate::linalg::vec3::sub;
 use crate::mesh::select::Selection;
@@ -135,7 +135,8 @@ pub fn interfaces(
 ) -> Result<Vec<Interface>, InterfaceError> {
     let surface = Surface::of(body.model.mesh());
     let found: Vec<Interface> = if entries.is_empty() {
-        problem.ports.iter().zip(&body.ports).map(|(entry, port)| of_port(entry, port)).collect()
+        let ports = problem.ports.iter().zip(&body.ports);
+        ports.map(|port| of_port(problem, body, &surface, port)).collect::<Result<_, _>>()?
     } else {
         let one = |entry| interface(problem, body, &surface, entry);
         entries.iter().map(one).collect::<Result<_, _>>()?
@@ -170,23 +171,34 @@ impl Interface {
     }
 }
 
-fn of_port(entry: &PortEntry, port: &Port) -> Interface {
-    let kind = match (&entry.reference, port.nodes.is_empty()) {
-        (_, false) => "patch",
-        (Some(_), _) => "reference",
-        (None, _) => "average",
+/// A port as an interface: its nodes, or the motions of its reference point.
+fn of_port(
+    problem: &Problem,
+    body: &Body,
+    surface: &Surface,
+    (entry, port): (&PortEntry, &Port),
+) -> Result<Interface, InterfaceError> {
+    let Some(on) = &entry.on else {
+        return Ok(Interface {
+            name: port.name.clone(),
+            kind: "reference",
+            nodes: vec![],
+            weights: vec![],
+            origin: port.origin,
+            axes: port.axes,
+            coordinates: of_frame(),
+            rows: InterfaceRows::Means(port.rows.clone()),
+        });
     };
-    let coordinates = if kind == "patch" { of_nodes(&port.nodes) } else { of_frame() };
-    Interface {
-        name: port.name.clone(),
-        kind,
-        nodes: port.nodes.clone(),
-        weights: vec![1.0 / port.nodes.len().max(1) as f64; port.nodes.len()],
-        origin: port.origin,
-        axes: port.axes,
-        coordinates,
-        rows: InterfaceRows::Means(port.rows.clone()),
-    }
+    let kind = if entry.kind == PortKind::Patch { InterfaceKind::Patch } else { InterfaceKind::Average };
+    let own = InterfaceEntry {
+        name: entry.name.clone(),
+        kind: Some(kind),
+        on: Some(on.clone()),
+        at: entry.at,
+        axes: entry.axes,
+    };
+    interface(problem, body, surface, &own)
 }
 
 fn of_nodes(nodes: &[u32]) -> Vec<Coordinate> {
@@ -217,7 +229,7 @@ fn interface(
     };
     let port = problem.ports.iter().zip(&body.ports).find(|(port, _)| port.name == name);
     if let (None, None, Some((entry, port))) = (entry.kind, &entry.on, port) {
-        return Ok(of_port(entry, port));
+        return of_port(problem, body, surface, (entry, port));
     }
     let on = entry.on.clone().map_or_else(group, Ok)?;
     let kind = entry.kind.unwrap_or(InterfaceKind::Patch);
