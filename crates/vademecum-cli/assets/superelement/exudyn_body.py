@@ -8,6 +8,7 @@
 The floating frame of Exudyn moves as a rigid body and the modes move in it, so the six rigid motions of the
 superelement have to leave its columns. `first` leaves out the coordinates of the first interface, which must be a
 frame: it is at rest in the floating frame. `mean` takes what has no momentum: mean axes, for interfaces of any kind.
+`none` keeps all columns, of which the program has to hold six (as with `HCBstaticModeSelection.allBoundaryNodes`).
 """
 
 import json
@@ -32,7 +33,9 @@ def description(folder=FOLDER):
 
 
 def mode_basis(data, described, floating="auto"):
-    """Columns without rigid motions, one row for each displacement of each node."""
+    """Columns without rigid motions, one row for each displacement of each node; `auto` takes `first` if it can."""
+    if floating not in ("auto", "first", "mean", "none"):
+        raise ValueError(f"floating is {floating!r}; expected 'auto', 'first', 'mean' or 'none'")
     motions, first = data["rigid_motions"], described["interfaces"][0]
     if floating == "auto":
         floating = "first" if first["count"] == 6 and described["method"] in ("craig-bampton", "herting") else "mean"
@@ -40,6 +43,8 @@ def mode_basis(data, described, floating="auto"):
         if first["count"] != 6:
             raise ValueError(f"the first interface, {first['name']}, has {first['count']} coordinates; expected a frame")
         return data["transformation"][:, 6:]
+    if floating == "none":
+        return data["transformation"]
     # The complement of the momenta of the rigid motions, by the QR factors of these.
     momenta = data["mass"] @ motions
     complement = np.linalg.qr(momenta, mode="complete")[0][:, 6:]
