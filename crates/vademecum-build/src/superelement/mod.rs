@@ -35,7 +35,7 @@ use crate::fem::{Model, Pencil};
 use crate::input::Problem;
 use crate::limits::Memory;
 use crate::linalg::transposed_product;
-use crate::prepared::{Interface, Prepared};
+use crate::prepared::{Interface, InterfaceRows, Prepared};
 use crate::progress::Listener;
 
 use partition::Partition;
@@ -164,7 +164,8 @@ pub fn reduce(
     })
 }
 
-/// Refuses columns that do not fit the memory: `T` at nodes, over the free dofs and over `v`, and solves.
+/// Refuses what does not fit the memory: `T` at nodes, over the free dofs and over `v`, solves, and blocks of
+/// dofs under a mean.
 fn check_memory(
     model: &Model,
     interfaces: &[Interface],
@@ -173,9 +174,15 @@ fn check_memory(
 ) -> Result<(), SuperelementError> {
     let coordinates: usize = interfaces.iter().map(|interface| interface.coordinates.len()).sum();
     let columns = (coordinates + modes + 6) as f64;
-    let needed = 8.0 * 5.0 * columns * model.dofs().n_dof() as f64;
+    // Dofs under a mean are all coupled: entries of two matrices as they are collected and as they are kept.
+    let coupled = interfaces.iter().map(|interface| match &interface.rows {
+        InterfaceRows::Means(rows) => rows.iter().map(Vec::len).max().unwrap_or(0) as f64,
+        InterfaceRows::Followers(_) => 0.0,
+    });
+    let means: f64 = coupled.map(|dofs| 64.0 * dofs * dofs).sum();
+    let needed = 8.0 * 5.0 * columns * model.dofs().n_dof() as f64 + means;
     let what = || format!("{coordinates} coordinates of interfaces and {modes} modes");
-    let instead = ": frames instead of patches, or fewer modes";
+    let instead = ": rigid frames, frames instead of patches, or fewer modes";
     Ok(memory.check(needed, instead, what)?)
 }
 

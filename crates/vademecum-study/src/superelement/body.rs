@@ -3,7 +3,7 @@
 use vademecum_build::Matrix;
 use vademecum_build::fem::Model;
 use vademecum_build::field::DenseMatrix;
-use vademecum_build::input::{InterfaceEntry, Problem};
+use vademecum_build::input::{BasisKind, InterfaceEntry, Problem};
 use vademecum_build::prepared::{interfaces, prepare};
 use vademecum_build::progress::{Listener, Stopwatch};
 use vademecum_build::superelement::{Request, Superelement, reduce};
@@ -50,8 +50,9 @@ impl ReducedBody {
             );
             problem.parameters.clear();
         }
-        // Nothing is marched, so none is proposed.
+        // Nothing is marched: no step is proposed, and a free body is free by any scheme and basis.
         problem.time.step.get_or_insert(1.0);
+        (problem.time.scheme, problem.basis.kind) = (None, Some(BasisKind::Modes));
         let prepared = prepare(&problem, &mut Stopwatch::new(listener), listener)?;
         let found = interfaces(&problem, &prepared.body, entries)?;
         let superelement = reduce(&problem, &prepared, found, request, listener)?;
