@@ -153,8 +153,7 @@ fn dofs_of(rows: &InterfaceRows) -> Vec<u32> {
 }
 
 /// The dofs that take the place of coordinates from `first` on: a row of one dof names it, and of the others
-/// some dofs are solved for, by Gauss and Jordan with pivots from rows and columns. Nothing if a row follows
-/// from others.
+/// some dofs are solved for. Nothing if a row follows from others.
 fn means(first: u32, rows: &[Vec<(u32, f64)>]) -> Option<Vec<Dependent>> {
     let (mut found, mut open) = (vec![], vec![]);
     for (coordinate, row) in (first..).zip(rows) {
@@ -180,17 +179,37 @@ fn means(first: u32, rows: &[Vec<(u32, f64)>]) -> Option<Vec<Dependent>> {
         }
         table[i][width + i] = 1.0 / largest;
     }
-    let (mut pivots, mut done) = (vec![usize::MAX; g], vec![false; width]);
+    let pivots = eliminate(&mut table, |j| j < width && named[j].is_none())?;
+    let done = |c: usize| pivots.contains(&c);
+    for (i, &j) in pivots.iter().enumerate() {
+        let row = &table[i];
+        let of_rows = open.iter().enumerate().map(|(k, (coordinate, _))| (*coordinate, row[width + k]));
+        let of_named = (0..width).filter_map(|c| Some((named[c]?, -row[c])));
+        let others = (0..width).filter(|&c| named[c].is_none() && !done(c)).map(|c| (dofs[c], -row[c]));
+        found.push(Dependent {
+            dof: dofs[j],
+            coordinates: of_rows.chain(of_named).filter(|term| term.1 != 0.0).collect(),
+            others: others.filter(|term| term.1 != 0.0).collect(),
+        });
+    }
+    Some(found)
+}
+
+/// Solves the rows for one usable column each, by Gauss and Jordan with the largest pivot of all rows and
+/// columns that are left; gives the column of each row. Nothing if a row follows from others.
+fn eliminate(table: &mut [Vec<f64>], usable: impl Fn(usize) -> bool) -> Option<Vec<usize>> {
+    let (g, width) = (table.len(), table.first().map_or(0, Vec::len));
+    let mut pivots = vec![usize::MAX; g];
     for _ in 0..g {
         let rows = (0..g).filter(|&i| pivots[i] == usize::MAX);
         let places = rows.flat_map(|i| (0..width).map(move |j| (i, j)));
-        let usable = places.filter(|&(_, j)| !done[j] && named[j].is_none());
-        let (i, j) = usable.max_by(|a, b| table[a.0][a.1].abs().total_cmp(&table[b.0][b.1].abs()))?;
+        let open = places.filter(|&(_, j)| usable(j) && !pivots.contains(&j));
+        let (i, j) = open.max_by(|a, b| table[a.0][a.1].abs().total_cmp(&table[b.0][b.1].abs()))?;
         let pivot = table[i][j];
         if pivot.abs() <= ROUNDING {
             return None;
         }
-        (pivots[i], done[j]) = (j, true);
+        pivots[i] = j;
         table[i].iter_mut().for_each(|x| *x /= pivot);
         let row = table[i].clone();
         for (_, other) in table.iter_mut().enumerate().filter(|(other, _)| *other != i) {
@@ -201,16 +220,5 @@ fn means(first: u32, rows: &[Vec<(u32, f64)>]) -> Option<Vec<Dependent>> {
             }
         }
     }
-    for (i, &j) in pivots.iter().enumerate() {
-        let row = &table[i];
-        let of_rows = open.iter().enumerate().map(|(k, (coordinate, _))| (*coordinate, row[width + k]));
-        let of_named = (0..width).filter_map(|c| Some((named[c]?, -row[c])));
-        let others = (0..width).filter(|&c| named[c].is_none() && !done[c]).map(|c| (dofs[c], -row[c]));
-        found.push(Dependent {
-            dof: dofs[j],
-            coordinates: of_rows.chain(of_named).filter(|term| term.1 != 0.0).collect(),
-            others: others.filter(|term| term.1 != 0.0).collect(),
-        });
-    }
-    Some(found)
+    Some(pivots)
 }
