@@ -5,7 +5,7 @@ use std::fmt::Write as _;
 use vademecum_build::superelement::FullOrder;
 
 use super::body::ReducedBody;
-use super::of_file::PortError;
+use super::error::PortError;
 
 /// Axes of space.
 const SPACE: [[f64; 3]; 3] = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];

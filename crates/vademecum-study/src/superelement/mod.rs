@@ -3,6 +3,7 @@
 mod body;
 mod chrono;
 mod description;
+mod error;
 mod npz;
 mod of_file;
 mod punch;
@@ -10,6 +11,7 @@ mod punch;
 pub use body::{ReducedBody, columns_of};
 pub use chrono::chrono;
 pub use description::{Description, InterfaceDescription};
+pub use error::PortError;
 pub use npz::npz;
-pub use of_file::{PortError, file_at_ports};
+pub use of_file::file_at_ports;
 pub use punch::punch;

@@ -61,8 +61,8 @@ pub(crate) struct CraigBampton {
     #[arg(long)]
     modes: Option<u16>,
     /// What is written beside the description, separated by commas: `market` (Matrix Market), `npz` (NumPy),
-    /// `dmig` (Nastran), `exudyn` (a module, and in the archive the matrices at full order), `chrono` (a header,
-    /// and the matrices at full order).
+    /// `dmig` (Nastran), `exudyn` (a module, and in the archive the matrices at full order), `chrono` (a
+    /// header, and the matrices at full order).
     #[arg(long, value_delimiter = ',', default_value = "market,npz", value_parser = format)]
     format: Vec<Format>,
     /// Folder for the files; made if missing.
