@@ -26,7 +26,7 @@ pub fn punch(body: &ReducedBody) -> String {
     let mut text = String::from("$ Superelement of vademecum: formats/superelement-1.md\n");
     text.push_str("$ Case control: K2GG = KAAX  M2GG = MAAX  B2GG = BAAX\n");
     for (interface, points) in found.interfaces.iter().zip(&numbering.points) {
-        write!(text, "$ Interface {} of kind {}\n", printable(&interface.name), interface.kind)
+        writeln!(text, "$ Interface {} of kind {}", printable(&interface.name), interface.kind)
             .expect("writing to a string cannot fail");
         grid_points(&mut text, body, interface, points);
     }
