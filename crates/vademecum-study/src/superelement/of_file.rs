@@ -31,7 +31,7 @@ struct Contents<'a> {
 /// all. What the other ones answer statically joins the residual flexibility.
 ///
 /// # Errors
-/// [`StudyError::Ports`], [`StudyError::Format`].
+/// [`StudyError::Ports`], [`StudyError::File`].
 pub fn file_at_ports(
     file: File<'_>,
     entries: &[InterfaceEntry],
