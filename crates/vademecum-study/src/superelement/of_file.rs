@@ -48,9 +48,9 @@ pub fn file_at_ports(
         return Err(PortError::NotAPort { name: entry.name.clone() }.into());
     }
     let names: Vec<String> = entries.iter().map(|entry| entry.name.clone()).collect();
+    let contents = Contents::new(file, modes)?;
     // Sections that fit one another.
     let part = Part::new("", file, Pose::at([0.0; 3])).map_err(PortError::from)?;
-    let contents = Contents::new(file, modes)?;
     let (interfaces, rows) = contents.interfaces(part.port_names(), &names)?;
     let m = rows.len();
     let compliance = contents.needed(S::PortCompliance)?;
