@@ -91,6 +91,7 @@ pub mod response;
 pub mod separated;
 pub mod store;
 pub mod suggest;
+pub mod superelement;
 
 /// The dense matrix of the builder, column-major.
 pub type Matrix = faer::Mat<f64>;

@@ -22,11 +22,13 @@ use vademecum_build::printable::{printable, shortened};
 use vademecum_build::progress::is_cancelled;
 use vademecum_build::report::{MissedPart, ToleranceMissed};
 use vademecum_build::store::OutputError as WriteError;
+use vademecum_build::superelement::SuperelementError;
 use vademecum_deck::DeckError;
 use vademecum_eval::OutputError;
 use vademecum_rewrite::RewriteError;
 use vademecum_study::calibrate::CalibrateError;
 use vademecum_study::scenario::ScenarioError;
+use vademecum_study::superelement::PortError;
 use vademecum_study::table::TableFileError;
 use vademecum_study::{FileError, StudyError};
 
@@ -152,6 +154,23 @@ impl Failure {
             failure.file = Some(scenario.to_path_buf());
         }
         failure
+    }
+
+    /// A body that cannot be reduced to its interfaces.
+    fn of_superelement(error: SuperelementError) -> Self {
+        use SuperelementError as E;
+        let cause = match &error {
+            E::Shared { .. }
+            | E::Dependent { .. }
+            | E::Loose { .. }
+            | E::NothingInside { .. }
+            | E::NoResidual { .. }
+            | E::NoModes { .. }
+            | E::Modes(ModesError::Count { .. }) => Cause::Usage,
+            E::Memory(_) => Cause::Machine,
+            _ => Cause::Numerics,
+        };
+        Self::new(cause, error)
     }
 
     /// Tells it, and gives the process's exit code.
@@ -424,6 +443,10 @@ impl From<StudyError> for Failure {
             StudyError::Build(error) => error.into(),
             StudyError::File(error) => error.into(),
             error if is_cancelled(&error) => Self::new(Cause::Stopped, "stopped on request"),
+            StudyError::Interface(error) => Self::new(Cause::Usage, error),
+            StudyError::Superelement(error) => Self::of_superelement(error),
+            StudyError::Ports(error @ PortError::Fault(_)) => Self::new(Cause::File, error),
+            StudyError::Ports(error) => Self::new(Cause::Usage, error),
             error @ StudyError::TableFile(TableFileError::Unreadable { .. }) => {
                 Self::new(Cause::Machine, error).remedy(UNREAD)
             }

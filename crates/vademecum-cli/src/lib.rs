@@ -86,6 +86,7 @@ Examples:
   vademecum report body.vdm -o report.html          one page about a build, with figures
   vademecum assemble assembly.toml -o whole.vdm     join bodies that were built apart to one
   vademecum export matrices body.toml -o matrices   mass, stiffness, loads and basis for other programs
+  vademecum export craig-bampton rod.toml -o rod    the body reduced to its interfaces, for multibody programs
   vademecum plan sweep.toml -o sweep                many builds as jobs; `collect` gathers them
   vademecum strip body.vdm --keep probes -o p.vdm   only what stepping and probes need
   vademecum pack body.vdm -o small.vdm              compress it for shipping; `unpack` gives it back

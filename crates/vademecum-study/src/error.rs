@@ -17,15 +17,17 @@ use vademecum_build::measured::NotMeasured;
 use vademecum_build::mesh_error::MeshErrorFailure;
 use vademecum_build::parametric::ParametricError;
 use vademecum_build::pipeline::BuildError;
-use vademecum_build::prepared::{BodyError, PrepareError, TimeStepError};
+use vademecum_build::prepared::{BodyError, InterfaceError, PrepareError, TimeStepError};
 use vademecum_build::progress::Cancelled;
 use vademecum_build::response::ResponseError;
+use vademecum_build::superelement::SuperelementError;
 use vademecum_chapter::{ChapterBindError, ChapterError, ChapterLoadError, ChapterStepError};
 use vademecum_eval::{BindError, LoadError, OpenError, OutputError, StepError};
 use vademecum_format::scheme::TableError;
 use vademecum_format::{FormatError, SectionKind};
 use vademecum_rewrite::RewriteError;
 
+use crate::superelement::PortError;
 use crate::table::TableFileError;
 
 /// Cause of numbers that grow without end, and what to do.
@@ -56,6 +58,18 @@ pub enum StudyError {
     /// A vademecum file cannot be used for what is asked.
     #[error(transparent)]
     File(#[from] FileError),
+    /// An interface of a superelement does not fit the body.
+    #[error(transparent)]
+    Interface(#[from] InterfaceError),
+    /// A body that cannot be reduced to its interfaces.
+    #[error(transparent)]
+    Superelement(#[from] SuperelementError),
+    /// A file gives no superelement at its ports.
+    #[error(transparent)]
+    Ports(#[from] PortError),
+    /// An archive of arrays cannot be written.
+    #[error("the archive of arrays")]
+    Archive(#[from] zip::result::ZipError),
     /// Large displacements, where methods of linear motion are compared.
     #[error(
         "`model = \"large-displacement\"`: the methods that are compared here are those of linear motion; those of \

@@ -2,7 +2,6 @@
 //! beside them.
 
 use serde::Serialize;
-use vademecum_build::Matrix;
 use vademecum_build::dynamics::{Course, History, SchemeKind, Wave};
 use vademecum_build::fem::SymmetricMatrix;
 use vademecum_build::field;
@@ -13,6 +12,7 @@ use crate::error::StudyError;
 use crate::scenario::{STEPS_AT_FULL_ORDER, Scenario};
 use crate::scenario_loads::ScenarioLoads;
 use crate::study::Study;
+use crate::superelement::columns_of;
 
 /// Data of the time integration: `model.json`.
 #[derive(Clone, Debug, Serialize)]
@@ -197,9 +197,4 @@ impl ExportedModel {
     fn node_id(&self, index: usize) -> u64 {
         self.study.prepared().body.model.mesh().node_ids.get(index).copied().unwrap_or(index as u64)
     }
-}
-
-fn columns_of(matrix: &Matrix) -> field::DenseMatrix {
-    let data = (0..matrix.ncols()).flat_map(|j| matrix.col_as_slice(j).iter().copied()).collect();
-    field::DenseMatrix { rows: matrix.nrows(), columns: matrix.ncols(), data }
 }

@@ -37,6 +37,7 @@ mod statistics;
 pub mod stress;
 mod stress_error;
 mod study;
+pub mod superelement;
 pub mod sweep;
 pub mod table;
 pub mod target;

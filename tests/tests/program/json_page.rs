@@ -228,6 +228,11 @@ fn commands_that_rewrite_and_write_print_the_keys_of_their_page() {
                  1]\n[[contact]]\nbetween = [\"box\", \"beam\"]\n";
     std::fs::write(at.join("world.toml"), world).expect("written");
     compare(at, &["run of a world"], &["run world.toml -o world.csv --vtu out --json"]);
+    compare(
+        at,
+        &["export craig-bampton"],
+        &["export craig-bampton beam.toml --interface x_max --modes 4 -o out --json"],
+    );
     compare(at, &["export fmu"], &["export fmu beam.vdm -o beam.fmu --json"]);
     compare(
         at,

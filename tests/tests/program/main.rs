@@ -6,6 +6,7 @@ mod bench;
 mod calculix;
 mod calibrate;
 mod commands;
+mod craig_bampton;
 mod deck_materials;
 mod decks;
 mod element_kinds;

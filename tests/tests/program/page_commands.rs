@@ -16,7 +16,7 @@ struct Page {
 }
 
 /// In this order: later pages use the beam of the first.
-const PAGES: [Page; 9] = [
+const PAGES: [Page; 10] = [
     Page {
         path: "README.md",
         left_out: &[
@@ -33,6 +33,7 @@ const PAGES: [Page; 9] = [
         given: &[],
     },
     Page { path: "docs/how-to/calibrate.md", left_out: &[], given: &[] },
+    Page { path: "docs/how-to/craig-bampton.md", left_out: &[], given: &[] },
     Page { path: "docs/how-to/mesh-error.md", left_out: &[], given: &[] },
     Page {
         path: "docs/how-to/moving-base.md",

@@ -7,7 +7,7 @@
 use std::io::Write;
 use std::path::Path;
 
-use super::{FieldError, io_error};
+use super::{DenseMatrix, FieldError, io_error};
 use crate::fem::SymmetricMatrix;
 use crate::mesh::text::{ParsedNumber, Text, tokens};
 use crate::mesh::{Location, shown};
@@ -272,6 +272,24 @@ pub fn matrix_market_into(out: &mut dyn Write, matrix: &SymmetricMatrix) -> std:
     for j in 0..n {
         for (i, value) in lower(j) {
             writeln!(out, "{} {} {value:e}", i + 1, j + 1)?;
+        }
+    }
+    Ok(())
+}
+
+/// Writes a dense matrix as `array real`, column by column: `general`, or of a symmetric one the lower
+/// triangle.
+///
+/// # Errors
+/// Of the output.
+pub fn dense_market_into(out: &mut dyn Write, matrix: &DenseMatrix, symmetric: bool) -> std::io::Result<()> {
+    let DenseMatrix { rows, columns, .. } = matrix;
+    let symmetry = if symmetric { "symmetric" } else { "general" };
+    writeln!(out, "%%MatrixMarket matrix array real {symmetry}\n{rows} {columns}")?;
+    for j in 0..*columns {
+        let first = if symmetric { j } else { 0 };
+        for value in &matrix.column(j)[first..] {
+            writeln!(out, "{value:e}")?;
         }
     }
     Ok(())

@@ -154,7 +154,50 @@ fn check(matrix: &DenseMatrix) -> Result<(), FieldError> {
 pub fn npy_into(out: &mut dyn Write, matrix: &DenseMatrix) -> std::io::Result<()> {
     check(matrix).map_err(std::io::Error::other)?;
     let DenseMatrix { rows, columns, data } = matrix;
-    let mut header = format!("{{'descr': '<f8', 'fortran_order': True, 'shape': ({rows}, {columns}), }}");
+    npy_array_into(out, &NpyArray { shape: &[*rows, *columns], values: NpyValues::Columns(data) })
+}
+
+/// An array that is written.
+#[derive(Clone, Copy, Debug)]
+pub struct NpyArray<'a> {
+    /// Its shape.
+    pub shape: &'a [usize],
+    /// Its values.
+    pub values: NpyValues<'a>,
+}
+
+/// Values of an array.
+#[derive(Clone, Copy, Debug)]
+pub enum NpyValues<'a> {
+    /// `float64`, column by column.
+    Columns(&'a [f64]),
+    /// `float64`, row by row.
+    Rows(&'a [f64]),
+    /// `int64`, row by row.
+    Integers(&'a [i64]),
+}
+
+/// Writes an array, format version 1.
+///
+/// # Errors
+/// Of the output.
+///
+/// # Panics
+/// If the shape has another number of values.
+pub fn npy_array_into(out: &mut dyn Write, array: &NpyArray<'_>) -> std::io::Result<()> {
+    let (count, descr, order) = match array.values {
+        NpyValues::Columns(values) => (values.len(), "<f8", "True"),
+        NpyValues::Rows(values) => (values.len(), "<f8", "False"),
+        NpyValues::Integers(values) => (values.len(), "<i8", "False"),
+    };
+    assert_eq!(array.shape.iter().product::<usize>(), count, "one value for each place of the shape");
+    let mut shape: Vec<String> = array.shape.iter().map(usize::to_string).collect();
+    if shape.len() == 1 {
+        shape.push(String::new());
+    }
+    let shape = shape.join(", ");
+    let mut header =
+        format!("{{'descr': '{descr}', 'fortran_order': {order}, 'shape': ({}), }}", shape.trim_end());
     // Data start at a multiple of 64 bytes; the header ends with a line break.
     let start = (MAGIC.len() + 4 + header.len() + 1).next_multiple_of(64);
     let padding = start - (MAGIC.len() + 4 + header.len() + 1);
@@ -164,7 +207,12 @@ pub fn npy_into(out: &mut dyn Write, matrix: &DenseMatrix) -> std::io::Result<()
     out.write_all(&[1, 0])?;
     out.write_all(&(header.len() as u16).to_le_bytes())?;
     out.write_all(header.as_bytes())?;
-    data.iter().try_for_each(|x| out.write_all(&x.to_le_bytes()))
+    match array.values {
+        NpyValues::Columns(values) | NpyValues::Rows(values) => {
+            values.iter().try_for_each(|x| out.write_all(&x.to_le_bytes()))
+        }
+        NpyValues::Integers(values) => values.iter().try_for_each(|x| out.write_all(&x.to_le_bytes())),
+    }
 }
 
 #[cfg(test)]

@@ -1,10 +1,11 @@
 //! Problem files, and the reading of TOML files in general.
 
+mod interface;
 mod lengths;
 mod problem;
 pub mod toml_file;
 
-pub(crate) use problem::CENTRIFUGAL;
+pub use interface::{InterfaceEntry, InterfaceKind};
 pub use problem::{
     BaseEntry, BasisEntry, BasisKind, BlockSource, ChapterEntry, Component, CouplingEntry, CouplingKind,
     DampingEntry, DashpotEntry, EquationEntry, EquationNode, EquationTerm, FILE_KEYS, Fields, LargeEntry,
@@ -14,4 +15,4 @@ pub use problem::{
     ReferencePointEntry, RegionEntry, Repair, SnapshotPlan, SpringEntry, StressPlaces, SupportEntry,
     TablesSource, TieEntry, TimeEntry, Tolerances, problem_schema, range_table,
 };
-pub(crate) use problem::{GaugeEntry, InnerProduct, Precision, STRESS_UNASKED};
+pub(crate) use problem::{CENTRIFUGAL, GaugeEntry, InnerProduct, Precision, STRESS_UNASKED, perpendicular};

@@ -32,8 +32,8 @@ pub use body::{
 };
 pub(crate) use chapter::Representation;
 pub use chapter::{ChapterEntry, Projection, Repair};
-pub(crate) use check::CENTRIFUGAL;
 pub use check::OWN_COLUMNS;
+pub(crate) use check::{CENTRIFUGAL, perpendicular};
 pub use large::{LargeEntry, ModelKind};
 pub use plan::{
     BasisEntry, BasisKind, Fields, OutputEntry, ParameterEntry, ParameterKind, ParameterScale, ProbeEntry,

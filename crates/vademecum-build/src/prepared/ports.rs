@@ -13,7 +13,7 @@ use crate::mesh::Mesh;
 use crate::mesh::surface::Surface;
 
 /// Motions of a frame.
-const MOTIONS: usize = 6;
+pub(super) const MOTIONS: usize = 6;
 
 /// A port of the body.
 #[derive(Clone, Debug)]
@@ -92,10 +92,22 @@ fn frame(
             (origin, mean_motion(mesh, origin, &cloud))
         }
     };
-    let axes = entry.axes.map_or(SPACE, |[first, second]| {
+    let axes = three_axes(entry.axes);
+    let rows = along(axes, &motions, dofs);
+    Ok(Port { name: entry.name.clone(), nodes: vec![], facets: vec![], origin, axes, rows })
+}
+
+/// The axes of a frame, by the first two; those of space without.
+pub(super) fn three_axes(given: Option<[[f64; 3]; 2]>) -> [[f64; 3]; 3] {
+    given.map_or(SPACE, |[first, second]| {
         let [first, second] = [first, second].map(unit);
         [first, second, cross(first, second)]
-    });
+    })
+}
+
+/// Motions along the axes of space, over the dofs of the model, as rows along and about those of a frame,
+/// over the free dofs.
+pub(super) fn along(axes: [[f64; 3]; 3], motions: &[Vec<(u32, f64)>], dofs: &DofMap) -> Vec<Vec<(u32, f64)>> {
     let row = |k: usize| {
         let (axis, block) = (axes[k % 3], 3 * (k / 3));
         let mut sum = BTreeMap::new();
@@ -108,28 +120,27 @@ fn frame(
         }
         sum.into_iter().collect()
     };
-    let rows = (0..MOTIONS).map(row).collect();
-    Ok(Port { name: entry.name.clone(), nodes: vec![], facets: vec![], origin, axes, rows })
+    (0..MOTIONS).map(row).collect()
 }
 
 /// Axes of space.
-const SPACE: [[f64; 3]; 3] = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
+pub(super) const SPACE: [[f64; 3]; 3] = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
 
 /// Mean of nodes.
-fn mean(mesh: &Mesh, nodes: &[u32]) -> [f64; 3] {
+pub(super) fn mean(mesh: &Mesh, nodes: &[u32]) -> [f64; 3] {
     let count = nodes.len().max(1) as f64;
     std::array::from_fn(|c| nodes.iter().map(|&node| mesh.nodes[node as usize][c] / count).sum())
 }
 
 /// Nodes of facets, and the integrals of their shape functions.
-fn cloud(mesh: &Mesh, facets: &[Facet]) -> Vec<(u32, f64)> {
+pub(super) fn cloud(mesh: &Mesh, facets: &[Facet]) -> Vec<(u32, f64)> {
     let weights = facet_load(mesh, facets, |normal| [norm(normal), 0.0, 0.0]);
     let nodes = (0..).zip(weights.into_iter().step_by(3));
     nodes.filter(|(_, weight)| *weight != 0.0).collect()
 }
 
 /// Mean displacements and rotations of weighted nodes at `origin`, over the dofs of the mesh.
-fn mean_motion(mesh: &Mesh, origin: [f64; 3], cloud: &[(u32, f64)]) -> Vec<Vec<(u32, f64)>> {
+pub(super) fn mean_motion(mesh: &Mesh, origin: [f64; 3], cloud: &[(u32, f64)]) -> Vec<Vec<(u32, f64)>> {
     let places: Vec<([f64; 3], f64)> =
         cloud.iter().map(|&(node, weight)| (mesh.nodes[node as usize], weight)).collect();
     let rows = mean_rows(origin, &places);

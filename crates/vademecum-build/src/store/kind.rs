@@ -29,6 +29,8 @@ pub enum Kind {
     Text,
     /// A NumPy matrix.
     Npy,
+    /// NumPy arrays with names: an archive of NumPy files.
+    Npz,
     /// A Matrix Market file.
     Market,
     /// A co-simulation unit: an archive whose first entry is a model description.
@@ -69,6 +71,7 @@ impl fmt::Display for Kind {
             Self::Csv => "a CSV table",
             Self::Text => "a text for people",
             Self::Npy => "a NumPy matrix",
+            Self::Npz => "an archive of NumPy arrays",
             Self::Market => "a Matrix Market file",
             Self::Fmu => "an FMU",
             Self::Own | Self::Any => "what is to be written",
@@ -101,6 +104,13 @@ const FIRST_NAME: usize = 30;
 /// The first entry of an FMU.
 const DESCRIPTION: &[u8] = b"modelDescription.xml";
 
+/// True of an archive whose first entry is a NumPy file.
+fn is_npz(head: &[u8]) -> bool {
+    let [low, high] = [26, 27].map(|at| head.get(at).copied().unwrap_or_default());
+    let end = FIRST_NAME + usize::from(u16::from_le_bytes([low, high]));
+    head.get(FIRST_NAME..end).is_some_and(|name| name.ends_with(b".npy"))
+}
+
 /// First bytes that tell what a file is.
 const MARKS: [(&[u8], Signature); 14] = [
     (&vademecum_format::MAGIC, Signature::Of(Kind::Vademecum)),
@@ -124,6 +134,9 @@ impl Signature {
     pub(super) fn like(head: &[u8]) -> Self {
         if head.starts_with(ZIP) && head.get(FIRST_NAME..).is_some_and(|name| name.starts_with(DESCRIPTION)) {
             return Self::Of(Kind::Fmu);
+        }
+        if head.starts_with(ZIP) && is_npz(head) {
+            return Self::Of(Kind::Npz);
         }
         if let Some((_, looks)) = MARKS.iter().find(|(mark, _)| head.starts_with(mark)) {
             return *looks;
@@ -217,7 +230,7 @@ mod tests {
 
     #[test]
     fn the_first_bytes_tell_what_a_file_is() {
-        let kinds: [(&[u8], &str); 25] = [
+        let kinds: [(&[u8], &str); 27] = [
             (&vademecum_format::MAGIC, "a vademecum file"),
             (b"<!DOCTYPE html>\n<html>", "an HTML page"),
             (b"\xef\xbb\xbf <HTML lang=\"en\">", "an HTML page"),
@@ -240,6 +253,8 @@ mod tests {
             (b"*NODE\n1, 0., 0., 0.\n", "an Abaqus or CalculiX deck"),
             (b"\x7fELF\x02", "a program"),
             (b"\x93NUMPY\x01\x00", "a NumPy matrix"),
+            (b"PK\x03\x04                      \x05\x00  a.npy", "an archive of NumPy arrays"),
+            (b"PK\x03\x04                      \x05\x00  a.txt", "a ZIP archive"),
             (b"Dear reader, hello.\nGood bye.\n", "a text"),
             (b"\x00\x01\x02\xff", "binary data"),
             ("a text that is cut in the middle of an é".as_bytes().split_last().unwrap().1, "a text"),

@@ -1,5 +1,6 @@
 //! `vademecum export`: what other programs need to compute the same.
 
+mod craig_bampton;
 mod fmu;
 
 use std::fmt::Write as _;
@@ -16,6 +17,7 @@ use crate::console::Console;
 use crate::failure::Failure;
 use crate::files::{outputs, write_bytes};
 use crate::print::{json, print_json};
+use craig_bampton::CraigBampton;
 use fmu::Fmu;
 
 /// Exports a model for other programs.
@@ -28,6 +30,7 @@ pub(crate) struct Export {
 #[derive(clap::Subcommand)]
 enum ExportCommand {
     Matrices(Matrices),
+    CraigBampton(CraigBampton),
     Fmu(Fmu),
 }
 
@@ -97,6 +100,7 @@ impl Export {
     pub(crate) fn run(&self, console: &Console) -> Result<(), Failure> {
         match &self.what {
             ExportCommand::Matrices(matrices) => matrices.run(console),
+            ExportCommand::CraigBampton(body) => body.run(console),
             ExportCommand::Fmu(fmu) => fmu.run(console),
         }
     }

@@ -10,7 +10,7 @@ use crate::input::toml_file::TomlError;
 use crate::limits::MAGNITUDE;
 
 /// True of two directions at a right angle.
-pub(super) fn perpendicular([first, second]: [[f64; 3]; 2]) -> bool {
+pub(crate) fn perpendicular([first, second]: [[f64; 3]; 2]) -> bool {
     let dot = |a: [f64; 3], b: [f64; 3]| a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>();
     let (one, two) = (dot(first, first), dot(second, second));
     // Squares of lengths between the magnitudes that a problem may have.
