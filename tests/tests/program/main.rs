@@ -34,6 +34,7 @@ mod schema;
 mod sets_of_bodies;
 #[cfg(unix)]
 mod soak;
+mod state_space;
 mod surfaces;
 mod sweep;
 mod tutorial;

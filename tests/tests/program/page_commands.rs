@@ -16,7 +16,7 @@ struct Page {
 }
 
 /// In this order: later pages use the beam of the first.
-const PAGES: [Page; 9] = [
+const PAGES: [Page; 10] = [
     Page {
         path: "README.md",
         left_out: &[
@@ -30,6 +30,11 @@ const PAGES: [Page; 9] = [
     Page {
         path: "docs/how-to/frequency-response.md",
         left_out: &[("vademecum frf damped.vdm", "fifty solves at full order; a test of `frf` runs fewer")],
+        given: &[],
+    },
+    Page {
+        path: "docs/how-to/state-space.md",
+        left_out: &[("cargo", "a test of the workspace"), ("crates/", "the check of the Python package")],
         given: &[],
     },
     Page { path: "docs/how-to/calibrate.md", left_out: &[], given: &[] },

@@ -7,7 +7,7 @@
 use std::io::Write;
 use std::path::Path;
 
-use super::{FieldError, io_error};
+use super::{DenseMatrix, FieldError, io_error};
 use crate::fem::SymmetricMatrix;
 use crate::mesh::text::{ParsedNumber, Text, tokens};
 use crate::mesh::{Location, shown};
@@ -275,6 +275,17 @@ pub fn matrix_market_into(out: &mut dyn Write, matrix: &SymmetricMatrix) -> std:
         }
     }
     Ok(())
+}
+
+/// Writes a matrix as `array real general`: all entries, column by column, with as many digits as give the
+/// same number back.
+///
+/// # Errors
+/// Of the output.
+pub fn market_array_into(out: &mut dyn Write, matrix: &DenseMatrix) -> std::io::Result<()> {
+    let DenseMatrix { rows, columns, data } = matrix;
+    writeln!(out, "%%MatrixMarket matrix array real general\n{rows} {columns}")?;
+    data.iter().try_for_each(|value| writeln!(out, "{value:e}"))
 }
 
 #[cfg(test)]

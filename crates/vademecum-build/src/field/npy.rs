@@ -154,7 +154,27 @@ fn check(matrix: &DenseMatrix) -> Result<(), FieldError> {
 pub fn npy_into(out: &mut dyn Write, matrix: &DenseMatrix) -> std::io::Result<()> {
     check(matrix).map_err(std::io::Error::other)?;
     let DenseMatrix { rows, columns, data } = matrix;
-    let mut header = format!("{{'descr': '<f8', 'fortran_order': True, 'shape': ({rows}, {columns}), }}");
+    header_into(out, "<f8", &format!("({rows}, {columns})"))?;
+    data.iter().try_for_each(|x| out.write_all(&x.to_le_bytes()))
+}
+
+/// Writes texts as a vector of Unicode texts.
+///
+/// # Errors
+/// Of the output.
+pub fn npy_texts_into(out: &mut dyn Write, texts: &[&str]) -> std::io::Result<()> {
+    let width = texts.iter().map(|text| text.chars().count()).max().unwrap_or(0).max(1);
+    header_into(out, &format!("<U{width}"), &format!("({},)", texts.len()))?;
+    for text in texts {
+        let padded = text.chars().map(u32::from).chain(std::iter::repeat(0)).take(width);
+        padded.map(u32::to_le_bytes).try_for_each(|character| out.write_all(&character))?;
+    }
+    Ok(())
+}
+
+/// Writes the magic, the version and a header of data that are column-major.
+fn header_into(out: &mut dyn Write, descr: &str, shape: &str) -> std::io::Result<()> {
+    let mut header = format!("{{'descr': '{descr}', 'fortran_order': True, 'shape': {shape}, }}");
     // Data start at a multiple of 64 bytes; the header ends with a line break.
     let start = (MAGIC.len() + 4 + header.len() + 1).next_multiple_of(64);
     let padding = start - (MAGIC.len() + 4 + header.len() + 1);
@@ -163,8 +183,7 @@ pub fn npy_into(out: &mut dyn Write, matrix: &DenseMatrix) -> std::io::Result<()
     out.write_all(MAGIC)?;
     out.write_all(&[1, 0])?;
     out.write_all(&(header.len() as u16).to_le_bytes())?;
-    out.write_all(header.as_bytes())?;
-    data.iter().try_for_each(|x| out.write_all(&x.to_le_bytes()))
+    out.write_all(header.as_bytes())
 }
 
 #[cfg(test)]

@@ -1,6 +1,7 @@
 //! `vademecum export`: what other programs need to compute the same.
 
 mod fmu;
+mod state_space;
 
 use std::fmt::Write as _;
 use std::path::PathBuf;
@@ -17,6 +18,7 @@ use crate::failure::Failure;
 use crate::files::{outputs, write_bytes};
 use crate::print::{json, print_json};
 use fmu::Fmu;
+use state_space::StateSpaceArguments;
 
 /// Exports a model for other programs.
 #[derive(clap::Args)]
@@ -29,6 +31,7 @@ pub(crate) struct Export {
 enum ExportCommand {
     Matrices(Matrices),
     Fmu(Fmu),
+    StateSpace(StateSpaceArguments),
 }
 
 /// Writes mass and stiffness of a problem, the loads of a scenario, a reduced basis, and the data of its time
@@ -98,6 +101,7 @@ impl Export {
         match &self.what {
             ExportCommand::Matrices(matrices) => matrices.run(console),
             ExportCommand::Fmu(fmu) => fmu.run(console),
+            ExportCommand::StateSpace(model) => model.run(console),
         }
     }
 }
