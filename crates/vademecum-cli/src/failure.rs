@@ -438,6 +438,7 @@ impl From<StudyError> for Failure {
             | StudyError::ForeignProbe { .. }
             | StudyError::NoChannel { .. }
             | StudyError::Field(_)
+            | StudyError::Uff(_)
             | StudyError::ModeRows { .. }
             | StudyError::ModalDamping
             | StudyError::ProbeTwice { .. }
@@ -452,7 +453,8 @@ impl From<StudyError> for Failure {
             error @ StudyError::TooManyLoads { .. } => Self::new(Cause::Input, error)
                 .remedy("split the scenario: the full-order march keeps every load over all dofs"),
             // Given on the command line.
-            error @ (StudyError::NoParameter { .. }
+            error @ (StudyError::Sensors(_)
+            | StudyError::NoParameter { .. }
             | StudyError::OutsideRange { .. }
             | StudyError::TimeStepTwice { .. }) => Self::new(Cause::Usage, error),
             error @ (StudyError::TooFast { .. }

@@ -19,7 +19,7 @@ use vademecum_eval::{Body, Field, SceneOptions, SurfacePoint};
 use vademecum_format::{File, SectionKind};
 
 pub use channel::Channel;
-pub(crate) use channel::{ResponsePoint, Side, place, row};
+pub(crate) use channel::{ResponsePoint, Side, at_probe, place, row};
 
 use crate::contents::lines;
 use crate::error::{FileError, StudyError};

@@ -29,6 +29,7 @@ mod probes;
 pub mod run;
 pub mod scenario;
 mod scenario_loads;
+pub mod sensors;
 pub mod separation;
 pub mod sets;
 pub mod shapes;
@@ -44,6 +45,7 @@ pub mod table;
 pub mod target;
 pub mod timings;
 mod truth;
+pub mod uff;
 mod under_contacts;
 pub mod verify;
 

@@ -78,16 +78,23 @@ impl ModalModel {
         if let Some(modes) = self.damped_modes() {
             return modes;
         }
-        let own = Mat::identity(self.mass.nrows(), self.mass.nrows());
+        self.normal_modes().1
+    }
+
+    /// Shapes of the modes of the reduced matrices without damping that couples them, over the coordinates
+    /// and of modal mass 1, with their natural frequency \[rad/s\] and decay \[1/s\].
+    pub(crate) fn normal_modes(&self) -> (Mat<f64>, Vec<[f64; 2]>) {
+        let r = self.mass.nrows();
         let turned = if self.diagonal { None } else { self.turned() };
-        let modes = turned.unwrap_or(own);
-        let along = |matrix: &Mat<f64>, k: usize| modes.col(k).transpose() * matrix * modes.col(k);
-        let rates = |k: usize| {
-            let mass = along(&self.mass, k);
-            let omega = (along(&self.stiffness, k) / mass).max(0.0).sqrt();
-            [omega, 0.5 * along(&self.damping, k) / mass]
-        };
-        (0..modes.ncols()).map(rates).collect()
+        let mut modes = turned.unwrap_or(Mat::identity(r, r));
+        let mut rates = vec![];
+        for k in 0..modes.ncols() {
+            let along = |matrix: &Mat<f64>| modes.col(k).transpose() * matrix * modes.col(k);
+            let mass = along(&self.mass);
+            rates.push([(along(&self.stiffness) / mass).max(0.0).sqrt(), 0.5 * along(&self.damping) / mass]);
+            (0..r).for_each(|i| modes[(i, k)] /= mass.sqrt());
+        }
+        (modes, rates)
     }
 
     /// Modulus and decay of the damped modes, from the eigenvalues of the equation of motion between `ω ζ`

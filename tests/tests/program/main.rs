@@ -21,6 +21,7 @@ mod init;
 mod inputs;
 mod json_page;
 mod mesh_error;
+mod modal_test;
 #[cfg(unix)]
 mod outputs;
 mod page_commands;

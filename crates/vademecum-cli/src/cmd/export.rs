@@ -2,6 +2,7 @@
 
 mod fmu;
 mod state_space;
+mod uff;
 
 use std::fmt::Write as _;
 use std::path::PathBuf;
@@ -19,6 +20,7 @@ use crate::files::{outputs, write_bytes};
 use crate::print::{json, print_json};
 use fmu::Fmu;
 use state_space::StateSpaceArguments;
+use uff::Uff;
 
 /// Exports a model for other programs.
 #[derive(clap::Args)]
@@ -32,6 +34,7 @@ enum ExportCommand {
     Matrices(Matrices),
     Fmu(Fmu),
     StateSpace(StateSpaceArguments),
+    Uff(Uff),
 }
 
 /// Writes mass and stiffness of a problem, the loads of a scenario, a reduced basis, and the data of its time
@@ -102,6 +105,7 @@ impl Export {
             ExportCommand::Matrices(matrices) => matrices.run(console),
             ExportCommand::Fmu(fmu) => fmu.run(console),
             ExportCommand::StateSpace(model) => model.run(console),
+            ExportCommand::Uff(uff) => uff.run(console),
         }
     }
 }

@@ -131,7 +131,7 @@ pub(crate) fn place(file: &File<'_>, channel: &Channel, side: Side) -> Result<Re
 }
 
 /// Node and direction of a probe of the problem that the file was built from, if the node is loadable.
-fn at_probe(file: &File<'_>, name: &str) -> Result<Option<ResponsePoint>, FileError> {
+pub(crate) fn at_probe(file: &File<'_>, name: &str) -> Result<Option<ResponsePoint>, FileError> {
     let Ok(problem) = Problem::parse(file.metadata().problem, "problem", PathBuf::new()) else {
         return Ok(None);
     };
