@@ -5,6 +5,7 @@ use std::path::{Path, PathBuf};
 use vademecum_build::input::Problem;
 use vademecum_deck::{Dialect, ReadOptions, System};
 use vademecum_eval::{SceneOptions, StructureChoice};
+use vademecum_study::frf::{FREQUENCIES, POINTS, Quantity};
 use vademecum_study::parameters::ParameterValue;
 use vademecum_study::player::PlayOptions;
 use vademecum_study::scenario::Scenario;
@@ -121,6 +122,62 @@ impl StructureArgument {
         };
         let scene = SceneOptions { structure, ..SceneOptions::default() };
         PlayOptions { chapter: self == Self::Chapter, scene, ..PlayOptions::default() }
+    }
+}
+
+/// Quantity of a response.
+#[derive(Clone, Copy, clap::ValueEnum)]
+pub(crate) enum QuantityArgument {
+    /// Displacement in m.
+    Displacement,
+    /// Velocity in m/s.
+    Velocity,
+    /// Acceleration in m/s².
+    Acceleration,
+}
+
+impl QuantityArgument {
+    /// As the study takes it.
+    pub(crate) const fn quantity(self) -> Quantity {
+        match self {
+            Self::Displacement => Quantity::Displacement,
+            Self::Velocity => Quantity::Velocity,
+            Self::Acceleration => Quantity::Acceleration,
+        }
+    }
+
+    /// Unit of the outputs, to a force of 1 N or to a load pattern.
+    pub(crate) const fn unit(self, by_pattern: bool) -> &'static str {
+        match (self, by_pattern) {
+            (Self::Displacement, false) => "m/N",
+            (Self::Velocity, false) => "m/(N s)",
+            (Self::Acceleration, false) => "m/(N s²)",
+            (Self::Displacement, true) => "m",
+            (Self::Velocity, true) => "m/s",
+            (Self::Acceleration, true) => "m/s²",
+        }
+    }
+}
+
+/// The range of `--points`, as clap takes it.
+pub(crate) fn points() -> clap::builder::RangedI64ValueParser<u32> {
+    clap::value_parser!(u32).range(i64::from(*POINTS.start())..=i64::from(*POINTS.end()))
+}
+
+/// Two frequencies, ascending, above 0.
+pub(crate) fn range(text: &str) -> Result<[f64; 2], String> {
+    let numbers: Option<Vec<f64>> = text.split(',').map(|part| part.trim().parse().ok()).collect();
+    match numbers.as_deref() {
+        Some(&[first, last])
+            if FREQUENCIES.contains(&first) && FREQUENCIES.contains(&last) && last > first =>
+        {
+            Ok([first, last])
+        }
+        _ => Err(format!(
+            "`{text}` is no range of frequencies; write two ascending ones from {:e} to {:e} Hz, such as 1,500",
+            FREQUENCIES.start(),
+            FREQUENCIES.end()
+        )),
     }
 }
 

@@ -28,6 +28,7 @@ use vademecum_eval::OutputError;
 use vademecum_rewrite::RewriteError;
 use vademecum_study::calibrate::CalibrateError;
 use vademecum_study::scenario::ScenarioError;
+use vademecum_study::state_space::StateSpaceError;
 use vademecum_study::superelement::PortError;
 use vademecum_study::table::TableFileError;
 use vademecum_study::{FileError, StudyError};
@@ -53,6 +54,10 @@ pub(crate) const DAMAGED: &str =
 /// Remedy for a file without a section.
 const STRIPPED: &str = "either the file was stripped of it: use the one it was made of, or strip that one with `--keep \
                         surface`; or its problem does not give it, as `mesh.matrices` without `triangles`";
+
+/// Remedy for a channel that the file does not have.
+pub(crate) const CHANNEL: &str = "a channel is X,Y,Z,DIRECTION near the surface, such as 1,0.04,0.1,-z, or the name of a \
+                                  probe, of an input also of a load pattern";
 
 /// Reference of the keys of a problem file.
 const PROBLEM_KEYS: &str = "`vademecum help problem` lists every key and its range";
@@ -456,6 +461,7 @@ impl From<StudyError> for Failure {
             | StudyError::ForeignProbe { .. }
             | StudyError::NoChannel { .. }
             | StudyError::Field(_)
+            | StudyError::Uff(_)
             | StudyError::ModeRows { .. }
             | StudyError::ModalDamping
             | StudyError::ProbeTwice { .. }
@@ -470,7 +476,8 @@ impl From<StudyError> for Failure {
             error @ StudyError::TooManyLoads { .. } => Self::new(Cause::Input, error)
                 .remedy("split the scenario: the full-order march keeps every load over all dofs"),
             // Given on the command line.
-            error @ (StudyError::NoParameter { .. }
+            error @ (StudyError::Sensors(_)
+            | StudyError::NoParameter { .. }
             | StudyError::OutsideRange { .. }
             | StudyError::TimeStepTwice { .. }) => Self::new(Cause::Usage, error),
             error @ (StudyError::TooFast { .. }
@@ -486,6 +493,27 @@ impl From<StudyError> for Failure {
                 Self::new(Cause::Input, error).remedy("ask for fewer `--modes`, or add to `[snapshots]`")
             }
             error => Self::new(Cause::Numerics, error),
+        }
+    }
+}
+
+impl From<StateSpaceError> for Failure {
+    fn from(error: StateSpaceError) -> Self {
+        use StateSpaceError as E;
+        match error {
+            // Both are of the command line.
+            E::Study(error @ (StudyError::NoChannel { .. } | StudyError::FarPoint { .. })) => {
+                Self::new(Cause::Usage, error).remedy(CHANNEL)
+            }
+            E::Study(error) => error.into(),
+            error @ (E::NoInputs
+            | E::NoOutputs
+            | E::Twice { .. }
+            | E::BetweenRegions { .. }
+            | E::NoSupport { .. }) => Self::new(Cause::Usage, error),
+            error @ (E::LargeDisplacements | E::Chapter | E::NotExact { .. } | E::NoStress) => {
+                Self::new(Cause::File, error)
+            }
         }
     }
 }

@@ -81,6 +81,7 @@ Examples:
   vademecum run body.vdm --scenario s.toml -o out/  step it; CSV for probes, VTU for fields
   vademecum verify body.vdm --problem problem.toml --scenario s.toml
   vademecum frf body.vdm --in 1,0,0,z --out tip --range 1,500 --plot tip.svg
+  vademecum sensors body.vdm --count 6 --modes 4    where a test should measure
   vademecum calibrate body.vdm --data tap.csv --scenario tap.toml -o fitted.vdm
   vademecum view body.vdm                           push it in the browser
   vademecum report body.vdm -o report.html          one page about a build, with figures
@@ -105,6 +106,7 @@ enum Command {
     Modes(cmd::modes::Modes),
     Static(cmd::statics::Static),
     Frf(cmd::frf::Frf),
+    Sensors(cmd::sensors::Sensors),
     Calibrate(cmd::calibrate::Calibrate),
     Run(cmd::run::Run),
     Verify(cmd::verify::Verify),
@@ -165,6 +167,7 @@ fn run(command: &Command, console: &console::Console) -> Result<(), failure::Fai
         Command::Modes(command) => command.run(console),
         Command::Static(command) => command.run(console),
         Command::Frf(command) => command.run(console),
+        Command::Sensors(command) => command.run(console),
         Command::Calibrate(command) => command.run(console),
         Command::Run(command) => command.run(console),
         Command::Verify(command) => command.run(console),

@@ -26,6 +26,7 @@ use vademecum_study::player::PlayOptions;
 use vademecum_study::run::{Moment, Run};
 use vademecum_study::soundness::check_file;
 use vademecum_study::starter::{NamedMaterial, SMALLEST_PART, StarterOptions, starter};
+use vademecum_study::state_space::{OutputSignal, StateSpace, StateSpaceRequest};
 use vademecum_study::verify::verify as verified;
 
 use crate::arrays::owned;
@@ -301,6 +302,50 @@ pub fn frf<'py>(
     let numbers: Vec<f64> = found.values.iter().flatten().flat_map(|x| [x.re, x.im]).collect();
     let rest = (names, &found.peaks, found.highest_mode_hz);
     Ok((owned(py, grid, &shape[1..2])?, owned(py, numbers, &shape)?, json(&rest)?))
+}
+
+/// The state-space model of a file: matrices by name, and their description as a text in JSON.
+#[pyfunction]
+pub fn state_space<'py>(
+    py: Python<'py>,
+    file: &PyFile,
+    inputs: Vec<String>,
+    outputs: Vec<String>,
+    options: Option<&Bound<'py, PyDict>>,
+) -> PyResult<(Bound<'py, PyDict>, String)> {
+    let asked = asked(&file.content.file(&file.path)?, options)?;
+    let inputs =
+        inputs.iter().map(|text| text.parse().map_err(usage)).collect::<Result<Vec<Channel>, _>>()?;
+    let outputs =
+        outputs.iter().map(|text| text.parse().map_err(usage)).collect::<Result<Vec<OutputSignal>, _>>()?;
+    let model = watched(py, Told { progress: None, warn: true }, |listener| {
+        let (content, _) = file.content.at(&file.path, &asked)?;
+        let opened = content.file(&file.path)?;
+        let request = StateSpaceRequest { inputs, outputs };
+        let model = StateSpace::new(&opened, &asked.scene, &request)
+            .map_err(|error| Failure::from(error).about(&file.path))?;
+        model.notes.iter().for_each(|note| listener.note(note));
+        for &[output, input] in &model.by_modes_alone {
+            listener.note(&format!(
+                "`{}` under `{}` is by the modes alone: name a probe there in the problem file, or build it with \
+                 `static_fields = true`",
+                model.outputs[output].name, model.inputs[input].name
+            ));
+        }
+        Ok(model)
+    })?;
+    let arrays = PyDict::new(py);
+    for (name, matrix) in model.matrices() {
+        let (rows, columns) = (matrix.nrows(), matrix.ncols());
+        let numbers = (0..rows).flat_map(|i| (0..columns).map(move |j| (i, j)));
+        let numbers: Vec<f64> = numbers.map(|at| matrix[at]).collect();
+        arrays.set_item(name, owned(py, numbers, &[rows, columns])?)?;
+    }
+    Ok((arrays, json(&model.description("", &[]))?))
+}
+
+fn usage(error: impl std::fmt::Display) -> Refusal {
+    Refusal::usage(error.to_string())
 }
 
 /// Contents and flaws of a mesh file, as a text in JSON.

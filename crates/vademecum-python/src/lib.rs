@@ -35,7 +35,7 @@ mod _native {
     #[pymodule_export]
     use crate::file::PyFile;
     #[pymodule_export]
-    use crate::jobs::{build, check, frf, init, mesh, modes, program, report, run, verify};
+    use crate::jobs::{build, check, frf, init, mesh, modes, program, report, run, state_space, verify};
     #[pymodule_export]
     use crate::live::{PyTracker, sensitivities, tangents, tracker};
     #[pymodule_export]

@@ -27,8 +27,10 @@ use vademecum_format::scheme::TableError;
 use vademecum_format::{FormatError, SectionKind};
 use vademecum_rewrite::RewriteError;
 
+use crate::sensors::SensorError;
 use crate::superelement::PortError;
 use crate::table::TableFileError;
+use crate::uff::UffError;
 
 /// Cause of numbers that grow without end, and what to do.
 pub(crate) const LARGE_MOTION: &str = "the motion is so large that its square leaves the range of a double: lower the forces \
@@ -109,6 +111,12 @@ pub enum StudyError {
     /// A field or matrix of another program cannot be read.
     #[error(transparent)]
     Field(#[from] FieldError),
+    /// A universal file cannot be used or written.
+    #[error(transparent)]
+    Uff(#[from] UffError),
+    /// There are no places of sensors as they are asked for.
+    #[error(transparent)]
+    Sensors(#[from] SensorError),
     /// Modes of another program belong to another mesh.
     #[error("{}: {found} rows; expected {expected}, three for each node of the mesh", .file.display())]
     ModeRows {

@@ -9,23 +9,22 @@ mod channel;
 
 use std::f64::consts::TAU;
 
-use faer::linalg::triangular_solve::solve_lower_triangular_in_place;
-use faer::{Mat, Par, c64};
+use faer::c64;
 use serde::Serialize;
 use vademecum_build::dynamics::harmonic;
 use vademecum_build::input::Problem;
-use vademecum_build::linalg::{eigenvalues, solve_dense, symmetric_eigen};
 use vademecum_build::prepared::prepare;
 use vademecum_build::progress::{Listener, Stopwatch};
 use vademecum_eval::{Body, Field, SceneOptions, SurfacePoint};
 use vademecum_format::{File, SectionKind};
 
 pub use channel::Channel;
-use channel::{ResponsePoint, Side, place, row};
+pub(crate) use channel::{ResponsePoint, Side, at_probe, place, row};
 
-use crate::contents::{lines, numbers};
+use crate::contents::lines;
 use crate::error::{FileError, StudyError};
 use crate::live::prepared_at;
+use crate::modal::ModalModel;
 use crate::near::FAR;
 use crate::parameters::{ParameterValue, setting};
 use crate::player::{Playable, elastic, elastic_with_fields, with_body};
@@ -121,136 +120,6 @@ pub struct Peak {
     pub frequency_hz: f64,
 }
 
-/// The reduced equation of motion at some options.
-struct ModalModel {
-    mass: Mat<f64>,
-    damping: Mat<f64>,
-    stiffness: Mat<f64>,
-    /// True if all three are diagonal.
-    diagonal: bool,
-    /// True if dashpots couple the modes.
-    coupled: bool,
-}
-
-impl ModalModel {
-    fn of(file: &File<'_>, options: &SceneOptions) -> Result<Self, FileError> {
-        use SectionKind as S;
-        let (metadata, r) = (file.metadata(), file.metadata().n_modes as usize);
-        let (alpha, beta) = (options.alpha.unwrap_or(metadata.alpha), options.beta.unwrap_or(metadata.beta));
-        let ritz_values = numbers(file, S::Eigenvalues)?;
-        let moved = |scales: &[f64]| scales.iter().any(|&scale| scale != 1.0);
-        let sum = |kind: SectionKind, scales: &[f64]| -> Result<Mat<f64>, FileError> {
-            let parts = numbers(file, kind)?;
-            if parts.is_empty() {
-                return Err(FileError::Missing { kind });
-            }
-            let part = |q: usize, i: usize, j: usize| scales[q] * parts[(q * r + i) * r + j];
-            Ok(Mat::from_fn(r, r, |i, j| (0..parts.len() / (r * r)).map(|q| part(q, i, j)).sum()))
-        };
-        let mut diagonal = true;
-        let stiffness = if moved(options.regions.stiffness()) {
-            diagonal = false;
-            sum(S::RegionStiffness, options.regions.stiffness())?
-        } else if ritz_values.len() == r {
-            Mat::from_fn(r, r, |i, j| if i == j { ritz_values[i] } else { 0.0 })
-        } else {
-            diagonal = false;
-            let whole = numbers(file, S::ReducedStiffness)?;
-            if whole.len() != r * r {
-                return Err(FileError::Missing { kind: S::ReducedStiffness });
-            }
-            Mat::from_fn(r, r, |i, j| whole[i * r + j])
-        };
-        let mass = if moved(options.regions.density()) {
-            diagonal = false;
-            sum(S::RegionMass, options.regions.density())?
-        } else {
-            Mat::identity(r, r)
-        };
-        let (stiffness, mass) = (options.stiffness * stiffness, options.density * mass);
-        let mut damping = alpha * &mass + beta * &stiffness;
-        // A damping ratio belongs to a mode, whatever its frequency is now.
-        for (k, ratio) in numbers(file, S::DampingRatios)?.into_iter().enumerate() {
-            damping[(k, k)] += 2.0 * ratio * (stiffness[(k, k)] * mass[(k, k)]).sqrt();
-        }
-        let rows = numbers(file, S::DampingRows)?;
-        let coupled = !rows.is_empty();
-        for d in rows.chunks_exact(r) {
-            for (i, j) in (0..r).flat_map(|i| (0..r).map(move |j| (i, j))) {
-                damping[(i, j)] += d[i] * d[j];
-            }
-        }
-        Ok(Self { mass, damping, stiffness, diagonal: diagonal && !coupled, coupled })
-    }
-
-    /// Natural frequency `ω` \[rad/s\] and decay `σ` \[1/s\] of each mode; with live regions, of the modes
-    /// of the reduced matrices, and of the damped modes where dashpots couple them.
-    fn modes(&self) -> Vec<[f64; 2]> {
-        if let Some(modes) = self.damped_modes() {
-            return modes;
-        }
-        let own = Mat::identity(self.mass.nrows(), self.mass.nrows());
-        let turned = if self.diagonal { None } else { self.turned() };
-        let modes = turned.unwrap_or(own);
-        let along = |matrix: &Mat<f64>, k: usize| modes.col(k).transpose() * matrix * modes.col(k);
-        let rates = |k: usize| {
-            let mass = along(&self.mass, k);
-            let omega = (along(&self.stiffness, k) / mass).max(0.0).sqrt();
-            [omega, 0.5 * along(&self.damping, k) / mass]
-        };
-        (0..modes.ncols()).map(rates).collect()
-    }
-
-    /// Modulus and decay of the damped modes, from the eigenvalues of the equation of motion between `ω ζ`
-    /// and `ζ̇`, of which the squares are the energy. `None` where every mode is damped by itself.
-    fn damped_modes(&self) -> Option<Vec<[f64; 2]>> {
-        let r = self.mass.nrows();
-        let omega = |k: usize| (self.stiffness[(k, k)] / self.mass[(k, k)]).max(0.0).sqrt();
-        let entry = |i: usize, j: usize| match (i < r, j < r) {
-            (true, false) if i == j - r => omega(i),
-            (false, true) if i - r == j => -omega(j),
-            (false, false) => -self.damping[(i - r, j - r)] / self.mass[(i - r, i - r)],
-            _ => 0.0,
-        };
-        let values = self.coupled.then(|| eigenvalues(Mat::from_fn(2 * r, 2 * r, entry).as_ref()).ok())??;
-        // One of each pair; an overdamped mode has two that are real.
-        let upper = values.into_iter().filter(|value| value.im >= 0.0);
-        Some(upper.map(|value| [value.norm(), -value.re]).collect())
-    }
-
-    /// Modes of the reduced matrices over their coordinates: those of `L⁻¹KL⁻ᵀ` with `M = LLᵀ`. `None` of
-    /// matrices that have none.
-    fn turned(&self) -> Option<Mat<f64>> {
-        let factor = self.mass.llt(faer::Side::Lower).ok()?;
-        let mut inverse = Mat::<f64>::identity(self.mass.nrows(), self.mass.nrows());
-        solve_lower_triangular_in_place(factor.L(), inverse.as_mut(), Par::Seq);
-        let reduced = &inverse * &self.stiffness * inverse.transpose();
-        let (_, vectors) = symmetric_eigen(reduced.as_ref()).ok()?;
-        Some(inverse.transpose() * vectors)
-    }
-
-    /// `ζ` under `force` at `omega` \[rad/s\].
-    fn answer(&self, force: &[f64], omega: f64) -> Vec<c64> {
-        let entry = |i: usize, j: usize| {
-            let real = self.stiffness[(i, j)] - omega * omega * self.mass[(i, j)];
-            c64::new(real, omega * self.damping[(i, j)])
-        };
-        let r = force.len();
-        if self.diagonal {
-            return (0..r).map(|k| c64::new(force[k], 0.0) / entry(k, k)).collect();
-        }
-        // Real part above imaginary part.
-        let matrix = Mat::from_fn(2 * r, 2 * r, |i, j| match (i < r, j < r) {
-            (true, true) | (false, false) => entry(i % r, j % r).re,
-            (false, true) => entry(i - r, j).im,
-            (true, false) => -entry(i, j - r).im,
-        });
-        let right = Mat::from_fn(2 * r, 1, |i, _| if i < r { force[i] } else { 0.0 });
-        let answer = solve_dense(matrix.as_ref(), right.as_ref());
-        (0..r).map(|k| c64::new(answer[(k, 0)], answer[(r + k, 0)])).collect()
-    }
-}
-
 /// Residual flexibility of each output to a unit load at the input \[m/N\], and the outputs for which the
 /// file does not have it. Without stiffness-proportional damping the residual follows its load at once, so
 /// it is read there where the structure of the step allows it.
@@ -285,14 +154,16 @@ fn static_rest(
         })
     };
     let ((whole, solved), (modes, _)) = (shown(true)?, shown(false)?);
-    let mut unknown = vec![];
-    if let (ResponsePoint::Point(at, _), false) = (input, solved) {
-        let same =
-            |other: &SurfacePoint| other.place.entries().all(|(node, weight)| weight == 0.0 || has(at, node));
-        unknown.extend(points(outputs).filter(|(_, other)| !same(other)).map(|(i, _)| i));
-    }
+    let unknown = (0..outputs.len()).filter(|&i| !solved && lacks_residual(input, &outputs[i])).collect();
     // The two move alike, and differ by what is shown beside the modes.
     Ok((whole.iter().zip(modes).map(|(whole, modes)| whole - modes).collect(), unknown))
+}
+
+/// True of an output whose residual flexibility to this input a file without the factor of its stiffness does
+/// not have: a point of the surface away from the force.
+pub(crate) fn lacks_residual(input: &ResponsePoint, output: &ResponsePoint) -> bool {
+    let (ResponsePoint::Point(at, _), ResponsePoint::Point(other, _)) = (input, output) else { return false };
+    other.place.entries().any(|(node, weight)| weight != 0.0 && !has(at, node))
 }
 
 /// Outputs that are points, with their numbers.
@@ -309,13 +180,14 @@ fn has(at: &SurfacePoint, node: u32) -> bool {
 }
 
 /// Displacement of a point along a direction, from that of the nodes.
-fn along(at: &SurfacePoint, direction: [f64; 3], node: impl Fn(usize) -> [f64; 3]) -> f64 {
+pub(crate) fn along(at: &SurfacePoint, direction: [f64; 3], node: impl Fn(usize) -> [f64; 3]) -> f64 {
     let of_node =
         |index: u32| -> f64 { node(index as usize).iter().zip(direction).map(|(u, d)| u * d).sum() };
     at.place.entries().map(|(index, weight)| weight * of_node(index)).sum()
 }
 
-fn add(body: &mut Body<'_, f64>, input: &ResponsePoint) -> Result<(), FileError> {
+/// Adds a force of 1 N, or a load pattern once.
+pub(crate) fn add(body: &mut Body<'_, f64>, input: &ResponsePoint) -> Result<(), FileError> {
     match input {
         ResponsePoint::Point(at, force) => body.push(at, *force)?,
         ResponsePoint::Named(index) => body.push_pattern(*index, 1.0)?,
@@ -432,7 +304,7 @@ fn highest_between([mut low, mut high]: [f64; 2], amplitude: impl Fn(f64) -> f64
 }
 
 /// A note about a point that lies off the loadable surface.
-fn moved(asked: &Channel, found: &ResponsePoint) -> Option<String> {
+pub(crate) fn moved(asked: &Channel, found: &ResponsePoint) -> Option<String> {
     let (Channel::Point(..), ResponsePoint::Point(at, _)) = (asked, found) else { return None };
     let size = at.position.iter().fold(0.0, |size: f64, x| size.max(x.abs()));
     let [x, y, z] = at.position;

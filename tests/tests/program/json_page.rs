@@ -234,6 +234,9 @@ fn commands_that_rewrite_and_write_print_the_keys_of_their_page() {
         &["export craig-bampton beam.toml --interface x_max --modes 4 -o out --json"],
     );
     compare(at, &["export fmu"], &["export fmu beam.vdm -o beam.fmu --json"]);
+    compare(at, &["export uff"], &["export uff beam.vdm -o beam.uff --json"]);
+    compare(at, &["sensors"], &["sensors beam.vdm --count 4 --modes 2 --json"]);
+    compare(at, &["export state-space"], &["export state-space beam.vdm --structure exact -o out --json"]);
     compare(
         at,
         &["report, view --export"],

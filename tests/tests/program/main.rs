@@ -22,6 +22,7 @@ mod init;
 mod inputs;
 mod json_page;
 mod mesh_error;
+mod modal_test;
 #[cfg(unix)]
 mod outputs;
 mod page_commands;
@@ -35,6 +36,7 @@ mod schema;
 mod sets_of_bodies;
 #[cfg(unix)]
 mod soak;
+mod state_space;
 mod surfaces;
 mod sweep;
 mod tutorial;

@@ -16,7 +16,7 @@ struct Page {
 }
 
 /// In this order: later pages use the beam of the first.
-const PAGES: [Page; 10] = [
+const PAGES: [Page; 12] = [
     Page {
         path: "README.md",
         left_out: &[
@@ -32,6 +32,13 @@ const PAGES: [Page; 10] = [
         left_out: &[("vademecum frf damped.vdm", "fifty solves at full order; a test of `frf` runs fewer")],
         given: &[],
     },
+    Page {
+        path: "docs/how-to/state-space.md",
+        left_out: &[("cargo", "a test of the workspace"), ("crates/", "the check of the Python package")],
+        given: &[],
+    },
+    // Of the arm of the page before.
+    Page { path: "docs/how-to/modal-test.md", left_out: &[("cargo", "a test of the workspace")], given: &[] },
     Page { path: "docs/how-to/calibrate.md", left_out: &[], given: &[] },
     Page { path: "docs/how-to/craig-bampton.md", left_out: &[], given: &[] },
     Page { path: "docs/how-to/mesh-error.md", left_out: &[], given: &[] },

@@ -7,6 +7,7 @@
 //! `read_triangles`, which say what their rows are.
 
 mod market;
+mod mat;
 mod npy;
 mod pvd;
 mod tables;
@@ -19,7 +20,8 @@ use std::path::{Path, PathBuf};
 pub(crate) use market::{MarketMatrix, read_matrix_market};
 
 pub use market::{dense_market_into, matrix_market_into};
-pub use npy::{NpyArray, NpyValues, npy_array_into, npy_into, read_npy, write_npy};
+pub use mat::{MatValue, mat_into};
+pub use npy::{NpyArray, NpyValues, npy_array_into, npy_into, npy_texts_into, read_npy, write_npy};
 pub use pvd::{PVD_HEAD, PVD_TAIL, pvd_line, read_pvd, write_pvd};
 pub(crate) use tables::{DofRow, PointRow, read_dofs, read_points, read_triangles};
 pub use vtu_read::{PointArray, VtuFile, read_displacements, read_vtu};

@@ -196,8 +196,32 @@ pub fn npy_array_into(out: &mut dyn Write, array: &NpyArray<'_>) -> std::io::Res
         shape.push(String::new());
     }
     let shape = shape.join(", ");
-    let mut header =
-        format!("{{'descr': '{descr}', 'fortran_order': {order}, 'shape': ({}), }}", shape.trim_end());
+    header_into(out, descr, order, &format!("({})", shape.trim_end()))?;
+    match array.values {
+        NpyValues::Columns(values) | NpyValues::Rows(values) => {
+            values.iter().try_for_each(|x| out.write_all(&x.to_le_bytes()))
+        }
+        NpyValues::Integers(values) => values.iter().try_for_each(|x| out.write_all(&x.to_le_bytes())),
+    }
+}
+
+/// Writes texts as a vector of Unicode texts.
+///
+/// # Errors
+/// Of the output.
+pub fn npy_texts_into(out: &mut dyn Write, texts: &[&str]) -> std::io::Result<()> {
+    let width = texts.iter().map(|text| text.chars().count()).max().unwrap_or(0).max(1);
+    header_into(out, &format!("<U{width}"), "False", &format!("({},)", texts.len()))?;
+    for text in texts {
+        let padded = text.chars().map(u32::from).chain(std::iter::repeat(0)).take(width);
+        padded.map(u32::to_le_bytes).try_for_each(|character| out.write_all(&character))?;
+    }
+    Ok(())
+}
+
+/// Writes the magic, the version and the header.
+fn header_into(out: &mut dyn Write, descr: &str, order: &str, shape: &str) -> std::io::Result<()> {
+    let mut header = format!("{{'descr': '{descr}', 'fortran_order': {order}, 'shape': {shape}, }}");
     // Data start at a multiple of 64 bytes; the header ends with a line break.
     let start = (MAGIC.len() + 4 + header.len() + 1).next_multiple_of(64);
     let padding = start - (MAGIC.len() + 4 + header.len() + 1);
@@ -206,13 +230,7 @@ pub fn npy_array_into(out: &mut dyn Write, array: &NpyArray<'_>) -> std::io::Res
     out.write_all(MAGIC)?;
     out.write_all(&[1, 0])?;
     out.write_all(&(header.len() as u16).to_le_bytes())?;
-    out.write_all(header.as_bytes())?;
-    match array.values {
-        NpyValues::Columns(values) | NpyValues::Rows(values) => {
-            values.iter().try_for_each(|x| out.write_all(&x.to_le_bytes()))
-        }
-        NpyValues::Integers(values) => values.iter().try_for_each(|x| out.write_all(&x.to_le_bytes())),
-    }
+    out.write_all(header.as_bytes())
 }
 
 #[cfg(test)]

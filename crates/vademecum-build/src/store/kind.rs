@@ -29,8 +29,10 @@ pub enum Kind {
     Text,
     /// A NumPy matrix.
     Npy,
-    /// NumPy arrays with names: an archive of NumPy files.
+    /// A NumPy archive of arrays.
     Npz,
+    /// A MATLAB file of level 5.
+    Mat,
     /// A Matrix Market file.
     Market,
     /// A co-simulation unit: an archive whose first entry is a model description.
@@ -71,7 +73,8 @@ impl fmt::Display for Kind {
             Self::Csv => "a CSV table",
             Self::Text => "a text for people",
             Self::Npy => "a NumPy matrix",
-            Self::Npz => "an archive of NumPy arrays",
+            Self::Npz => "a NumPy archive",
+            Self::Mat => "a MATLAB file",
             Self::Market => "a Matrix Market file",
             Self::Fmu => "an FMU",
             Self::Own | Self::Any => "what is to be written",
@@ -98,23 +101,18 @@ impl fmt::Display for Signature {
     }
 }
 
-/// First bytes of a ZIP archive, and position of the name of its first entry.
+/// First bytes of a ZIP archive, and positions of the length and of the name of its first entry.
 const ZIP: &[u8] = b"PK\x03\x04";
+const NAME_LENGTH: usize = 26;
 const FIRST_NAME: usize = 30;
 /// The first entry of an FMU.
 const DESCRIPTION: &[u8] = b"modelDescription.xml";
 
-/// True of an archive whose first entry is a NumPy file.
-fn is_npz(head: &[u8]) -> bool {
-    let [low, high] = [26, 27].map(|at| head.get(at).copied().unwrap_or_default());
-    let end = FIRST_NAME + usize::from(u16::from_le_bytes([low, high]));
-    head.get(FIRST_NAME..end).is_some_and(|name| name.ends_with(b".npy"))
-}
-
 /// First bytes that tell what a file is.
-const MARKS: [(&[u8], Signature); 14] = [
+const MARKS: [(&[u8], Signature); 15] = [
     (&vademecum_format::MAGIC, Signature::Of(Kind::Vademecum)),
     (b"\x93NUMPY", Signature::Of(Kind::Npy)),
+    (b"MATLAB 5.0 MAT-file", Signature::Of(Kind::Mat)),
     (b"%%MatrixMarket", Signature::Of(Kind::Market)),
     (b"\x7fELF", Signature::Other("a program")),
     (b"MZ", Signature::Other("a program")),
@@ -132,10 +130,11 @@ const MARKS: [(&[u8], Signature); 14] = [
 impl Signature {
     /// Judges the first bytes of a file.
     pub(super) fn like(head: &[u8]) -> Self {
-        if head.starts_with(ZIP) && head.get(FIRST_NAME..).is_some_and(|name| name.starts_with(DESCRIPTION)) {
+        let first = first_name(head);
+        if first.is_some_and(|name| name.starts_with(DESCRIPTION)) {
             return Self::Of(Kind::Fmu);
         }
-        if head.starts_with(ZIP) && is_npz(head) {
+        if first.is_some_and(|name| name.ends_with(b".npy")) {
             return Self::Of(Kind::Npz);
         }
         if let Some((_, looks)) = MARKS.iter().find(|(mark, _)| head.starts_with(mark)) {
@@ -186,6 +185,12 @@ impl Signature {
     }
 }
 
+/// Name of the first entry of a ZIP archive.
+fn first_name(head: &[u8]) -> Option<&[u8]> {
+    let length = head.get(NAME_LENGTH..)?.first_chunk().filter(|_| head.starts_with(ZIP))?;
+    head.get(FIRST_NAME..)?.get(..u16::from_le_bytes(*length).into())
+}
+
 /// The head as text, whose last character may be cut.
 fn text(head: &[u8]) -> Option<&str> {
     let text = match std::str::from_utf8(head) {
@@ -230,7 +235,7 @@ mod tests {
 
     #[test]
     fn the_first_bytes_tell_what_a_file_is() {
-        let kinds: [(&[u8], &str); 27] = [
+        let kinds: [(&[u8], &str); 28] = [
             (&vademecum_format::MAGIC, "a vademecum file"),
             (b"<!DOCTYPE html>\n<html>", "an HTML page"),
             (b"\xef\xbb\xbf <HTML lang=\"en\">", "an HTML page"),
@@ -253,8 +258,9 @@ mod tests {
             (b"*NODE\n1, 0., 0., 0.\n", "an Abaqus or CalculiX deck"),
             (b"\x7fELF\x02", "a program"),
             (b"\x93NUMPY\x01\x00", "a NumPy matrix"),
-            (b"PK\x03\x04                      \x05\x00  a.npy", "an archive of NumPy arrays"),
-            (b"PK\x03\x04                      \x05\x00  a.txt", "a ZIP archive"),
+            (b"MATLAB 5.0 MAT-file, by vademecum", "a MATLAB file"),
+            (b"PK\x03\x04......................\x05\0\0\0A.npy\x93NUMPY", "a NumPy archive"),
+            (b"PK\x03\x04......................\x05\0\0\0a.txtA.npy", "a ZIP archive"),
             (b"Dear reader, hello.\nGood bye.\n", "a text"),
             (b"\x00\x01\x02\xff", "binary data"),
             ("a text that is cut in the middle of an é".as_bytes().split_last().unwrap().1, "a text"),

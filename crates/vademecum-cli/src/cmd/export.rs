@@ -2,6 +2,8 @@
 
 mod craig_bampton;
 mod fmu;
+mod state_space;
+mod uff;
 
 use std::fmt::Write as _;
 use std::path::PathBuf;
@@ -19,6 +21,8 @@ use crate::files::{outputs, write_bytes};
 use crate::print::{json, print_json};
 use craig_bampton::CraigBampton;
 use fmu::Fmu;
+use state_space::StateSpaceArguments;
+use uff::Uff;
 
 /// Exports a model for other programs.
 #[derive(clap::Args)]
@@ -32,6 +36,8 @@ enum ExportCommand {
     Matrices(Matrices),
     CraigBampton(CraigBampton),
     Fmu(Fmu),
+    StateSpace(StateSpaceArguments),
+    Uff(Uff),
 }
 
 /// Writes mass and stiffness of a problem, the loads of a scenario, a reduced basis, and the data of its time
@@ -102,6 +108,8 @@ impl Export {
             ExportCommand::Matrices(matrices) => matrices.run(console),
             ExportCommand::CraigBampton(body) => body.run(console),
             ExportCommand::Fmu(fmu) => fmu.run(console),
+            ExportCommand::StateSpace(model) => model.run(console),
+            ExportCommand::Uff(uff) => uff.run(console),
         }
     }
 }

@@ -8,14 +8,14 @@ use vademecum_build::progress::Listener;
 use vademecum_build::store::Kind;
 use vademecum_study::StudyError;
 use vademecum_study::frf::{
-    Channel, FREQUENCIES, FrequencyResponse, POINTS, Peak, Quantity, ResponseError, ResponseRequest,
-    compare_response, frequencies, frequency_response, polar, with_poles,
+    Channel, FrequencyResponse, Peak, Quantity, ResponseError, ResponseRequest, compare_response,
+    frequencies, frequency_response, polar, with_poles,
 };
 use vademecum_study::parameters::{self, ParameterValue};
 
-use crate::arguments::{Limit, OutputArguments, setting};
+use crate::arguments::{Limit, OutputArguments, QuantityArgument, points, range, setting};
 use crate::console::Console;
-use crate::failure::{Cause, Failure};
+use crate::failure::{CHANNEL, Cause, Failure};
 use crate::files::{at_values, chart_kind, is_stepped, to_step, usable_file, write_chart};
 use crate::given::{Given, outputs_of};
 use crate::pictures::{Series, response_chart};
@@ -82,42 +82,6 @@ pub(crate) struct Frf {
     force: OutputArguments,
     #[command(flatten)]
     limit: Limit,
-}
-
-/// Remedy for a channel that the file does not have.
-const CHANNEL: &str = "a channel is X,Y,Z,DIRECTION near the surface, such as 1,0.04,0.1,-z, or the name of a probe, \
-                       behind `--in` also of a load pattern";
-
-#[derive(Clone, Copy, clap::ValueEnum)]
-enum QuantityArgument {
-    /// Displacement in m.
-    Displacement,
-    /// Velocity in m/s.
-    Velocity,
-    /// Acceleration in m/s².
-    Acceleration,
-}
-
-impl QuantityArgument {
-    const fn quantity(self) -> Quantity {
-        match self {
-            Self::Displacement => Quantity::Displacement,
-            Self::Velocity => Quantity::Velocity,
-            Self::Acceleration => Quantity::Acceleration,
-        }
-    }
-
-    /// Unit of the outputs, to a force of 1 N or to a load pattern.
-    const fn unit(self, by_pattern: bool) -> &'static str {
-        match (self, by_pattern) {
-            (Self::Displacement, false) => "m/N",
-            (Self::Velocity, false) => "m/(N s)",
-            (Self::Acceleration, false) => "m/(N s²)",
-            (Self::Displacement, true) => "m",
-            (Self::Velocity, true) => "m/s",
-            (Self::Acceleration, true) => "m/s²",
-        }
-    }
 }
 
 /// JSON output.
@@ -273,26 +237,4 @@ fn table(frequencies: &[f64], names: &[String], found: &FrequencyResponse, unit:
         out.push('\n');
     }
     out
-}
-
-/// The range of `--points`, as clap takes it.
-fn points() -> clap::builder::RangedI64ValueParser<u32> {
-    clap::value_parser!(u32).range(i64::from(*POINTS.start())..=i64::from(*POINTS.end()))
-}
-
-/// Two frequencies, ascending, above 0.
-fn range(text: &str) -> Result<[f64; 2], String> {
-    let numbers: Option<Vec<f64>> = text.split(',').map(|part| part.trim().parse().ok()).collect();
-    match numbers.as_deref() {
-        Some(&[first, last])
-            if FREQUENCIES.contains(&first) && FREQUENCIES.contains(&last) && last > first =>
-        {
-            Ok([first, last])
-        }
-        _ => Err(format!(
-            "`{text}` is no range of frequencies; write two ascending ones from {:e} to {:e} Hz, such as 1,500",
-            FREQUENCIES.start(),
-            FREQUENCIES.end()
-        )),
-    }
 }

@@ -20,6 +20,7 @@ pub(crate) mod plan;
 pub(crate) mod report;
 pub(crate) mod run;
 pub(crate) mod schema;
+pub(crate) mod sensors;
 pub(crate) mod statics;
 pub(crate) mod strip;
 pub(crate) mod unpack;

@@ -1,14 +1,16 @@
 //! `vademecum modes`: the lowest natural frequencies of a problem.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use vademecum_build::input::Problem;
 use vademecum_build::mesh_error::DiscRequest;
 use vademecum_build::progress::Listener;
 use vademecum_build::store::Kind;
 use vademecum_deck::{FullOrder, LeftOut, System, is_deck, read};
-use vademecum_study::modes::{COUNT, NaturalModes, natural_modes};
+use vademecum_study::StudyError;
+use vademecum_study::modes::{COUNT, NaturalModes, Shapes, natural_modes};
 use vademecum_study::parameters::ParameterValue;
+use vademecum_study::uff::{Matched, is_universal};
 
 use crate::arguments::{DeckArguments, OutputArguments, positive, setting};
 use crate::console::Console;
@@ -25,6 +27,7 @@ use crate::print::{print_json, print_left_out};
   vademecum modes beam.toml --mesh-error              frequencies without discretisation error, estimated
   vademecum modes beam.toml --shapes modes.vtu        every mode as a field, for ParaView
   vademecum modes beam.toml --assurance measured.npy  modal assurance against the modes of another program
+  vademecum modes beam.toml --assurance measured.uff  the same against modes that were measured
   vademecum modes beam.toml --set \"tip stiffness=1.5\"   a live parameter at another value
   vademecum modes bracket.inp                         a deck as it is, in its own units
 The effective mass of a mode is the share of the free mass that a shaken support feels in it, along x, y, z.")]
@@ -39,8 +42,9 @@ pub(crate) struct Modes {
     /// Write the shapes here (VTU); the largest displacement of each is 1.
     #[arg(long, value_name = "FILE.vtu")]
     shapes: Option<PathBuf>,
-    /// Modes to compare with: a NumPy matrix, three rows for each node of the mesh, a column for each mode.
-    #[arg(long, value_name = "FILE.npy")]
+    /// Modes to compare with: a universal file (UFF) with nodes and modes, or a NumPy matrix, three rows for
+    /// each node of the mesh, a column for each mode.
+    #[arg(long, value_name = "FILE")]
     assurance: Option<PathBuf>,
     /// Estimate the discretisation error: of the lowest six frequencies, and of the displacement under a
     /// traction on a disc.
@@ -90,7 +94,8 @@ impl Modes {
             &self.set,
             console,
         )?;
-        let assurance = self.assurance.as_deref().map(|file| shapes.assurance(file)).transpose()?;
+        let compared = self.assurance.as_deref().map(|file| compared(file, &shapes)).transpose()?;
+        let (assurance, measured) = compared.map_or((None, None), |(table, line)| (Some(table), line));
         if let Some(path) = &self.shapes {
             let names: Vec<String> = field_names(&modes.frequencies_hz);
             let fields = shapes.fields();
@@ -103,10 +108,27 @@ impl Modes {
             print(&modes);
             modes.mesh_error.iter().flat_map(mesh_error::lines).for_each(|line| println!("{line}"));
             assurance.iter().for_each(|table| print_assurance(table));
+            measured.iter().for_each(|line| println!("{line}"));
             self.shapes.iter().for_each(|path| println!("wrote {}", path.display()));
         }
         Ok(())
     }
+}
+
+/// Modal assurance against a NumPy matrix or a universal file, and what was measured of the latter.
+fn compared(path: &Path, shapes: &Shapes) -> Result<(Vec<Vec<f64>>, Option<String>), Failure> {
+    if !is_universal(path) {
+        return Ok((shapes.assurance(path)?, None));
+    }
+    let Matched { assurance, frequencies, nodes, distance } =
+        Matched::new(path, shapes).map_err(StudyError::from)?;
+    let listed: Vec<String> = frequencies.iter().map(|frequency| format!("{frequency:.3}")).collect();
+    let line = format!(
+        "{nodes} nodes with measured motion, at most {distance:.3e} m from their nodes of the mesh; measured modes: \
+         {} Hz",
+        listed.join(", ")
+    );
+    Ok((assurance, Some(line)))
 }
 
 /// JSON output of a deck.

@@ -79,9 +79,9 @@ __all__ = [
     "Group", "Info", "InputError", "MachineError", "MeshError", "MeshReport", "MissingFile", "Motion",
     "NaturalModes", "Note", "NumericsError", "Page", "Parameter", "ParameterValue", "Peak", "Played",
     "Quality", "Quantity", "RefinedValue", "Region", "Section", "Slopes", "Soundness", "Starter",
-    "StepReport", "Structure", "Support", "SurfacePoint", "ToleranceMissed", "Tracker", "Verification",
-    "World", "build", "frf", "from_bytes", "init", "mesh", "modes", "open", "problem_from_meshio", "report",
-    "run", "verify", "write_mesh",
+    "StateSpace", "StepReport", "Structure", "Support", "SurfacePoint", "ToleranceMissed", "Tracker",
+    "Verification", "World", "build", "frf", "from_bytes", "init", "mesh", "modes", "open",
+    "problem_from_meshio", "report", "run", "verify", "write_mesh",
 ]
 
 
@@ -94,6 +94,8 @@ PathLike = Union[str, "os.PathLike[str]"]
 Input = Union[PathLike, Mapping[str, Any], Starter]
 #: The name of a load pattern or a probe, a point and a direction ("-z", or three numbers), or their text "1,0.04,0.1,-z".
 Channel = Union[str, tuple[Sequence[float], Union[str, Sequence[float]]]]
+#: A channel, "velocity:CHANNEL", "acceleration:CHANNEL", "stress:X,Y,Z,xx", "reaction:SUPPORT" or "reaction:SUPPORT.fx".
+OutputSignal = Channel
 #: The name of a load pattern, or a place (or a point in space) and a force [N].
 Load = Union[str, tuple[Union[SurfacePoint, Sequence[float]], Sequence[float]]]
 #: Called with the name of the stage, how many of its pieces are done, and how many there are (0 if unknown).
@@ -270,6 +272,40 @@ class File:
             highest_mode_hz=highest,
         )
 
+    def state_space(
+        self,
+        inputs: Union[None, Channel, list[Channel]] = None,
+        outputs: Union[None, OutputSignal, list[OutputSignal]] = None,
+        **options: Any,
+    ) -> StateSpace:
+        """Gives the state-space model of the file, as `vademecum export state-space` writes it.
+
+        An input is a point and a direction, for a force of 1 N, or the name of a load pattern ("base.ax" of a base
+        that moves), or of a probe at a loadable node; without any, all load patterns are inputs. An output is a
+        channel, for its displacement, or the text "velocity:CHANNEL", "acceleration:CHANNEL", "stress:X,Y,Z,xx",
+        "reaction:SUPPORT" or "reaction:SUPPORT.fx"; without any, all probes and reactions are outputs. Options are
+        those of `body`.
+        """
+        asked = [[] if given is None else given if isinstance(given, list) else [given] for given in (inputs, outputs)]
+        arrays, text = _native.state_space(
+            self._native, [_channel(given) for given in asked[0]], [_channel(given) for given in asked[1]], options
+        )
+        described = json.loads(text)
+        states, inputs_of, outputs_of = (
+            {signal["name"]: signal["unit"] for signal in described[side]} for side in ("states", "inputs", "outputs")
+        )
+        frequencies = [mode["frequency_hz"] for mode in described["modes"]]
+        ratios = [mode["damping_ratio"] for mode in described["modes"]]
+        return StateSpace(
+            states=states,
+            inputs=inputs_of,
+            outputs=outputs_of,
+            time_step=described["time_step"],
+            frequencies=np.array(frequencies),
+            damping_ratios=np.array(ratios),
+            **arrays,
+        )
+
     def sensitivities(self, modes: Optional[int] = None, /, **parameters: float) -> Slopes:
         """Gives natural frequencies in Hz and their derivatives with respect to the live parameters, at these values
         or those as built, of a file with a parametric model.
@@ -427,6 +463,59 @@ class FrequencyResponse:
 
     def __repr__(self) -> str:
         return f"<FrequencyResponse of {', '.join(self.values)} at {len(self.frequencies)} frequencies>"
+
+
+@dataclass(frozen=True, repr=False)
+class StateSpace:
+    """State-space model of a file: `x' = A x + B u`, `y = C x + D u`, and the exact map of a step.
+
+    A step takes inputs as linear in time: `x+ = Ad x + Bd_start u + Bd_end u+`. Under held inputs that is
+    `x+ = Ad x + Bd_held u`. The state `w = x - Bd_end u` needs no input of the future: `w+ = Ad w + Bd_linear u`,
+    `y = C w + Dd_linear u`.
+    """
+
+    #: Units of the states by name: coordinates, velocities, filtered inputs.
+    states: dict[str, str]
+    #: Units of the inputs by name.
+    inputs: dict[str, str]
+    #: Units of the outputs by name.
+    outputs: dict[str, str]
+    #: Length of a step in s.
+    time_step: float
+    #: Natural frequencies [Hz].
+    frequencies: NDArray[np.float64]
+    #: Damping ratios of the modes.
+    damping_ratios: NDArray[np.float64]
+    #: The matrices by their names in files of `vademecum export state-space`.
+    A: NDArray[np.float64]
+    B: NDArray[np.float64]
+    C: NDArray[np.float64]
+    D: NDArray[np.float64]
+    Ad: NDArray[np.float64]
+    Bd_start: NDArray[np.float64]
+    Bd_end: NDArray[np.float64]
+    Bd_held: NDArray[np.float64]
+    Bd_linear: NDArray[np.float64]
+    Dd_linear: NDArray[np.float64]
+
+    @property
+    def continuous(self) -> tuple[NDArray[np.float64], ...]:
+        """A, B, C, D, as `scipy.signal.StateSpace` and `control.ss` take them."""
+        return (self.A, self.B, self.C, self.D)
+
+    @property
+    def held(self) -> tuple[NDArray[np.float64], ...]:
+        """The four matrices of steps under held inputs, as `scipy.signal.dlti` and `control.ss` take them."""
+        return (self.Ad, self.Bd_held, self.C, self.D)
+
+    @property
+    def linear(self) -> tuple[NDArray[np.float64], ...]:
+        """The four matrices of steps under inputs that are linear between the instants."""
+        return (self.Ad, self.Bd_linear, self.C, self.Dd_linear)
+
+    def __repr__(self) -> str:
+        sizes = (len(self.states), len(self.inputs), len(self.outputs))
+        return "<StateSpace with {} states, {} inputs and {} outputs>".format(*sizes)
 
 
 @dataclass(frozen=True, repr=False)

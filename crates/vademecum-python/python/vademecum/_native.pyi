@@ -13,7 +13,7 @@ from ._data import Contacts, FreeBody, Quantity, StepReport
 
 __all__ = [
     "__version__", "Batch", "Body", "File", "Motion", "SurfacePoint", "Tracker", "World", "build", "check", "frf", "init",
-    "mesh", "modes", "program", "report", "run", "sensitivities", "tangents", "tracker", "verify",
+    "mesh", "modes", "program", "report", "run", "sensitivities", "state_space", "tangents", "tracker", "verify",
 ]
 
 __version__: str
@@ -508,6 +508,9 @@ def check(file: File) -> str: ...
 def frf(
     file: File, force: str, outputs: Sequence[str], spacing: Mapping[str, Any], quantity: str, options: Optional[dict[str, Any]]
 ) -> tuple[NDArray[np.float64], NDArray[np.float64], str]: ...
+def state_space(
+    file: File, inputs: Sequence[str], outputs: Sequence[str], options: Optional[dict[str, Any]]
+) -> tuple[dict[str, NDArray[np.float64]], str]: ...
 def sensitivities(
     file: File, modes: Optional[int], given: _Pairs
 ) -> tuple[NDArray[np.float64], dict[str, NDArray[np.float64]]]: ...

@@ -69,7 +69,7 @@ pub struct ChannelError(String);
 
 /// Side of a channel; decides among which names it is looked up.
 #[derive(Clone, Copy)]
-pub(super) enum Side {
+pub(crate) enum Side {
     Input,
     Output,
 }
@@ -92,14 +92,14 @@ impl Side {
 }
 
 /// A channel of a file.
-pub(super) enum ResponsePoint {
+pub(crate) enum ResponsePoint {
     Point(SurfacePoint, [f64; 3]),
     /// The number of a load pattern (as an input) or of a probe (as an output).
     Named(usize),
 }
 
 /// Finds a channel in a file.
-pub(super) fn place(file: &File<'_>, channel: &Channel, side: Side) -> Result<ResponsePoint, StudyError> {
+pub(crate) fn place(file: &File<'_>, channel: &Channel, side: Side) -> Result<ResponsePoint, StudyError> {
     match channel {
         Channel::Point(point, direction) => {
             let found = Surface::new(file).map_err(FileError::from)?.locate(*point);
@@ -131,7 +131,7 @@ pub(super) fn place(file: &File<'_>, channel: &Channel, side: Side) -> Result<Re
 }
 
 /// Node and direction of a probe of the problem that the file was built from, if the node is loadable.
-fn at_probe(file: &File<'_>, name: &str) -> Result<Option<ResponsePoint>, FileError> {
+pub(crate) fn at_probe(file: &File<'_>, name: &str) -> Result<Option<ResponsePoint>, FileError> {
     let Ok(problem) = Problem::parse(file.metadata().problem, "problem", PathBuf::new()) else {
         return Ok(None);
     };
@@ -154,7 +154,7 @@ fn listed(names: &[String]) -> String {
 }
 
 /// The row of the basis that belongs to a channel.
-pub(super) fn row(file: &File<'_>, placed: &ResponsePoint, side: Side) -> Result<Vec<f64>, FileError> {
+pub(crate) fn row(file: &File<'_>, placed: &ResponsePoint, side: Side) -> Result<Vec<f64>, FileError> {
     let r = file.metadata().n_modes as usize;
     match placed {
         ResponsePoint::Named(index) => {
