@@ -100,7 +100,7 @@ mod tests {
             bytes[128..].as_chunks().0.iter().map(|&word| u32::from_le_bytes(word)).collect();
         let name = u32::from(b'A');
         // Tags, flags, dimensions, name; 1.0 and −2.0 as doubles.
-        let expected = [14, 64, 6, 8, 6, 0, 5, 8, 1, 2, 1, 1, name, 0, 9, 16, 0, 0x3ff0_0000, 0, 0xc000_0000];
+        let expected = [14, 72, 6, 8, 6, 0, 5, 8, 1, 2, 1, 1, name, 0, 9, 16, 0, 0x3ff0_0000, 0, 0xc000_0000];
         assert_eq!(words, expected);
     }
 

@@ -247,7 +247,7 @@ NONE
         let said = |text: &str| UniversalFile::parse(text, Path::new("f.uff")).unwrap_err().to_string();
         let cut =
             said(&FILE[..FILE.find("  0.00000E+00  0.00000E+00  0.00000E+00  0.00000E+00  1.0").unwrap()]);
-        assert!(cut.contains("f.uff:28: found `the end of the file`; expected data of the node"), "{cut}");
+        assert!(cut.contains("f.uff:29: found `the end of the file`; expected data of the node"), "{cut}");
         let wrong = said(&FILE.replace("  2.50000E+02  0.00000E+00\n", "  2.5OOOOE+02  0.00000E+00\n"));
         assert!(wrong.contains("f.uff:10: found `        12"), "{wrong}");
         let wrong = said(&FILE.replace("  1.0000000000000000D+03  1.0", " -1.0000000000000000D+03  1.0"));
