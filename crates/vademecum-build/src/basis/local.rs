@@ -14,7 +14,7 @@ use crate::prepared::Prepared;
 /// Loads that are tried: those that move the body least.
 const LOADS: usize = 768;
 /// Most shapes.
-const MOST: usize = 64;
+const MOST: usize = 128;
 /// Error of a static answer, in the mass norm, that is small enough.
 const SMALL: f64 = 0.01;
 
