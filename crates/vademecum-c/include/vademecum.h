@@ -403,6 +403,10 @@ typedef struct VdmOptions {
    */
   uint32_t substeps;
   /*
+   Modes that are stepped of a file with live regions; 0: 32, or all of fewer.
+   */
+  uint32_t modes;
+  /*
    Relative error of a trajectory that `VDM_AUTO` accepts.
    */
   double tolerance;

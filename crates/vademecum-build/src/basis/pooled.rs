@@ -1,8 +1,8 @@
 //! One reduced basis for a box of live regions: natural modes at many points of the box, and their proper
 //! orthogonal decomposition.
 //!
-//! Modes at each sample come weighted by λ₁/λ, as they answer a static load beside the first, so that a stiff
-//! corner counts as much as a soft one, and are compared in `K + √(λ₁λ_m) M` with the matrices as built. In the basis the stiffness of every point of the box is a sum
+//! Modes at each sample come weighted by 1/λ, as they answer a static load, and are compared in
+//! `K + √(λ₁λ_m) M` with the matrices as built. In the basis the stiffness of every point of the box is a sum
 //! of one small matrix for each region, so the cost of a point does not depend on the number of elements.
 
 use faer::Mat;
@@ -81,7 +81,7 @@ pub(crate) fn pool_modes(
         let mut begin = 0;
         loop {
             for (vectors, eigenvalues) in found.drain(..) {
-                let weighed = |i, k| vectors[(i, k)] * eigenvalues[0] / eigenvalues[k];
+                let weighed = |i, k| vectors[(i, k)] * values[0] / eigenvalues[k];
                 pool.push(Mat::from_fn(n, eigenvalues.len(), weighed).as_ref())?;
             }
             begin += round;
