@@ -1,5 +1,5 @@
-//! Any bytes as a file of live regions, set to values and stepped: no panic, no read past the end, and no number
-//! that is not finite from values inside of the box.
+//! Any bytes as a file of live regions, set to values and stepped: no panic, no read past the end, and no
+//! frequency that is not finite.
 #![no_main]
 
 mod seal;

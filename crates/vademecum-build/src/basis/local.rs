@@ -18,8 +18,9 @@ const MOST: usize = 128;
 /// Error of a static answer, in the mass norm, that is small enough.
 const SMALL: f64 = 0.01;
 
-/// Static shapes at the parameters as built, until the answers of `basis` and of these shapes to the loads that
-/// are tried are good enough, at most [`MOST`]. `basis` is in Ritz coordinates; of a free body there are none.
+/// Static shapes at the parameters as built, until the answers of `basis` and of these shapes to the loads
+/// that are tried are good enough, at most [`MOST`]. `basis` is in Ritz coordinates; of a free body there are
+/// none.
 ///
 /// # Errors
 /// [`BasisError`]: a stiffness that has no factor.

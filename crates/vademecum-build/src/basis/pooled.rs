@@ -119,7 +119,7 @@ fn report(listener: &dyn Listener, done: usize, of: usize) -> Result<(), BasisEr
     listener.checkpoint(done, of).map_err(|cancelled| BasisError::Modes(cancelled.into()))
 }
 
-/// The first `count` vectors of a pool, and other shapes beside them, as Ritz vectors of the matrices as built.
+/// The first `count` vectors of a pool, and others beside them, as Ritz vectors of the matrices as built.
 ///
 /// # Errors
 /// [`BasisError::NoConvergence`].

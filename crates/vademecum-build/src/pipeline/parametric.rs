@@ -42,8 +42,8 @@ const FREQUENCIES: usize = 4;
 const EASY: f64 = 0.05;
 /// See [`EASY`].
 const LARGE: usize = 256;
-/// Share of the tolerance that the errors at fresh points should keep: they are those of a few loads, and a push
-/// at another place has several times their error (`docs/measurements/parameters.md`).
+/// Share of the tolerance that the errors at fresh points should keep: they are those of a few loads, and a
+/// push at another place has several times their error (`docs/measurements/parameters.md`).
 const MARGIN: f64 = 0.3;
 /// Samples at which the residual flexibility is fitted, at most.
 const RESIDUAL_SAMPLES: usize = 41;

@@ -70,7 +70,7 @@ pub(super) fn rubin(
     Ok(Reduced { columns, frequencies_hz, mass, stiffness, natural: Some(eigenvalues) })
 }
 
-/// What the method needs of a body: modes and residual flexibility at its interfaces.
+/// Input of the method: modes and residual flexibility at its interfaces.
 #[derive(Clone, Copy, Debug)]
 pub struct AtInterface<'a> {
     /// `Φ_q`, shape (m, modes), rigid motions among them.

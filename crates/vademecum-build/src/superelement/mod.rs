@@ -106,7 +106,7 @@ pub struct FullOrder {
     pub inside: Vec<u32>,
 }
 
-/// What is asked for.
+/// Request.
 #[derive(Clone, Copy, Debug)]
 pub struct Request {
     /// The method.

@@ -196,8 +196,8 @@ fn accumulate(a: &[f64], n: usize, betas: &[f64], vectors: &mut [f64]) {
     }
 }
 
-/// Eigenvalues of a tridiagonal matrix by the rational QL of Pal, Walker and Kahan, which takes no square roots
-/// (Parlett 1998, §8.15). `e` is overwritten; `d` becomes the eigenvalues, in any order.
+/// Eigenvalues of a tridiagonal matrix by the rational QL of Pal, Walker and Kahan, which takes no square
+/// roots (Parlett 1998, §8.15). `e` is overwritten; `d` becomes the eigenvalues, in any order.
 pub(super) fn values_alone(d: &mut [f64], e: &mut [f64], n: usize) -> Result<(), NoConvergence> {
     e.iter_mut().for_each(|e| *e *= *e);
     for l in 0..n {

@@ -25,7 +25,7 @@ const OF_BASIS: &str = "leave `time.scheme` and `basis.kind` out of the problem 
 const OF_REGIONS: &str = "build the problem without `representation = \"separated\"`: its live regions are then those \
                           of a parametric model, which is exported at any values of its parameters";
 
-/// What a body shows, column by column.
+/// Outputs of a body, column by column.
 struct Shown {
     /// Outputs in a unit of each coordinate, then of each velocity.
     states: Mat<f64>,

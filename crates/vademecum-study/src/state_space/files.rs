@@ -15,7 +15,7 @@ use crate::parameters::ParameterValue;
 
 /// Description of a model beside its matrices.
 #[derive(Debug, Serialize)]
-pub struct Description<'a> {
+pub struct ModelDescription<'a> {
     version: u32,
     units: &'a str,
     /// Step \[s\].
@@ -51,7 +51,11 @@ struct Size {
 
 impl StateSpace {
     /// Description of the model, with the units of its file and the values of its live parameters.
-    pub fn description<'a>(&'a self, units: &'a str, parameters: &'a [ParameterValue]) -> Description<'a> {
+    pub fn description<'a>(
+        &'a self,
+        units: &'a str,
+        parameters: &'a [ParameterValue],
+    ) -> ModelDescription<'a> {
         let mode = |&[frequency_hz, damping_ratio]: &[f64; 2]| Mode { frequency_hz, damping_ratio };
         let pair = |&[output, input]: &[usize; 2]| Pair {
             output: &self.outputs[output].name,
@@ -62,7 +66,7 @@ impl StateSpace {
             rows: matrix.nrows(),
             columns: matrix.ncols(),
         };
-        Description {
+        ModelDescription {
             version: 1,
             units,
             time_step: self.time_step,

@@ -21,6 +21,6 @@ mod place;
 mod signal;
 
 pub use error::StateSpaceError;
-pub use files::Description;
+pub use files::ModelDescription;
 pub use model::{Signal, StateSpace, StateSpaceRequest};
 pub use signal::{OutputSignal, SignalError};

@@ -53,7 +53,7 @@ pub struct StateSpace {
     pub modes: Vec<[f64; 2]>,
     /// Displacements without residual flexibility: numbers of output and input.
     pub by_modes_alone: Vec<[usize; 2]>,
-    /// What the file is not asked for in these words, in sentences.
+    /// Remarks on what the export leaves out, in sentences.
     pub notes: Vec<String>,
 }
 

@@ -8,7 +8,7 @@ use vademecum_build::store::read_regular;
 
 use super::error::UffError;
 
-/// What is read of a universal file, in SI units of length.
+/// Contents of a universal file, in SI units of length.
 #[derive(Debug, Default)]
 pub struct UniversalFile {
     /// Label and place of each node \[m\], and the coordinate system of its displacements.
@@ -187,7 +187,7 @@ impl UniversalFile {
     }
 }
 
-/// What a metre is in the unit of the file.
+/// Length of a metre in the unit of the file.
 fn unit(lines: &mut Lines<'_>) -> Result<f64, UffError> {
     const FACTORS: &str = "factors of length, force and temperature above 0";
     lines.next("the code of the units")?;

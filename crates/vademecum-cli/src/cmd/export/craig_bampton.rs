@@ -60,7 +60,7 @@ pub(crate) struct CraigBampton {
     /// file].
     #[arg(long)]
     modes: Option<u16>,
-    /// What is written beside the description, separated by commas: `market` (Matrix Market), `npz` (NumPy),
+    /// Files beside the description, separated by commas: `market` (Matrix Market), `npz` (NumPy),
     /// `dmig` (Nastran), `exudyn` (a module, and in the archive the matrices at full order), `chrono` (a
     /// header, and the matrices at full order).
     #[arg(long, value_delimiter = ',', default_value = "market,npz", value_parser = format)]
