@@ -193,6 +193,7 @@ fn every_call_does_what_the_header_says_under_sanitizers_and_valgrind() {
         "shape",
         "states",
         "statics",
+        "stepped modes",
         "stress",
     ];
     assert_eq!(covered.iter().map(String::as_str).collect::<Vec<_>>(), parts, "what the files cover");
