@@ -1,9 +1,9 @@
 //! The lowest eigenvalues and eigenvectors of a symmetric matrix in lent memory.
 //!
 //! Householder's reflections make the matrix tridiagonal, rational QL finds its eigenvalues without vectors,
-//! and inverse iteration the vectors of the lowest (Golub and Van Loan 2013, §8.3 and §8.4; Parlett 1998,
-//! §8.15; Wilkinson 1965). Each vector is orthogonalised against those before it, twice where that takes much of it
-//! away, so that those of equal eigenvalues are orthonormal to rounding.
+//! inverse iteration the vectors of the lowest (Golub and Van Loan 2013, §8.3, §8.4; Parlett 1998, §8.15;
+//! Wilkinson 1965). Each is orthogonalised against those before it, twice where that takes much of it away,
+//! so that vectors of equal eigenvalues are orthonormal to rounding.
 
 use super::dense::{add_scaled, at, dot, set};
 use super::eigen::{NoConvergence, eigen_work, reduce, symmetric_eigen, to_one, turn_back, values_alone};
