@@ -22,7 +22,7 @@ const HERE: [&str; 7] = [
 ];
 
 /// Files, or all of a folder, and the step of the gate that builds them.
-const ELSEWHERE: [(&str, &str); 24] = [
+const ELSEWHERE: [(&str, &str); 25] = [
     ("crates/vademecum-cli/assets/", "links to fixtures"),
     ("crates/vademecum-fmu/tests/", "crates/vademecum-fmu/check"),
     ("docs/gallery/bar.toml", "the test `tutorial`"),
@@ -47,6 +47,7 @@ const ELSEWHERE: [(&str, &str); 24] = [
     ("tests/fuzz/corpus/", "tests/fuzz/run: some are no problems"),
     ("tests/reader/bodies/", "tests/reader/check"),
     ("tests/reader/joined/", "tests/reader/check"),
+    ("tests/multibody/", "tests/multibody/check"),
 ];
 
 /// Files that are read only, and the reason.
