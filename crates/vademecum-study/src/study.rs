@@ -248,6 +248,7 @@ impl Study {
                 name: "stiffness".into(),
                 kind: ParameterKind::Stiffness,
                 region: body.model.mesh().regions[0].name.clone(),
+                attachment: None,
                 range: [0.5, 2.0],
                 scale: ParameterScale::Log,
             }];

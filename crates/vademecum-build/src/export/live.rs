@@ -102,12 +102,12 @@ pub(crate) fn live_sections(
         let [role, region] = role_numbers(p.role, regions);
         [role, region, f64::from(u8::from(p.log)), p.lower, p.upper, p.nominal]
     };
-    let count = parameters.len();
+    let (count, n_mesh) = (parameters.len(), regions.n_mesh);
     let mut drafts = vec![
         Draft::f64s(SectionKind::LiveParameters, [count, 6, 1], parameters.iter().flat_map(row)),
         Draft::names(SectionKind::LiveNames, parameters.iter().map(|p| p.name.as_str())),
         packed(SectionKind::LiveStiffness, &forms.stiffness),
-        Draft::u32s(SectionKind::LiveRegions, [regions.of_mesh.len(), 1, 1], regions.of_mesh.iter().copied()),
+        Draft::u32s(SectionKind::LiveRegions, [n_mesh, 1, 1], regions.of_mesh[..n_mesh].iter().copied()),
     ];
     drafts.extend(forms.mass.as_deref().map(|mass| packed(SectionKind::LiveMass, mass)));
     if !residual.is_empty() {

@@ -277,7 +277,7 @@ impl Block {
 }
 
 /// Mass and stiffness of elements and further blocks under constraints: `TᵀMT` and `TᵀKT` over the free dofs.
-/// The dofs of the elements come first.
+/// The dofs of the elements come first. All regions together: the pencil has one.
 ///
 /// Elements in parallel, the same bits for any number of threads.
 ///
@@ -287,6 +287,20 @@ impl Block {
 pub fn assemble_blocks(
     elements: &ElementMatrices<'_>,
     others: &[Block],
+    elimination: &Elimination,
+) -> Result<Pencil, ModelError> {
+    assemble_split(elements, others, None, elimination)
+}
+
+/// [`assemble_blocks`] with matrices of each region: those of the mesh, then one of the further blocks that
+/// have no group, then those of the groups. `groups` gives each block its group, counted from 1, or 0.
+///
+/// # Errors
+/// As there.
+pub(super) fn assemble_split(
+    elements: &ElementMatrices<'_>,
+    others: &[Block],
+    groups: Option<&[usize]>,
     elimination: &Elimination,
 ) -> Result<Pencil, ModelError> {
     let n = elimination.n_free();
@@ -304,14 +318,21 @@ pub fn assemble_blocks(
         found
     };
     let of_element = |element: usize| indices(&mut elements.dofs(element));
-    let mut groups = parallel::map(count, &of_element);
-    groups.extend(others.iter().map(|block| indices(&mut block.dofs.iter().copied())));
-    if let Some(dofs) = groups[count..].iter().map(Vec::len).find(|dofs| *dofs > MOST_COUPLED) {
+    let of_mesh = mesh.regions.len();
+    let region = |k: usize| match (groups, k.checked_sub(count)) {
+        (None, _) => 0,
+        (Some(_), None) => mesh.element_region[k] as usize,
+        (Some(groups), Some(other)) => of_mesh + groups[other],
+    };
+    let regions = groups.map_or(1, |groups| of_mesh + 1 + groups.iter().max().unwrap_or(&0));
+    let mut coupled = parallel::map(count, &of_element);
+    coupled.extend(others.iter().map(|block| indices(&mut block.dofs.iter().copied())));
+    if let Some(dofs) = coupled[count..].iter().map(Vec::len).find(|dofs| *dofs > MOST_COUPLED) {
         return Err(ModelError::Coupled { dofs, most: MOST_COUPLED });
     }
-    let pattern = Arc::new(pattern_of(n, &groups)?);
-    let [mut mass, mut stiffness] = [(); 2].map(|()| vec![0.0; pattern.n_stored()]);
-    for first in (0..groups.len()).step_by(WAVE) {
+    let pattern = Arc::new(pattern_of(n, &coupled)?);
+    let [mut mass, mut stiffness] = [(); 2].map(|()| vec![vec![0.0; pattern.n_stored()]; regions]);
+    for first in (0..coupled.len()).step_by(WAVE) {
         let block = |k: usize| match k.checked_sub(count) {
             Some(other) => Ok(others[other].eliminated(elimination)),
             None => match elements.block(k) {
@@ -319,13 +340,15 @@ pub fn assemble_blocks(
                 Err(source) => Err(ModelError::FoldedElement { element: k as u32, source }),
             },
         };
-        for block in parallel::try_map(WAVE.min(groups.len() - first), &|at| block(first + at))? {
-            add(&block, &pattern, &mut stiffness, &mut mass);
+        let blocks = parallel::try_map(WAVE.min(coupled.len() - first), &|at| block(first + at))?;
+        for (k, block) in (first..).zip(blocks) {
+            add(&block, &pattern, &mut stiffness[region(k)], &mut mass[region(k)]);
         }
     }
-    let [mass, stiffness] = [mass, stiffness].map(|values| SymmetricMatrix::new(pattern.clone(), values));
+    let matrix = |values| SymmetricMatrix::new(pattern.clone(), values);
+    let of_region = |(mass, stiffness)| RegionMatrices { mass: matrix(mass), stiffness: matrix(stiffness) };
     let nodes = elimination.free().iter().map(|dof| dof / 3).collect();
-    Ok(Pencil::from_regions(vec![RegionMatrices { mass, stiffness }], Some(nodes)))
+    Ok(Pencil::from_regions(mass.into_iter().zip(stiffness).map(of_region).collect(), Some(nodes)))
 }
 
 /// `K u` over all dofs: the forces that hold a body in a displacement.

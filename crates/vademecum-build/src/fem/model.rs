@@ -6,7 +6,7 @@ use faer::{Mat, MatRef};
 use vademecum_format::base_field;
 
 use super::assembly::{NodeGraph, assemble, couple};
-use super::blocks::{Block, ElementMatrices, assemble_blocks, held_columns};
+use super::blocks::{Block, ElementMatrices, assemble_blocks, assemble_split, held_columns};
 use super::dampers::{Dampers, DampingBlock};
 use super::dofs::DofMap;
 use super::elimination::{Constraints, Elimination};
@@ -47,6 +47,9 @@ pub struct Attachments {
     pub constraints: Constraints,
     /// Masses and springs.
     pub blocks: Vec<Block>,
+    /// The group of each of them that a live parameter scales, counted from 1, or 0; given where the pencil
+    /// is to have the matrices of each region.
+    pub groups: Option<Vec<usize>>,
     /// Dashpots.
     pub dashpots: Vec<DampingBlock>,
     /// Places of the reference points, six dofs each.
@@ -127,7 +130,7 @@ impl Model {
     }
 
     /// The same with attachments, by elimination of the dependent dofs: `TᵀMT` and `TᵀKT`. All regions
-    /// together: the pencil has one. Where neither supports nor attachments hold the body as a whole, it is
+    /// together, unless [`Attachments::groups`] are given: the pencil has one. Where neither supports nor attachments hold the body as a whole, it is
     /// free, and its pencil has the rigid motions. Parts of a held body that attachments alone hold are seen
     /// when the stiffness is factorised.
     ///
@@ -141,7 +144,7 @@ impl Model {
         attachments: Attachments,
     ) -> Result<Model, ModelError> {
         check_counts(&mesh, materials, constrained)?;
-        let Attachments { mut constraints, blocks, dashpots, points } = attachments;
+        let Attachments { mut constraints, blocks, groups, dashpots, points } = attachments;
         let held = (0..).zip(constrained).filter(|(_, held)| **held);
         held.for_each(|(dof, _)| constraints.hold(dof, 0.0));
         let places = Places { nodes: &mesh.nodes, points: &points };
@@ -149,7 +152,7 @@ impl Model {
         let elimination = constraints.eliminate(constrained.len() + MOTIONS * points.len())?;
         let lumped = vec![false; mesh.regions.len()];
         let elements = ElementMatrices::new(&mesh, materials, &lumped);
-        let pencil = assemble_blocks(&elements, &blocks, &elimination)?;
+        let pencil = assemble_split(&elements, &blocks, groups.as_deref(), &elimination)?;
         let dofs = Arc::new(DofMap::of_elimination(mesh.nodes.len(), &elimination));
         let mut pencil = pencil.with_dampers(Dampers::of(&dashpots, &dofs)?);
         if free {

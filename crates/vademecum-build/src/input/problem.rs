@@ -256,7 +256,7 @@ impl Problem {
     pub fn scheme(&self) -> SchemeKind {
         let stages = self.representation == Some(Representation::Canonical)
             || self.basis.kind == Some(BasisKind::Pod)
-            || (!self.is_parametric() && self.parameters.iter().any(|parameter| parameter.region != "*"));
+            || (!self.is_parametric() && self.parameters.iter().any(ParameterEntry::is_local));
         let usual = if stages { SchemeKind::Bathe {} } else { SchemeKind::Exact {} };
         self.time.scheme.unwrap_or(usual)
     }
@@ -269,9 +269,19 @@ impl Problem {
         self.basis.kind.unwrap_or(if modes { BasisKind::Modes } else { BasisKind::Ritz })
     }
 
+    /// True if a quantity of a region or of attachments is live.
+    pub(crate) fn has_local_parameters(&self) -> bool {
+        self.parameters.iter().any(ParameterEntry::is_local)
+    }
+
+    /// True if matrices of each region are needed.
+    pub(crate) fn splits_regions(&self) -> bool {
+        self.has_local_parameters()
+    }
+
     /// True for live regions by a parametric reduced-order model: unless a key asks for what it has not.
     pub fn is_parametric(&self) -> bool {
-        self.parameters.iter().any(|parameter| parameter.region != "*") && self.separated_by().is_none()
+        self.has_local_parameters() && self.separated_by().is_none()
     }
 
     /// The key by which the time step is separated over live regions, none where a parametric reduced-order

@@ -41,6 +41,12 @@ pub(super) fn attachments(
 ) -> Result<Attachments, BodyError> {
     let check = Stiffest::of(problem, mesh, materials);
     let mut found = Attachments { points: problem.reference_places(), ..Attachments::default() };
+    let live = problem.live_attachments();
+    let group = |name: &Option<String>| {
+        let of = |name: &String| live.iter().position(|live| live == name);
+        name.as_ref().and_then(of).map_or(0, |place| 1 + place)
+    };
+    let mut groups = vec![];
     let point = |name: &str| problem.reference_point(name).expect("a checked name of a reference point");
     for (i, coupling) in problem.couplings.iter().enumerate() {
         let (nodes, weights) = if let Some(own) = &coupling.weights {
@@ -71,6 +77,7 @@ pub(super) fn attachments(
             }
             let stiffness = of(ground.normal, ground.tangential);
             check.block(&stiffness, false, || format!("foundation[{i}]"))?;
+            groups.push(group(&ground.name));
             found.blocks.push(Block { dofs, stiffness, mass: Mat::zeros(n, n) });
         }
     }
@@ -105,6 +112,7 @@ pub(super) fn attachments(
             }
             _ => 0.0,
         };
+        groups.push(group(&mass.name));
         let first = first_dof(mesh, point(&mass.reference));
         let n = if mass.inertia == [0.0; 6] { 3 } else { MOTIONS };
         found.blocks.push(Block {
@@ -128,6 +136,7 @@ pub(super) fn attachments(
             format!("spring[{i}].{}", if spring.matrix.is_some() { "matrix" } else { "stiffness" })
         })?;
         let mass = Mat::zeros(dofs.len(), dofs.len());
+        groups.push(group(&spring.name));
         found.blocks.push(Block { dofs, stiffness, mass });
     }
     for dashpot in &problem.dashpots {
@@ -139,6 +148,7 @@ pub(super) fn attachments(
         let first = first_dof(mesh, i);
         point.held.iter().for_each(|&motion| found.constraints.hold(first + motion as u32, 0.0));
     }
+    found.groups = problem.splits_regions().then_some(groups);
     hold_unmoved(problem, mesh, &mut found);
     Ok(found)
 }

@@ -44,8 +44,10 @@ pub struct LiveParameter {
 pub struct ParameterSpace {
     /// The parameters, in the order of the problem file.
     pub parameters: Vec<LiveParameter>,
-    /// Material regions of the mesh.
+    /// Material regions of the mesh, and of a body whose attachments a parameter leaves or scales: what is
+    /// fixed of them, then one for each group of them that is live.
     pub(crate) n_regions: usize,
+    n_mesh: usize,
     fixed: StepParameters,
 }
 
@@ -63,8 +65,11 @@ pub struct Setting {
 /// Regions whose stiffness or density is live.
 #[derive(Clone, Debug)]
 pub(crate) struct LiveRegions {
-    /// Number of each region of the mesh among them, counted from 1; 0 of those that are not live.
+    /// Number of each region among them, counted from 1; 0 of those that are not live. Those of the mesh come
+    /// first, then those of attachments ([`ParameterSpace::n_regions`]).
     pub(crate) of_mesh: Vec<u32>,
+    /// Regions of the mesh, without attachments.
+    pub(crate) n_mesh: usize,
     /// As many as there are.
     pub(crate) count: usize,
     /// True if a density is live.
@@ -117,7 +122,10 @@ impl ParameterSpace {
             assign(&mut fixed, &parameter, parameter.nominal);
             parameters.push(parameter);
         }
-        let space = Self { parameters, n_regions: mesh.regions.len(), fixed };
+        let split = problem.splits_regions() && problem.has_attachments();
+        let attached = if split { 1 + problem.live_attachments().len() } else { 0 };
+        let n_mesh = mesh.regions.len();
+        let space = Self { parameters, n_regions: n_mesh + attached, n_mesh, fixed };
         // One axis for θ, and at most one for each live region factor.
         let regional = space.parameters.iter().filter(|p| region_of(p.role).is_some()).count();
         let separated = regional > 0 && !problem.is_parametric();
@@ -157,6 +165,7 @@ impl ParameterSpace {
         let density = |p: &LiveParameter| matches!(p.role, ParameterRole::RegionDensity { .. });
         LiveRegions {
             of_mesh,
+            n_mesh: self.n_mesh,
             count: count as usize,
             density: self.parameters.iter().any(density),
             factors: self.parameters.iter().filter(|p| of(p).is_some()).count(),
@@ -309,9 +318,17 @@ fn role(
     entry: &ParameterEntry,
     mesh: &Mesh,
 ) -> Result<ParameterRole, BodyError> {
+    if let Some(name) = &entry.attachment {
+        let place = problem.live_attachments().iter().position(|live| live == name);
+        let region = (mesh.regions.len() + 1 + place.expect("a name of the list")) as u32;
+        return Ok(match entry.kind {
+            ParameterKind::Stiffness => ParameterRole::RegionStiffness { region },
+            _ => ParameterRole::RegionDensity { region },
+        });
+    }
     let uniform = match entry.kind {
         ParameterKind::Stiffness => ParameterRole::Stiffness,
-        ParameterKind::Density => ParameterRole::Density,
+        ParameterKind::Density | ParameterKind::Mass => ParameterRole::Density,
         ParameterKind::Alpha => ParameterRole::Alpha,
         ParameterKind::Beta => ParameterRole::Beta,
         ParameterKind::TimeStep => ParameterRole::TimeStep,
@@ -332,7 +349,7 @@ fn role(
     // With one region there is no ratio between regions: its scale is the uniform one.
     let region = region as u32;
     Ok(match uniform {
-        _ if mesh.regions.len() == 1 => uniform,
+        _ if mesh.regions.len() == 1 && !problem.has_attachments() => uniform,
         ParameterRole::Density => ParameterRole::RegionDensity { region },
         _ => ParameterRole::RegionStiffness { region },
     })

@@ -74,6 +74,8 @@ pub struct TieEntry {
 #[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct FoundationEntry {
+    /// Its name, by which a live parameter scales it; several may share one.
+    pub name: Option<String>,
     /// The facets, all of whose corners are selected.
     pub on: Selection,
     /// Stiffness per area along the normal of the facets.
@@ -117,6 +119,8 @@ pub enum EquationNode {
 #[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct PointMassEntry {
+    /// Its name, by which a live parameter scales it; several may share one.
+    pub name: Option<String>,
     /// The reference point.
     pub reference: String,
     /// The mass.
@@ -130,6 +134,8 @@ pub struct PointMassEntry {
 #[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct SpringEntry {
+    /// Its name, by which a live parameter scales it; several may share one.
+    pub name: Option<String>,
     /// The first reference point.
     pub from: String,
     /// The second one; absent: the ground.

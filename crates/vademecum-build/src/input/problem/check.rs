@@ -1,8 +1,8 @@
 //! The checks a problem file passes before anything is read: the numbered refusals of `formats/problem-1.md`.
 
 use super::{
-    BasisKind, Fields, MaterialEntry, OrthotropicEntry, ParameterKind, ParameterScale, Problem, ProblemError,
-    Representation,
+    BasisKind, Fields, MaterialEntry, OrthotropicEntry, ParameterEntry, ParameterKind, ParameterScale,
+    Problem, ProblemError, Representation,
 };
 use crate::dynamics::SchemeKind;
 use crate::fem::Stiffness;
@@ -306,7 +306,7 @@ impl Problem {
             "true beside `mesh.matrices`, which do not know the mass of held displacements"
         } else if self.representation == Some(Representation::Canonical) {
             "true beside `representation = \"chapter\"`, which takes no load patterns"
-        } else if self.parameters.iter().any(|p| p.kind == ParameterKind::Density) {
+        } else if self.parameters.iter().any(|p| p.kind.is_mass()) {
             "true beside a live density, which the inertia of a moving body follows and a load pattern does not"
         } else if self.supports.is_empty() {
             "true without any `[[support]]`"
@@ -334,8 +334,10 @@ impl Problem {
             "true beside `representation = \"chapter\"`"
         } else if self.basis.kind == Some(BasisKind::Pod) {
             "true beside `basis.kind = \"pod\"`, whose vectors do not move apart"
-        } else if !self.is_parametric() && self.parameters.iter().any(|parameter| parameter.region != "*") {
+        } else if !self.is_parametric() && self.has_local_parameters() {
             "true beside a step that is separated over live regions, which change how supports share a load"
+        } else if self.has_attachments() && self.has_local_parameters() {
+            "true beside attachments and live regions, over which attachments change how supports share a load"
         } else if self.supports.is_empty() {
             "true without any `[[support]]`"
         } else {
@@ -418,7 +420,7 @@ impl Problem {
             Words("exact, beside `representation = \"chapter\"`"),
             "a scheme such as `{ name = \"bathe\" }`: stage maps need stages",
         )?;
-        let by = self.separated_by().filter(|_| self.parameters.iter().any(|p| p.region != "*"));
+        let by = self.separated_by().filter(|_| self.has_local_parameters());
         self.require_with(
             by.is_none(),
             key,
@@ -435,7 +437,7 @@ impl Problem {
             return Ok(());
         }
         let exact = self.scheme() == (SchemeKind::Exact {});
-        let found = || match self.parameters.iter().any(|p| p.region != "*") {
+        let found = || match self.has_local_parameters() {
             true => "none beside a live parameter of a region".into(),
             false => format!("none beside the time scheme {}", self.scheme()),
         };
@@ -447,7 +449,7 @@ impl Problem {
             || format!("none beside a basis of {}", self.basis_kind().words()),
             "`[[support]]`, or for a body that flies freely `basis.kind = \"modes\"` and no key of snapshots",
         )?;
-        let density = self.parameters.iter().any(|p| p.kind == ParameterKind::Density);
+        let density = self.parameters.iter().any(|p| p.kind.is_mass());
         self.require(
             !(self.is_parametric() && density),
             "support",
@@ -478,13 +480,16 @@ impl Problem {
             let name =
                 !p.name.is_empty() && !p.name.contains('\n') && !earlier.iter().any(|o| o.name == p.name);
             self.require(name, &key("name"), &p.name, "a name of one line that no other parameter has")?;
-            let twice = earlier.iter().any(|o| o.kind == p.kind && o.region == p.region);
+            let same =
+                |o: &ParameterEntry| o.kind == p.kind && o.region == p.region && o.attachment == p.attachment;
+            let twice = earlier.iter().any(same);
             self.require(
                 !twice,
                 &key("kind"),
                 Words(p.kind.name()),
                 "a quantity no other parameter changes",
             )?;
+            self.check_live_attachment(i, p)?;
             let of_region = matches!(p.kind, ParameterKind::Stiffness | ParameterKind::Density);
             self.require(of_region || p.region == "*", &key("region"), &p.region, "no region for this kind")?;
             let [lower, upper] = p.range;

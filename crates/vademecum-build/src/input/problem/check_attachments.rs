@@ -2,12 +2,13 @@
 
 use super::check::{Words, perpendicular};
 use super::{
-    BasisKind, CouplingKind, EquationEntry, EquationNode, EquationTerm, FoundationEntry, ParameterKind,
-    Problem, ProblemError, ReferencePointEntry, Representation,
+    BasisKind, CouplingKind, EquationEntry, EquationNode, EquationTerm, FoundationEntry, ParameterEntry,
+    ParameterKind, Problem, ProblemError, ReferencePointEntry, Representation,
 };
 use crate::dynamics::SchemeKind;
 use crate::limits::MAGNITUDE;
 use crate::linalg::{from_upper, symmetric_eigen};
+use crate::suggest::did_you_mean;
 
 /// True if a symmetric matrix, given by its upper triangle, has no eigenvalue below zero but for rounding.
 fn semidefinite(triangle: &[f64], n: usize) -> bool {
@@ -203,7 +204,7 @@ impl Problem {
 
     /// The key, if any, by which the step is not that of natural modes that are moved exactly and stay modes.
     pub(super) fn without_exact_modes(&self) -> Option<&'static str> {
-        let scaled = |kind| matches!(kind, ParameterKind::Stiffness | ParameterKind::Density);
+        let scaled = |kind: ParameterKind| kind.is_stiffness() || kind.is_mass();
         if self.scheme() != (SchemeKind::Exact {}) {
             Some("beside a `time.scheme` that is not exact")
         } else if self.basis_kind() != BasisKind::Modes {
@@ -213,6 +214,53 @@ impl Problem {
         } else {
             None
         }
+    }
+
+    /// Names of springs and foundations that are stiff, or of point masses.
+    fn attachment_names(&self, stiffness: bool) -> Vec<&str> {
+        let springs = self.springs.iter().filter_map(|one| one.name.as_deref());
+        let stiff = |ground: &&FoundationEntry| ground.normal > 0.0 || ground.tangential > 0.0;
+        let grounds = self.foundations.iter().filter(stiff).filter_map(|one| one.name.as_deref());
+        let masses = self.point_masses.iter().filter_map(|one| one.name.as_deref());
+        if stiffness { springs.chain(grounds).collect() } else { masses.collect() }
+    }
+
+    /// Attachments that a live parameter scales.
+    pub(super) fn check_live_attachment(&self, i: usize, entry: &ParameterEntry) -> Result<(), ProblemError> {
+        let key = format!("parameter[{i}].attachment");
+        let Some(name) = &entry.attachment else {
+            let found = Words("none beside `kind = \"mass\"`");
+            let expected = "the name of a `[[point_mass]]`; the mass of a region is its density";
+            return self.require(entry.kind != ParameterKind::Mass, &key, found, expected);
+        };
+        let fits =
+            matches!(entry.kind, ParameterKind::Stiffness | ParameterKind::Mass) && entry.region == "*";
+        let found = || format!("beside `kind = \"{}\"`, region \"{}\"", entry.kind.name(), entry.region);
+        let expected = "`kind = \"stiffness\"` or `\"mass\"`, and no `region`";
+        self.require_with(fits, &key, found, expected)?;
+        let names = self.attachment_names(entry.kind.is_stiffness());
+        let what = if entry.kind.is_stiffness() {
+            "`[[spring]]` or stiff `[[foundation]]`"
+        } else {
+            "`[[point_mass]]`"
+        };
+        self.require_with(
+            names.contains(&name.as_str()),
+            &key,
+            || format!("\"{name}\""),
+            format!("the `name` of a {what}{}", did_you_mean(name, names.iter().copied())),
+        )
+    }
+
+    /// Names of attachments that live parameters scale, each once.
+    pub(crate) fn live_attachments(&self) -> Vec<&str> {
+        let mut names: Vec<&str> = vec![];
+        for name in self.parameters.iter().filter_map(|entry| entry.attachment.as_deref()) {
+            if !names.contains(&name) {
+                names.push(name);
+            }
+        }
+        names
     }
 
     /// True if something beside dashpots has a part in the motion of a reference point.
@@ -248,8 +296,8 @@ impl Problem {
             "beside snapshots of another program"
         } else if self.output.static_fields == Some(true) {
             "beside `output.static_fields = true`"
-        } else if self.parameters.iter().any(|parameter| parameter.region != "*") {
-            "beside a live parameter of a region"
+        } else if self.has_local_parameters() && !self.is_parametric() {
+            "beside live regions by a separated step"
         } else {
             return Ok(());
         };

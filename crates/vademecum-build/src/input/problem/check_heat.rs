@@ -44,7 +44,7 @@ impl Problem {
     /// True if the file has the stress of load patterns beside that of the modes.
     fn shows_patterns(&self) -> bool {
         let exact = self.scheme() == (SchemeKind::Exact {});
-        let whole = self.parameters.iter().all(|parameter| parameter.region == "*");
+        let whole = !self.has_local_parameters();
         self.output.residual.unwrap_or(exact) && self.basis_kind() != BasisKind::Pod && whole
     }
 }

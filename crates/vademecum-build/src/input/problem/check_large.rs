@@ -26,7 +26,7 @@ impl Problem {
             "large-displacement beside `basis.kind`, `basis.energy` or `basis.error`: the basis is chosen by held-out loads"
         } else if self.snapshots.npy.is_some() || self.snapshots.vtu.is_some() {
             "large-displacement beside snapshots of another program"
-        } else if self.parameters.iter().any(|parameter| parameter.region != "*") {
+        } else if self.has_local_parameters() {
             "large-displacement beside a live parameter of a region"
         } else if self.materials.iter().any(|m| m.orthotropic.is_some() || m.stiffness.is_some()) {
             "large-displacement beside a material that is not isotropic"

@@ -47,7 +47,7 @@ impl Problem {
 
     /// Keys that a prestress excludes.
     fn check_beside_prestress(&self) -> Result<(), ProblemError> {
-        let scaled = |kind| matches!(kind, ParameterKind::Stiffness | ParameterKind::Density);
+        let scaled = |kind: ParameterKind| kind.is_stiffness() || kind.is_mass();
         let found = if self.mesh.matrices.is_some() {
             "beside `mesh.matrices`, which have no elements with a stress"
         } else if self.representation == Some(Representation::Canonical) {

@@ -314,6 +314,8 @@ pub struct ParameterEntry {
     /// Region by name or tag (stiffness and density); `"*"`: all regions alike.
     #[serde(default = "every_region")]
     pub region: String,
+    /// Springs and foundations (stiffness) or point masses (mass) of this name, in place of a region.
+    pub attachment: Option<String>,
     /// Smallest and largest value: a factor on the problem's value (stiffness, density), else the value
     /// itself.
     pub range: [f64; 2],
@@ -330,6 +332,8 @@ pub enum ParameterKind {
     Stiffness,
     /// Factor on the density of a region.
     Density,
+    /// Factor on mass and inertia of attached masses.
+    Mass,
     /// Rayleigh α \[1/s\].
     Alpha,
     /// Rayleigh β \[s\].
@@ -338,12 +342,30 @@ pub enum ParameterKind {
     TimeStep,
 }
 
+impl ParameterEntry {
+    /// True of a quantity of a region or of attachments, which turns the modes.
+    pub fn is_local(&self) -> bool {
+        self.region != "*" || self.attachment.is_some()
+    }
+}
+
 impl ParameterKind {
+    /// True of a factor on the stiffness.
+    pub(crate) fn is_stiffness(self) -> bool {
+        self == Self::Stiffness
+    }
+
+    /// True of a factor on the mass.
+    pub(crate) fn is_mass(self) -> bool {
+        matches!(self, Self::Density | Self::Mass)
+    }
+
     /// As the problem file spells it.
     pub(super) fn name(self) -> &'static str {
         match self {
             Self::Stiffness => "stiffness",
             Self::Density => "density",
+            Self::Mass => "mass",
             Self::Alpha => "alpha",
             Self::Beta => "beta",
             Self::TimeStep => "time-step",
