@@ -425,6 +425,9 @@ kinds! {
     /// `Bᵀ(M_q,ff Φ + M_q,fs T)` \[kg^½\] of the same, if a density is live; they sum to section 55;
     /// `f64 (supports · (1 + live regions), 6, r)`.
     LiveReactionMass = 119: 14, optional, F64, [Any, Of(6), Modes];
+    /// Ratio of the damping of every mode that no loss factor makes, then the loss factor of each live
+    /// region; what is not live has none; `f64 (1 + live regions)`.
+    LiveLoss = 120: 14, required, F64, [Any];
 }
 
 impl SectionKind {

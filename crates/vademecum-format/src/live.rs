@@ -55,6 +55,9 @@ pub struct LiveParameters<'a> {
     pub regions: &'a [[u8; 4]],
     /// Terms of the scale of the residual flexibility, five numbers each; none of a file without it.
     pub residual: &'a [[[u8; 8]; 5]],
+    /// Damping ratio that no loss factor makes, and loss factors of the live regions; none of a file without
+    /// loss factors.
+    pub loss: &'a [[u8; 8]],
 }
 
 /// Lines of a text. (`str::lines` has a panic that no linker can rule out.)
@@ -87,6 +90,7 @@ fn of_row<'a>(row: &[[u8; 8]; LIVE_COLUMNS], name: &'a str) -> Option<Parameter<
         4 => (R::Alpha, "1/s"),
         5 => (R::Beta, "s"),
         6 => (R::TimeStep, "s"),
+        7 => (R::LossFactor { region }, ""),
         _ => return None,
     };
     Some(Parameter { name, unit, role, log: log != 0.0, lower, upper, nominal })
@@ -130,8 +134,12 @@ impl<'a> LiveParameters<'a> {
             return Err(LiveError::Parameter { index: self.iter().count() });
         }
         for (index, parameter) in self.iter().enumerate() {
-            let density = matches!(parameter.role, ParameterRole::RegionDensity { .. });
-            let sound = parameter.is_sound(self.n_regions as u32) && (!density || self.mass.is_some());
+            let needed = match parameter.role {
+                ParameterRole::RegionDensity { .. } => self.mass.is_some(),
+                ParameterRole::LossFactor { .. } => !self.loss.is_empty(),
+                _ => true,
+            };
+            let sound = parameter.is_sound(self.n_regions as u32) && needed;
             let same = |other: &Parameter<'_>| other.role == parameter.role || other.name == parameter.name;
             if !sound || self.iter().take(index).any(|other| same(&other)) {
                 return Err(LiveError::Parameter { index });
@@ -175,6 +183,10 @@ impl<'a> File<'a> {
                 Some(section) => section.f64s()?.as_chunks().0,
                 None => &[],
             },
+            loss: match self.section(S::LiveLoss) {
+                Some(section) => section.f64s()?,
+                None => &[],
+            },
         };
         let fits = |shape: [u64; 3]| shape == [rows as u64, packed(r) as u64, 1];
         if !fits(stiffness.shape()) || rows == 0 || rows > MAX_LIVE_REGIONS + 1 {
@@ -182,6 +194,12 @@ impl<'a> File<'a> {
         }
         if mass.is_some_and(|section| !fits(section.shape())) {
             return Err(LiveError::Shape { kind: S::LiveMass.number() });
+        }
+        let lost = live.loss.iter().map(|number| f64::from_le_bytes(*number));
+        if !live.loss.is_empty()
+            && (live.loss.len() != rows || !lost.clone().all(|x| x >= 0.0 && x.is_finite()))
+        {
+            return Err(LiveError::Shape { kind: S::LiveLoss.number() });
         }
         if regions.iter().any(|&region| u32::from_le_bytes(region) as usize >= rows) {
             return Err(LiveError::Shape { kind: S::LiveRegions.number() });

@@ -6,7 +6,7 @@
 //! writer alike.
 
 use crate::error::{FormatError, Quantity};
-use crate::parameter::Parameter;
+use crate::parameter::{Parameter, ParameterRole};
 use crate::scheme::{SchemeTable, TableError};
 use bincode::config::{Configuration, Fixint, Limit, LittleEndian};
 use bincode::de::BorrowDecoder;
@@ -395,7 +395,9 @@ impl<'a> Metadata<'a> {
             let mut before = used.iter().take(place);
             let sound = if place < used.len() {
                 let twice = before.any(|p| p.name == parameter.name || p.role == parameter.role);
-                parameter.is_sound(self.n_regions) && !twice
+                // A loss factor is one of a parametric model, whose parameters are in a section.
+                let loss = matches!(parameter.role, ParameterRole::LossFactor { .. });
+                parameter.is_sound(self.n_regions) && !loss && !twice
             } else {
                 *parameter == Parameter::UNUSED
             };

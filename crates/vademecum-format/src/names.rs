@@ -70,6 +70,7 @@ impl fmt::Display for ParameterRole {
             Self::Alpha => out.pad("Alpha"),
             Self::Beta => out.pad("Beta"),
             Self::TimeStep => out.pad("TimeStep"),
+            Self::LossFactor { region } => write!(out, "LossFactor {region}"),
         }
     }
 }

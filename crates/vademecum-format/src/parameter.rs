@@ -38,17 +38,19 @@ impl Parameter<'_> {
         // NaN fails every comparison; infinite ends fail `is_finite`.
         let ordered = self.lower < self.upper && self.lower <= self.nominal && self.nominal <= self.upper;
         let finite = self.lower.is_finite() && self.upper.is_finite();
-        let may_vanish = !self.log && matches!(self.role, R::Alpha | R::Beta);
+        let may_vanish = !self.log && matches!(self.role, R::Alpha | R::Beta | R::LossFactor { .. });
         let sign = self.lower > 0.0 || (may_vanish && self.lower == 0.0);
         let region = match self.role {
-            R::RegionStiffness { region } | R::RegionDensity { region } => region < n_regions,
+            R::RegionStiffness { region } | R::RegionDensity { region } | R::LossFactor { region } => {
+                region < n_regions
+            }
             _ => true,
         };
         ordered && finite && sign && region && !self.name.is_empty()
     }
 }
 
-/// Quantity changed by a parameter: a factor on the value of the build, or (`α`, `β`, `Δt`) the value itself.
+/// Quantity changed by a parameter: a factor on the value of the build, or (`α`, `β`, `Δt`, `η_q`) the value itself.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Encode, BorrowDecode)]
 #[non_exhaustive]
 pub enum ParameterRole {
@@ -72,4 +74,9 @@ pub enum ParameterRole {
     Beta,
     /// `Δt` \[s\].
     TimeStep,
+    /// `η_q`: loss factor of a region, of a parametric reduced-order model.
+    LossFactor {
+        /// The region.
+        region: u32,
+    },
 }

@@ -217,7 +217,7 @@ pub enum StudyError {
     },
     /// Matrices and a march at full order have no damping ratios of modes.
     #[error(
-        "the problem has `damping.modal` or `damping.ratio`, which the full order cannot be marched with; \
+        "the problem has `damping.modal`, `damping.ratio` or a `loss_factor`, which the full order cannot be marched with; \
          expected `alpha` and `beta`, or `ratios`"
     )]
     NoModalMarch,

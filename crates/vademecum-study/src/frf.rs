@@ -409,7 +409,7 @@ pub fn compare_response(
     let found = frequency_response(file, options, question)?;
     let mut prepared = prepare(problem, &mut Stopwatch::new(listener), listener)?;
     prepared_at(&mut prepared, values)?;
-    if !prepared.ratios.is_empty() {
+    if !prepared.ratios.is_empty() || prepared.has_loss() {
         return Err(StudyError::ModalDamping);
     }
     let (body, metadata) = (&prepared.body, file.metadata());

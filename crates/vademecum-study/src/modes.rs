@@ -138,7 +138,7 @@ pub fn natural_modes(
         })
         .transpose()?;
     let frequencies_hz = modes.frequencies_hz();
-    let ratios = prepared.ratios_along(&modes.eigenvalues, modes.vectors.as_ref());
+    let ratios = prepared.ratios_along(pencil, &modes.eigenvalues, modes.vectors.as_ref());
     let material_damping: Vec<f64> = frequencies_hz
         .iter()
         .enumerate()

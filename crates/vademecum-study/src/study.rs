@@ -90,7 +90,7 @@ impl Study {
         long: bool,
         listener: &dyn Listener,
     ) -> Result<Self, StudyError> {
-        if !problem.damping.modal_ratios().is_empty() {
+        if !problem.damping.modal_ratios().is_empty() || problem.has_loss() {
             return Err(StudyError::NoModalMarch);
         }
         if problem.is_large() {

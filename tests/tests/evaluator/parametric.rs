@@ -309,6 +309,31 @@ fn motion_goes_over_to_other_values_and_its_energies_are_told() {
     }
 }
 
+/// Largest errors of a file at values of its parameters, beside the full model there, under a push: of the
+/// first frequencies, of the whole field, and under the contact.
+fn errors_at(file: &File<'_>, problem: &Problem, scenario: &Scenario, asked: &[ParameterValue]) -> [f64; 3] {
+    let body = at_values(file, asked, None).expect("set").expect("a model");
+    let at = File::parse(&body.bytes).expect("a file");
+    let lambda = numbers(&at, S::Eigenvalues);
+    let (exact, _) = natural_modes(problem, Some(4), None, asked, &Silent).expect("modes");
+    let hertz = lambda.iter().map(|value| value.sqrt() / std::f64::consts::TAU);
+    let of_frequency = hertz.zip(&exact.frequencies_hz).map(|(found, exact)| (found / exact - 1.0).abs());
+    let mut prepared = prepare(problem, &mut Stopwatch::new(&Silent), &Silent).expect("prepared");
+    prepared_at(&mut prepared, &body.values).expect("values of the problem");
+    let found =
+        verify(&at, &PlayOptions::default(), problem, &prepared, scenario, &Silent).expect("verified");
+    let Figures::Linear(figures) = found.figures else { panic!("a linear body") };
+    let contact = figures.truth.contact_error.expect("a contact");
+    [of_frequency.fold(0.0, f64::max), figures.truth.total_error, contact]
+}
+
+fn value(name: &str, value: f64) -> ParameterValue {
+    ParameterValue { name: name.into(), value }
+}
+
+const PUSH: &str =
+    "duration = 0.2\n[[contact]]\npoint = [0.9, 0.03, 0.12]\nforce = [0.0, 4.0, -9.0]\nend = 0.08\n";
+
 #[test]
 fn a_built_beam_follows_the_full_model_to_corners_that_trained_nothing() {
     let problem = problem(BEAM);
@@ -317,29 +342,90 @@ fn a_built_beam_follows_the_full_model_to_corners_that_trained_nothing() {
     assert_eq!(file.metadata().active_parameters().len(), 0);
     let points = numbers(&file, S::LiveCertificate);
     assert!(points.chunks_exact(5).all(|point| point[3] == 0.0 && point[4] < 5e-3), "{points:?}");
-
-    let scenario =
-        "duration = 0.2\n[[contact]]\npoint = [0.9, 0.03, 0.12]\nforce = [0.0, 4.0, -9.0]\nend = 0.08\n";
-    let scenario = Scenario::parse(scenario, "push.toml").expect("a scenario");
+    let scenario = Scenario::parse(PUSH, "push.toml").expect("a scenario");
     for [root, tip] in [[0.25, 4.0], [4.0, 0.3], [0.7, 1.9]] {
-        let value = |name: &str, value: f64| ParameterValue { name: name.into(), value };
         let asked = [value("root", root), value("tip", tip), value("step", 1e-3)];
-        let body = at_values(&file, &asked, None).expect("set").expect("a model");
-        let at = File::parse(&body.bytes).expect("a file");
-        let lambda = numbers(&at, S::Eigenvalues);
-        let (exact, _) = natural_modes(&problem, Some(4), None, &asked, &Silent).expect("modes");
-        for (value, exact) in lambda.iter().zip(&exact.frequencies_hz) {
-            let hertz = value.sqrt() / std::f64::consts::TAU;
-            assert!((hertz / exact - 1.0).abs() < 1e-3, "{hertz} beside {exact} at {root}, {tip}");
-        }
-        let mut prepared = prepare(&problem, &mut Stopwatch::new(&Silent), &Silent).expect("prepared");
-        prepared_at(&mut prepared, &body.values).expect("values of the problem");
-        let options = PlayOptions::default();
-        let found = verify(&at, &options, &problem, &prepared, &scenario, &Silent).expect("verified");
-        let Figures::Linear(figures) = found.figures else { panic!("a linear body") };
-        let error = figures.truth.total_error;
+        let [frequency, error, contact] = errors_at(&file, &problem, &scenario, &asked);
+        assert!(frequency < 1e-3, "{frequency:e} at {root}, {tip}");
         assert!(error < 2e-3, "{error:e} at {root}, {tip}");
-        let contact = figures.truth.contact_error.expect("a contact");
         assert!(contact < 1e-2, "{contact:e} under the contact at {root}, {tip}");
+    }
+}
+
+/// The beam with a mass on springs at its end and an elastic bed under its tip; `live` is the table of
+/// parameters, and the numbers are factors of the root's modulus, of the springs, of the bed and of the mass.
+fn attached([root, mount, bed, motor]: [f64; 4], live: &str) -> String {
+    let (head, rest) = BEAM.split_once("[[material]]").expect("a material");
+    let rest = rest.split_once("[[parameter]]").expect("parameters").0;
+    let rest = rest.replacen("young", "region = \"tip\"\nyoung", 1);
+    let root = format!(
+        "[[material]]\nregion = \"body\"\nyoung = {:e}\npoisson = 0.3\ndensity = 1200.0\n",
+        root * 2.1e9
+    );
+    let attachments = format!(
+        "[[reference_point]]\nname = \"hub\"\nat = [1.0, 0.05, 0.06]\n\
+         [[coupling]]\nreference = \"hub\"\non = {{ group = \"x_max\" }}\nkind = \"rigid\"\n\
+         [[spring]]\nname = \"mount\"\nfrom = \"hub\"\nstiffness = [0, {0:e}, {0:e}, {1}, 0, 0]\n\
+         [[spring]]\nname = \"mount\"\nfrom = \"hub\"\nstiffness = [{0:e}, 0, 0, 0, 0, 0]\n\
+         [[spring]]\nfrom = \"hub\"\nstiffness = [1e4, 0, 2e4, 0, 0, 0]\n\
+         [[point_mass]]\nname = \"motor\"\nreference = \"hub\"\nmass = {2}\ninertia = [{3}, {3}, {3}, 0, 0, 0]\n\
+         [[foundation]]\nname = \"bed\"\non = {{ group = \"z_min\" }}\nnormal = {4:e}\n",
+        mount * 5e4,
+        mount * 300.0,
+        motor * 3.0,
+        motor * 0.02,
+        bed * 2e6
+    );
+    format!("{head}{root}[[material]]{rest}{attachments}{live}")
+}
+
+#[test]
+fn springs_foundations_and_masses_beside_live_regions_are_those_of_the_full_model_and_live_themselves() {
+    let names = ["root", "mount", "bed", "motor"];
+    let ranges = [[0.25, 4.0], [0.1, 10.0], [0.2, 5.0], [0.5, 2.0]];
+    let live = |k: usize| {
+        let target =
+            if k == 0 { "region = \"body\"".into() } else { format!("attachment = \"{}\"", names[k]) };
+        let kind = if k == 3 { "mass" } else { "stiffness" };
+        format!(
+            "[[parameter]]\nname = \"{}\"\nkind = \"{kind}\"\n{target}\nrange = {:?}\nscale = \"log\"\n",
+            names[k], ranges[k]
+        )
+    };
+    let problem = problem(&attached([1.0; 4], &(0..4).map(live).collect::<String>()));
+    let built = build(&problem, &BuildOptions::default(), &Silent).expect("built").kept().expect("kept");
+    let file = File::parse(&built.bytes).expect("a file");
+    let scenario = Scenario::parse(PUSH, "push.toml").expect("a scenario");
+    for factors in [[0.25, 10.0, 0.2, 2.0], [4.0, 0.1, 5.0, 0.5], [0.6, 3.0, 1.4, 1.7]] {
+        let asked: Vec<_> = names.iter().zip(factors).map(|(name, factor)| value(name, factor)).collect();
+        let [frequency, error, contact] = errors_at(&file, &problem, &scenario, &asked);
+        assert!(
+            frequency < 2e-3 && error < 5e-3 && contact < 2e-2,
+            "{frequency:e} {error:e} {contact:e} at {factors:?}"
+        );
+        // The same body, built at these values without any live parameter.
+        let fixed = self::problem(&attached(factors, ""));
+        let [(found, _), (expected, _)] = [(&problem, &asked[..]), (&fixed, &[])]
+            .map(|(problem, asked)| natural_modes(problem, Some(6), None, asked, &Silent).expect("modes"));
+        for (found, expected) in found.frequencies_hz.iter().zip(&expected.frequencies_hz) {
+            assert!((found / expected - 1.0).abs() < 1e-9, "{found} beside {expected} at {factors:?}");
+        }
+    }
+}
+
+#[test]
+fn live_attachments_are_refused_where_there_is_none_to_scale() {
+    let live = |rest: &str| format!("[[parameter]]\nname = \"p\"\nrange = [0.5, 2.0]\n{rest}\n");
+    for (rest, named) in [
+        ("kind = \"stiffness\"\nattachment = \"mont\"", "did you mean `mount`?"),
+        ("kind = \"stiffness\"\nattachment = \"motor\"", "`[[spring]]` or stiff `[[foundation]]`"),
+        ("kind = \"mass\"\nattachment = \"mount\"", "`[[point_mass]]`"),
+        ("kind = \"density\"\nattachment = \"motor\"", "`kind = \"stiffness\"` or `\"mass\"`"),
+        ("kind = \"mass\"", "the name of a `[[point_mass]]`"),
+    ] {
+        let text = attached([1.0; 4], &live(rest));
+        let refused =
+            Problem::parse(&text, "beam.toml", std::path::PathBuf::new()).expect_err(rest).to_string();
+        assert!(refused.contains("`parameter[0].attachment`") && refused.contains(named), "{refused}");
     }
 }

@@ -393,6 +393,10 @@ fn bad_problems() -> Vec<(usize, String)> {
         (136, matrices("[output]\ncontact_patch = 0.1")),
         (137, patch("contact_patch = 0.1\ncontact_modes = 513")),
         (137, patch("contact_modes = 8")),
+        (138, live("kind = \"stiffness\"\nattachment = \"mont\"")),
+        (138, live("kind = \"density\"\nattachment = \"mount\"")),
+        (138, live("kind = \"stiffness\"\nattachment = \"mount\"\nregion = \"body\"")),
+        (138, live("kind = \"mass\"")),
         (61, format!("title = \"{}\"", "a".repeat(1001))),
         (62, format!("units = \"{}\"", "a".repeat(1001))),
         (63, text("representation = \"separated\"\n") + &many_parameters(17)),
@@ -413,6 +417,13 @@ const HELD: &str = "[[support]]\non = { group = \"x_min\" }\n";
 
 /// A reference point.
 const POINT: &str = "[[reference_point]]\nname = \"hub\"\nat = [1.0, 0.05, 0.05]\n";
+
+/// A body on a named spring, with a live parameter of these keys.
+fn live(keys: &str) -> String {
+    let spring = "[[coupling]]\nreference = \"hub\"\non = { group = \"x_max\" }\nkind = \"rigid\"\n[[spring]]\nname = \
+                  \"mount\"\nfrom = \"hub\"\nstiffness = [1, 0, 0, 0, 0, 0]\n";
+    attached(&format!("{spring}[[parameter]]\nname = \"p\"\nrange = [0.5, 2.0]\n{keys}\n"))
+}
 
 /// A held body with a reference point and these tables.
 fn attached(tables: &str) -> String {

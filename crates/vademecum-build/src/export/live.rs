@@ -4,6 +4,7 @@ use faer::{Mat, MatRef};
 use vademecum_format::{ParameterRole, SectionKind};
 
 use super::draft::Draft;
+use crate::dynamics::ModalRatios;
 use crate::fem::{Pencil, SymmetricMatrix};
 use crate::linalg::symmetric_part;
 use crate::parallel;
@@ -87,13 +88,15 @@ fn role_numbers(role: ParameterRole, regions: &LiveRegions) -> [f64; 2] {
         ParameterRole::RegionDensity { region } => [3.0, live(region)],
         ParameterRole::Alpha => [4.0, 0.0],
         ParameterRole::Beta => [5.0, 0.0],
+        ParameterRole::LossFactor { region } => [7.0, live(region)],
         _ => [6.0, 0.0],
     }
 }
 
-/// The sections of the parameters and of what they scale.
+/// The sections of the parameters and of what they scale; `ratios` are those of the modes that no loss factor
+/// makes, all alike.
 pub(crate) fn live_sections(
-    parameters: &[LiveParameter],
+    (parameters, ratios): (&[LiveParameter], &ModalRatios),
     regions: &LiveRegions,
     forms: &RegionForms,
     residual: &[ScaleTerm],
@@ -110,6 +113,13 @@ pub(crate) fn live_sections(
         Draft::u32s(SectionKind::LiveRegions, [n_mesh, 1, 1], regions.of_mesh[..n_mesh].iter().copied()),
     ];
     drafts.extend(forms.mass.as_deref().map(|mass| packed(SectionKind::LiveMass, mass)));
+    if !regions.loss.is_empty() {
+        let mut loss = vec![ratios.of(0); 1 + regions.count];
+        for (&live, &eta) in regions.of_mesh.iter().zip(&regions.loss).filter(|(live, _)| **live > 0) {
+            loss[live as usize] = eta;
+        }
+        drafts.push(Draft::f64s(SectionKind::LiveLoss, [loss.len(), 1, 1], loss));
+    }
     if !residual.is_empty() {
         let numbers = residual.iter().flatten().copied();
         drafts.push(Draft::f64s(SectionKind::LiveResidual, [residual.len(), 5, 1], numbers));

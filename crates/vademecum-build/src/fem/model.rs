@@ -168,6 +168,11 @@ impl Model {
         Ok(Model { mesh: Arc::new(mesh), materials: materials.to_vec(), dofs, pencil, attached })
     }
 
+    /// The same body with a loss factor of each region.
+    pub(crate) fn with_loss(self, loss: Vec<f64>) -> Model {
+        Model { pencil: self.pencil.with_loss(loss), ..self }
+    }
+
     /// The same body about a static state under dead loads: `K + K_σ`, with the softening of rotations, which
     /// act on attached masses too. All regions together: the pencil has one.
     ///

@@ -36,6 +36,8 @@ pub struct Pencil {
     away: Option<Arc<RemoteMatrices>>,
     /// Dashpots.
     dampers: Dampers,
+    /// Loss factor of each region; none of a body without any.
+    loss: Vec<f64>,
 }
 
 /// Source of matrices whose rows are on other ranks.
@@ -119,7 +121,16 @@ impl Pencil {
             let stiffnesses: Vec<_> = regions.iter().map(|r| (1.0, &r.stiffness)).collect();
             (SymmetricMatrix::combine(&masses), SymmetricMatrix::combine(&stiffnesses))
         };
-        Pencil { mass, stiffness, regions, dof_nodes, rigid: None, away: None, dampers: Dampers::default() }
+        Pencil {
+            mass,
+            stiffness,
+            regions,
+            dof_nodes,
+            rigid: None,
+            away: None,
+            dampers: Dampers::default(),
+            loss: vec![],
+        }
     }
 
     /// Mass and stiffness of a body whose rows lie on ranks.
@@ -136,6 +147,7 @@ impl Pencil {
             rigid: None,
             away: Some(away),
             dampers: Dampers::default(),
+            loss: vec![],
         }
     }
 
@@ -217,6 +229,26 @@ impl Pencil {
     /// The dashpots of the body.
     pub fn dampers(&self) -> &Dampers {
         &self.dampers
+    }
+
+    /// The same pencil with a loss factor of each region, or none at all.
+    ///
+    /// # Panics
+    /// If there is not one for each region.
+    pub(crate) fn with_loss(self, loss: Vec<f64>) -> Pencil {
+        assert!(loss.is_empty() || loss.len() == self.n_regions());
+        Pencil { loss, ..self }
+    }
+
+    /// True if a region has a loss factor, be it zero.
+    pub(crate) fn has_loss(&self) -> bool {
+        !self.loss.is_empty()
+    }
+
+    /// `Σ η_q K_q` of the loss factors `η`; `None` without any.
+    pub(crate) fn loss(&self) -> Option<SymmetricMatrix> {
+        let terms = self.loss.iter().enumerate().map(|(q, &eta)| (eta, self.region_stiffness(q)));
+        self.has_loss().then(|| SymmetricMatrix::combine(&terms.collect::<Vec<_>>()))
     }
 
     /// The same pencil as that of a body without supports.
@@ -328,8 +360,8 @@ impl Pencil {
                 _ => rows.scaled(weight),
             };
             let rows = [times(mass, m[0]), times(stiffness, k[0])];
-            let (rigid, dampers) = (self.rigid.clone(), self.dampers.clone());
-            return Pencil { rigid, dampers, ..Pencil::spread(rows, away.scaled(m, k)) };
+            let (rigid, dampers, loss) = (self.rigid.clone(), self.dampers.clone(), self.loss.clone());
+            return Pencil { rigid, dampers, loss, ..Pencil::spread(rows, away.scaled(m, k)) };
         }
         let regions = (0..self.n_regions())
             .map(|q| RegionMatrices {
@@ -337,8 +369,8 @@ impl Pencil {
                 stiffness: SymmetricMatrix::combine(&[(k[q], self.region_stiffness(q))]),
             })
             .collect();
-        let (rigid, dampers) = (self.rigid.clone(), self.dampers.clone());
-        Pencil { rigid, dampers, ..Pencil::from_regions(regions, self.here().dof_nodes.clone()) }
+        let (rigid, dampers, loss) = (self.rigid.clone(), self.dampers.clone(), self.loss.clone());
+        Pencil { rigid, dampers, loss, ..Pencil::from_regions(regions, self.here().dof_nodes.clone()) }
     }
 
     /// The node each free dof belongs to, ascending; `None` for matrices without a mesh.

@@ -276,7 +276,13 @@ impl Problem {
 
     /// True if matrices of each region are needed.
     pub(crate) fn splits_regions(&self) -> bool {
-        self.has_local_parameters()
+        self.has_local_parameters() || self.has_loss()
+    }
+
+    /// True if a material has a loss factor, be it zero, or one is live.
+    pub fn has_loss(&self) -> bool {
+        let live = |entry: &ParameterEntry| entry.kind == ParameterKind::LossFactor;
+        self.materials.iter().any(|entry| entry.loss_factor.is_some()) || self.parameters.iter().any(live)
     }
 
     /// True for live regions by a parametric reduced-order model: unless a key asks for what it has not.

@@ -85,7 +85,11 @@ fn damping_sections(context: &BuildContext<'_>, basis: &Basis) -> Result<Vec<Dra
     let rows = fewest_rows(dampers.along(basis.vectors.as_ref())).map_err(BasisError::from)?;
     let values = (0..rows.nrows()).flat_map(|i| (0..r).map(move |k| (i, k))).map(|place| rows[place]);
     let rows = Draft::f64s(SectionKind::DampingRows, [rows.nrows(), r, 1], values);
-    Ok(damping_section(&prepared.ratios, r).into_iter().chain([rows]).collect())
+    let ratios = match &basis.eigenvalues {
+        Some(values) => prepared.modal_ratios(prepared.body.model.pencil(), values, basis.vectors.as_ref()),
+        None => prepared.ratios.clone(),
+    };
+    Ok(damping_section(&ratios, r).into_iter().chain([rows]).collect())
 }
 
 /// Change by the coupling that ratios leave out: see [`coupling_error`].
@@ -94,9 +98,11 @@ fn coupling(prepared: &Prepared, eigenvalues: &[f64], basis: &Basis) -> f64 {
     if dampers.is_empty() {
         return 0.0;
     }
-    let mut damping = dampers.project(basis.vectors.as_ref());
+    let vectors = basis.vectors.as_ref();
+    let ratios = prepared.modal_ratios(prepared.body.model.pencil(), eigenvalues, vectors);
+    let mut damping = dampers.project(vectors);
     for (k, value) in eigenvalues.iter().enumerate() {
-        damping[(k, k)] += 2.0 * prepared.ratios.decay(&prepared.rayleigh(), eigenvalues, *value);
+        damping[(k, k)] += 2.0 * ratios.decay(&prepared.rayleigh(), eigenvalues, *value);
     }
     coupling_error(eigenvalues, damping.as_ref())
 }

@@ -110,7 +110,9 @@ pub fn encode_file<'d>(
 /// Damping ratios of the modes of a basis in addition to Rayleigh's.
 pub(super) fn ratios_of(prepared: &Prepared, basis: &Basis) -> ModalRatios {
     match &basis.eigenvalues {
-        Some(eigenvalues) => prepared.ratios_along(eigenvalues, basis.vectors.as_ref()),
+        Some(eigenvalues) => {
+            prepared.ratios_along(prepared.body.model.pencil(), eigenvalues, basis.vectors.as_ref())
+        }
         None => prepared.ratios.clone(),
     }
 }

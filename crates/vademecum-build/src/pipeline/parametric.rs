@@ -311,7 +311,7 @@ fn certified(
     let Sized { model, forms, scales } = sized;
     let prepared = context.prepared;
     let basis = &model.basis;
-    let live = live_sections(&prepared.space.parameters, regions, forms, scales);
+    let live = live_sections((&prepared.space.parameters, &prepared.ratios), regions, forms, scales);
     let damping = damping_section(&ratios_of(prepared, basis), basis.n_modes());
     let sections: Vec<&Draft> = model.sections.iter().chain(&live).chain(&damping).collect();
     let bytes = encode_file(context, problem, basis, FileStep::unmeasured(None), sections.iter().copied())?;

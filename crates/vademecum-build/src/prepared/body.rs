@@ -182,6 +182,12 @@ impl Body {
         } else {
             Model::assemble_on(engine, mesh, &materials, &constrained).map_err(unusable)?
         };
+        let attached =
+            model.pencil().n_regions() - model.mesh().regions.len().min(model.pencil().n_regions());
+        let model = match loss_factors(problem, model.mesh(), attached) {
+            loss if loss.is_empty() => model,
+            loss => model.with_loss(loss),
+        };
         let of_region = |region| material_entry(problem, region).map(MaterialEntry::thermal_strain);
         let regions = model.mesh().regions.iter();
         let expansions: Vec<_> = regions.map(|region| of_region(region).unwrap_or_default()).collect();
@@ -429,7 +435,7 @@ fn names_region(entry: &MaterialEntry, region: &mesh::Region) -> bool {
 }
 
 /// The material of a region: the one that names it, else the one for `"*"`.
-fn material_entry<'p>(problem: &'p Problem, region: &mesh::Region) -> Option<&'p MaterialEntry> {
+pub(super) fn material_entry<'p>(problem: &'p Problem, region: &mesh::Region) -> Option<&'p MaterialEntry> {
     let named = problem.materials.iter().find(|entry| names_region(entry, region));
     named.or_else(|| problem.materials.iter().find(|entry| entry.region == "*"))
 }

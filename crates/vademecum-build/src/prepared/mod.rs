@@ -118,15 +118,40 @@ impl Prepared {
         Rayleigh { alpha: self.step.alpha, beta: self.step.beta }
     }
 
-    /// Damping ratios of natural modes, columns of `vectors`, in addition to Rayleigh's: those of the
-    /// problem, and `φᵀCφ / (2 ω)` by dashpots.
-    pub fn ratios_along(&self, eigenvalues: &[f64], vectors: MatRef<'_, f64>) -> ModalRatios {
-        let dampers = self.body.model.pencil().dampers();
+    /// True if materials have loss factors, which are no damping matrix.
+    pub fn has_loss(&self) -> bool {
+        self.body.model.pencil().has_loss()
+    }
+
+    /// Damping ratios of natural modes, columns of `vectors`, normal in the mass, in addition to Rayleigh's
+    /// and to dashpots: those of the problem, and `½ φᵀ(Σ η_q K_q)φ / ω²` by the loss factors of a pencil.
+    pub fn modal_ratios(
+        &self,
+        pencil: &Pencil,
+        eigenvalues: &[f64],
+        vectors: MatRef<'_, f64>,
+    ) -> ModalRatios {
+        let Some(loss) = pencil.loss() else { return self.ratios.clone() };
+        let mut image = Mat::zeros(vectors.nrows(), vectors.ncols());
+        loss.mul_into(vectors, image.as_mut());
+        let energy = |k: usize| vectors.col(k).transpose() * image.col(k);
+        let ratio = |(k, value): (usize, &f64)| self.ratios.of(k) + 0.5 * energy(k) / value;
+        ModalRatios(eigenvalues.iter().enumerate().map(ratio).collect())
+    }
+
+    /// The same with `φᵀCφ / (2 ω)` by dashpots.
+    pub fn ratios_along(
+        &self,
+        pencil: &Pencil,
+        eigenvalues: &[f64],
+        vectors: MatRef<'_, f64>,
+    ) -> ModalRatios {
+        let (ratios, dampers) = (self.modal_ratios(pencil, eigenvalues, vectors), pencil.dampers());
         if dampers.is_empty() {
-            return self.ratios.clone();
+            return ratios;
         }
         let damping = dampers.project(vectors);
-        let ratio = |(k, value): (usize, &f64)| self.ratios.of(k) + 0.5 * damping[(k, k)] / value.sqrt();
+        let ratio = |(k, value): (usize, &f64)| ratios.of(k) + 0.5 * damping[(k, k)] / value.sqrt();
         ModalRatios(eigenvalues.iter().enumerate().map(ratio).collect())
     }
 

@@ -7,7 +7,7 @@
 use vademecum_format::scheme::{SchemeTable, StepParameters, TableError, theta};
 use vademecum_format::{MAX_AXES, MAX_REGIONS, ParameterRole};
 
-use super::body::not_a_region;
+use super::body::{material_entry, not_a_region};
 use super::body_error::BodyError;
 use crate::dynamics::Rayleigh;
 use crate::fem::Pencil;
@@ -48,6 +48,8 @@ pub struct ParameterSpace {
     /// fixed of them, then one for each group of them that is live.
     pub(crate) n_regions: usize,
     n_mesh: usize,
+    /// Loss factor of each region; none of a body without any.
+    loss: Vec<f64>,
     fixed: StepParameters,
 }
 
@@ -60,6 +62,8 @@ pub struct Setting {
     pub stiffness: Vec<f64>,
     /// Density factor of each region.
     pub density: Vec<f64>,
+    /// Loss factor of each region; none of a body without any.
+    pub loss: Vec<f64>,
 }
 
 /// Regions whose stiffness or density is live.
@@ -74,6 +78,8 @@ pub(crate) struct LiveRegions {
     pub(crate) count: usize,
     /// True if a density is live.
     pub(crate) density: bool,
+    /// Loss factor of each region; none of a body without any.
+    pub(crate) loss: Vec<f64>,
     /// Parameters that scale a single region.
     pub(crate) factors: usize,
 }
@@ -106,11 +112,14 @@ impl ParameterSpace {
             density: 1.0,
             stiffness: 1.0,
         };
+        let split = problem.splits_regions() && problem.has_attachments();
+        let attached = if split { 1 + problem.live_attachments().len() } else { 0 };
+        let loss = loss_factors(problem, mesh, attached);
         let mut parameters = vec![];
         for (i, entry) in problem.parameters.iter().enumerate() {
             let role = role(problem, i, entry, mesh)?;
             check_role(problem, i, role, &parameters)?;
-            let parameter = live_parameter(problem, entry, role, &fixed);
+            let parameter = live_parameter(problem, entry, role, (&fixed, &loss));
             if !(parameter.lower..=parameter.upper).contains(&parameter.nominal) {
                 return Err(BodyError::Nominal {
                     path: problem.place(&format!("parameter[{i}].range")),
@@ -122,10 +131,8 @@ impl ParameterSpace {
             assign(&mut fixed, &parameter, parameter.nominal);
             parameters.push(parameter);
         }
-        let split = problem.splits_regions() && problem.has_attachments();
-        let attached = if split { 1 + problem.live_attachments().len() } else { 0 };
         let n_mesh = mesh.regions.len();
-        let space = Self { parameters, n_regions: n_mesh + attached, n_mesh, fixed };
+        let space = Self { parameters, n_regions: n_mesh + attached, n_mesh, loss, fixed };
         // One axis for θ, and at most one for each live region factor.
         let regional = space.parameters.iter().filter(|p| region_of(p.role).is_some()).count();
         let separated = regional > 0 && !problem.is_parametric();
@@ -155,7 +162,11 @@ impl ParameterSpace {
     /// The live regions, in the order of the mesh.
     pub(crate) fn live_regions(&self) -> LiveRegions {
         let of = |p: &LiveParameter| region_of(p.role).map(|region| region as usize);
-        let is_live = |region: usize| self.parameters.iter().any(|p| of(p) == Some(region));
+        // Regions with a loss factor have a matrix of their own, whose energy decides the damping.
+        let is_live = |region: usize| {
+            self.parameters.iter().any(|p| of(p) == Some(region))
+                || self.loss.get(region).is_some_and(|loss| *loss > 0.0)
+        };
         let mut count = 0;
         let number = |region: usize| {
             count += u32::from(is_live(region));
@@ -168,6 +179,7 @@ impl ParameterSpace {
             n_mesh: self.n_mesh,
             count: count as usize,
             density: self.parameters.iter().any(density),
+            loss: self.loss.clone(),
             factors: self.parameters.iter().filter(|p| of(p).is_some()).count(),
         }
     }
@@ -205,11 +217,13 @@ impl ParameterSpace {
             step: self.fixed,
             stiffness: vec![1.0; self.n_regions],
             density: vec![1.0; self.n_regions],
+            loss: self.loss.clone(),
         };
         for (parameter, &value) in self.parameters.iter().zip(values) {
             match parameter.role {
                 ParameterRole::RegionStiffness { region } => setting.stiffness[region as usize] = value,
                 ParameterRole::RegionDensity { region } => setting.density[region as usize] = value,
+                ParameterRole::LossFactor { region } => setting.loss[region as usize] = value,
                 _ => assign(&mut setting.step, parameter, value),
             }
         }
@@ -302,14 +316,24 @@ impl Setting {
     pub fn pencil(&self, nominal: &Pencil) -> Pencil {
         let scaled =
             |uniform: f64, regions: &[f64]| regions.iter().map(|r| uniform * r).collect::<Vec<f64>>();
-        nominal
-            .scaled(&scaled(self.step.density, &self.density), &scaled(self.step.stiffness, &self.stiffness))
+        let pencil = nominal
+            .scaled(&scaled(self.step.density, &self.density), &scaled(self.step.stiffness, &self.stiffness));
+        if self.loss.is_empty() { pencil } else { pencil.with_loss(self.loss.clone()) }
     }
 
     /// Rayleigh damping at this setting.
     pub fn rayleigh(&self) -> Rayleigh {
         Rayleigh { alpha: self.step.alpha, beta: self.step.beta }
     }
+}
+
+/// Loss factor of each region of the mesh, and zeros of attachments; none of a body without any.
+pub(super) fn loss_factors(problem: &Problem, mesh: &Mesh, attached: usize) -> Vec<f64> {
+    if !problem.has_loss() {
+        return vec![];
+    }
+    let of = |region| material_entry(problem, region).and_then(|entry| entry.loss_factor).unwrap_or(0.0);
+    mesh.regions.iter().map(of).chain(std::iter::repeat_n(0.0, attached)).collect()
 }
 
 fn role(
@@ -328,6 +352,8 @@ fn role(
     }
     let uniform = match entry.kind {
         ParameterKind::Stiffness => ParameterRole::Stiffness,
+        // A loss factor is always that of a region, which is looked up below.
+        ParameterKind::LossFactor => ParameterRole::LossFactor { region: 0 },
         ParameterKind::Density | ParameterKind::Mass => ParameterRole::Density,
         ParameterKind::Alpha => ParameterRole::Alpha,
         ParameterKind::Beta => ParameterRole::Beta,
@@ -349,6 +375,7 @@ fn role(
     // With one region there is no ratio between regions: its scale is the uniform one.
     let region = region as u32;
     Ok(match uniform {
+        ParameterRole::LossFactor { .. } => ParameterRole::LossFactor { region },
         _ if mesh.regions.len() == 1 && !problem.has_attachments() => uniform,
         ParameterRole::Density => ParameterRole::RegionDensity { region },
         _ => ParameterRole::RegionStiffness { region },
@@ -371,7 +398,7 @@ fn live_parameter(
     problem: &Problem,
     entry: &ParameterEntry,
     role: ParameterRole,
-    fixed: &StepParameters,
+    (fixed, loss): (&StepParameters, &[f64]),
 ) -> LiveParameter {
     let [lower, upper] = entry.range;
     let log = entry.scale == ParameterScale::Log;
@@ -384,6 +411,7 @@ fn live_parameter(
         ParameterRole::Alpha => ("1/s", fixed.alpha),
         ParameterRole::Beta if undamped && problem.damping.beta.is_none() => ("s", middle),
         ParameterRole::Beta => ("s", fixed.beta),
+        ParameterRole::LossFactor { region } => ("", loss[region as usize]),
         _ => ("", 1.0),
     };
     LiveParameter { name: entry.name.clone(), unit, role, lower, upper, log, nominal }
@@ -403,7 +431,9 @@ fn assign(step: &mut StepParameters, parameter: &LiveParameter, value: f64) {
 
 pub(super) fn region_of(role: ParameterRole) -> Option<u32> {
     match role {
-        ParameterRole::RegionStiffness { region } | ParameterRole::RegionDensity { region } => Some(region),
+        ParameterRole::RegionStiffness { region }
+        | ParameterRole::RegionDensity { region }
+        | ParameterRole::LossFactor { region } => Some(region),
         _ => None,
     }
 }

@@ -59,6 +59,12 @@ pub enum ParametricError {
         /// The other.
         second: usize,
     },
+    /// Derivatives of motion where regions have loss factors.
+    #[error(
+        "regions of the file have loss factors, whose damping ratios follow the modes: their motion has no \
+             derivatives here"
+    )]
+    LossFactors,
     /// The eigenproblem does not converge, or a matrix is not definite.
     #[error("the eigenproblem at these values has no solution: matrices of the file are not definite")]
     NoConvergence,

@@ -3,6 +3,7 @@
 
 pub(crate) mod coupling;
 pub(crate) mod error;
+pub(crate) mod loss;
 pub(crate) mod memory;
 pub(crate) mod model;
 pub(crate) mod ports;

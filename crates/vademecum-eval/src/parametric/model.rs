@@ -150,10 +150,15 @@ impl<'f> Parametric<'f> {
 
     /// `Σ scale_q a_q` as a full matrix; scales are of the stiffness, or of the density.
     pub(crate) fn combine(&self, scales: &Scales<'_>, packed: &[[u8; 8]], density: bool, out: &mut [f64]) {
+        self.combine_by(|region| self.scale_of(scales, region, density), packed, out);
+    }
+
+    /// The same with a scale for each live region, 0 being what is not live.
+    pub(crate) fn combine_by(&self, scale: impl Fn(usize) -> f64, packed: &[[u8; 8]], out: &mut [f64]) {
         let r = self.n_basis();
         out.fill(0.0);
         for (region, own) in packed.chunks_exact((r * (r + 1) / 2).max(1)).enumerate() {
-            let scale = self.scale_of(scales, region, density);
+            let scale = scale(region);
             let mut rest = own;
             for (i, row) in out.chunks_exact_mut(r.max(1)).enumerate() {
                 let Some((of_row, next)) = rest.split_at_checked(i + 1) else { break };

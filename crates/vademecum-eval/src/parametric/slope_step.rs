@@ -85,6 +85,9 @@ impl<'m> SlopeStep<'m> {
         m: usize,
         lender: &mut Lender<&'m mut [f64]>,
     ) -> Result<Self, ParametricError> {
+        if model.has_loss() {
+            return Err(ParametricError::LossFactors);
+        }
         let Kinds { coupled, dense } = kinds(model);
         let mut take = |n| lender.take(n).map_err(|_| ParametricError::NoConvergence);
         Ok(Self {

@@ -53,7 +53,7 @@ impl<'m, 'f> Tangents<'m, 'f> {
     /// A body at rest with its modes at given values. Lends [`TangentSizes`]. `O(m² log) + O(P m r²)`.
     ///
     /// # Errors
-    /// [`ParametricError::LentMemory`].
+    /// [`ParametricError::LentMemory`], [`ParametricError::LossFactors`].
     pub fn new(
         model: &Parametric<'f>,
         tuned: Tuned<'m>,

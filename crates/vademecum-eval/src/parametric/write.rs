@@ -156,7 +156,8 @@ pub(crate) fn write_work(model: &Parametric<'_>, modes: usize) -> usize {
     };
     let supports = SupportShapes::len(rows_of(file, S::ReactionBasis), r);
     let ports = PortAnswers::len(rows_of(file, S::PortRows), r);
-    statics.saturating_add(supports).saturating_add(ports).saturating_add(load + 6 * (r + modes) + 2 * r)
+    let others = load + 6 * (r + modes) + 2 * r + modes + model.loss_work();
+    statics.saturating_add(supports).saturating_add(ports).saturating_add(others)
 }
 
 /// Writes the sections.
@@ -169,6 +170,8 @@ pub(crate) struct Filler<'w, 'f> {
     ports: Option<PortAnswers<'w>>,
     /// `√ρ` of each loadable node.
     roots: &'w [f64],
+    /// Damping ratios of the stepped modes, where regions have loss factors.
+    ratios: Option<&'w [f64]>,
     /// A row over the basis, and six rows over basis and modes.
     row: &'w mut [f64],
     solved: &'w mut [f64],
@@ -193,6 +196,8 @@ impl<'w, 'f> Filler<'w, 'f> {
         let roots = lender.take(load).map_err(short)?;
         model.roots_into(scales, roots);
         let roots: &[f64] = roots;
+        let (ratios, lent) = (lender.take(m).map_err(short)?, lender.take(model.loss_work()).map_err(short)?);
+        let ratios = if model.ratios_into(tuned, scales, ratios, lent) { Some(&*ratios) } else { None };
         let mut statics = None;
         if model.file.section(S::ContactResidual).is_some() {
             let numbers = |kind| model.file.section(kind).map(|section| section.numbers()).transpose();
@@ -216,7 +221,7 @@ impl<'w, 'f> Filler<'w, 'f> {
             let lent = lender.take(PortAnswers::len(rows_of(&model.file, S::PortRows), r)).map_err(short)?;
             ports = Some(PortAnswers::new(model, at, roots, (&mut *row, lent))?);
         }
-        Ok(Self { model, tuned, scales, statics, supports, ports, roots, row, solved })
+        Ok(Self { model, tuned, scales, statics, supports, ports, roots, ratios, row, solved })
     }
 
     fn section(&self, kind: S) -> Result<Section<'f>, FormatError> {
@@ -234,9 +239,10 @@ impl<'w, 'f> Filler<'w, 'f> {
         let (numbers, mut out) = (section.numbers()?, Reals::new(element, bytes));
         match kind {
             S::Eigenvalues => self.tuned.eigenvalues.iter().for_each(|value| out.push(*value)),
-            S::DampingRatios => {
-                numbers.iter().take(self.tuned.eigenvalues.len()).for_each(|ratio| out.push(ratio));
-            }
+            S::DampingRatios => match self.ratios {
+                Some(ratios) => ratios.iter().for_each(|ratio| out.push(*ratio)),
+                None => numbers.iter().take(self.tuned.eigenvalues.len()).for_each(|ratio| out.push(ratio)),
+            },
             S::ModeTable => self.write_table(&mut out),
             S::StressBasis => self.write_stress(&numbers, section.shape()[0] as usize, &mut out)?,
             S::ElasticConstants | S::Compliance => self.write_elasticity(kind, &numbers, &mut out),
@@ -269,7 +275,8 @@ impl<'w, 'f> Filler<'w, 'f> {
         let ratios = self.model.file.section(S::DampingRatios).and_then(|section| section.numbers().ok());
         for (k, &value) in self.tuned.eigenvalues.iter().enumerate() {
             let omega = libm::sqrt(value);
-            let own = ratios.and_then(|ratios| ratios.get(k)).unwrap_or(0.0);
+            let built = || ratios.and_then(|ratios| ratios.get(k)).unwrap_or(0.0);
+            let own = self.ratios.map_or_else(built, |ratios| at(ratios, k));
             let ratio = 0.5 * (self.scales.alpha / omega + self.scales.beta * omega) + own;
             let added = if ratio < 1.0 { 0.0 } else { f64::NAN };
             let row: [f64; COLUMNS] = [omega / core::f64::consts::TAU, value, f64::NAN, ratio, added, added];

@@ -9,11 +9,11 @@ use super::super::numbers::{reals_of, unsound};
 /// Largest difference of the sum of the matrices from that as built, relative to its largest number.
 const SUM: f64 = 1e-9;
 
-/// Sections 111 to 119, if the file has any of them.
+/// Sections 111 to 120, if the file has any of them.
 pub(super) fn check(file: &File<'_>) -> Result<(), RewriteError> {
     let needed = [S::LiveParameters, S::LiveNames, S::LiveStiffness, S::LiveRegions];
     let of_supports = [S::LiveReactionStiffness, S::LiveReactionMass];
-    let others = [S::LiveMass, S::LiveResidual, S::LiveCertificate];
+    let others = [S::LiveMass, S::LiveResidual, S::LiveCertificate, S::LiveLoss];
     let mut all = needed.into_iter().chain(others).chain(of_supports);
     let Some(there) = all.find(|kind| file.section(*kind).is_some()) else { return Ok(()) };
     if let Some(missing) = needed.into_iter().find(|kind| file.section(*kind).is_none()) {
@@ -41,6 +41,10 @@ pub(super) fn check(file: &File<'_>) -> Result<(), RewriteError> {
                 format!("it has {found} rows; {supports} supports and the live regions have {expected}");
             return Err(unsound(section.kind(), Fault::Disagrees, reason));
         }
+    }
+    if file.section(S::LiveLoss).is_some() && file.section(S::DampingRatios).is_none() {
+        let reason = "loss factors decide damping ratios (section 33), which the file does not have";
+        return Err(unsound(S::LiveLoss, Fault::Disagrees, reason.into()));
     }
     let (nodes, regions) = (f64::from(file.metadata().n_load_nodes), live.n_regions as f64);
     for (place, term) in live.residual.iter().enumerate() {

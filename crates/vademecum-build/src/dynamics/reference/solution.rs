@@ -25,7 +25,7 @@ const ESTIMATED: usize = 4096;
 const FIRST: usize = 12;
 
 /// Decay `σ` \[1/s\] of a mode, from its stiffness `λ` \[rad²/s²\] and its place among the modes in ascending
-/// order, besides the damping by the dashpots of the pencil.
+/// order, besides the damping by the dashpots and the loss factors of the pencil.
 pub type Decay<'a> = &'a dyn Fn(f64, usize) -> f64;
 
 /// When the space is good enough, and how large it may get.
@@ -187,15 +187,15 @@ impl<'a> ReferenceSolution<'a> {
             }
             space.project();
             let loads = ModalLoads::new(space.vectors(), loads);
-            let dashpots = pencil.dampers().along(space.vectors());
-            let modes = ModalPencil::new(space.ritz(space.used())?, decay, dashpots.as_ref())?;
+            let dissipation = Dissipation::new(pencil, space.vectors());
+            let modes = ModalPencil::new(space.ritz(space.used())?, decay, &dissipation)?;
             let closed = space.is_closed();
             let errors = if closed {
                 // What is missing was taken for rounding.
                 vec![DEPENDENT; loads.columns()]
             } else {
                 let fewer = space.ritz(fewer(space.used(), given))?;
-                let fewer = ModalPencil::new(fewer, decay, dashpots.as_ref())?;
+                let fewer = ModalPencil::new(fewer, decay, &dissipation)?;
                 estimate(&modes, &fewer, &loads, time_step, steps, listener)?
             };
             let converged = errors.iter().all(|&error| error <= options.tolerance);
@@ -234,12 +234,12 @@ impl<'a> ReferenceSolution<'a> {
         listener: &dyn Listener,
     ) -> Result<ReferenceSolution<'a>, ReferenceError> {
         let (vectors, projected) = (self.vectors(), self.stiffness.as_ref());
-        let dashpots = self.pencil.dampers().along(self.space());
-        let modes = ModalPencil::new(ritz(projected, vectors)?, decay, dashpots.as_ref())?;
+        let dissipation = Dissipation::new(self.pencil, self.space());
+        let modes = ModalPencil::new(ritz(projected, vectors)?, decay, &dissipation)?;
         let mut errors = self.errors;
         if !self.closed {
             let fewer = ritz(projected, fewer(vectors, self.given))?;
-            let fewer = ModalPencil::new(fewer, decay, dashpots.as_ref())?;
+            let fewer = ModalPencil::new(fewer, decay, &dissipation)?;
             errors = estimate(&modes, &fewer, &self.loads, self.time_step, self.steps, listener)?;
         }
         Ok(ReferenceSolution { modes, errors, ..self })
@@ -376,20 +376,45 @@ impl Iterator for Windows<'_> {
     }
 }
 
+/// What of the pencil dissipates energy, along the vectors of the space, or more.
+struct Dissipation {
+    /// Rows of dashpots.
+    dashpots: Mat<f64>,
+    /// `Σ η_q K_q` of loss factors.
+    loss: Option<Mat<f64>>,
+}
+
+impl Dissipation {
+    fn new(pencil: &Pencil, space: MatRef<'_, f64>) -> Self {
+        let loss = pencil.loss().map(|matrix| {
+            let mut image = Mat::zeros(space.nrows(), space.ncols());
+            matrix.mul_into(space, image.as_mut());
+            space.transpose() * image
+        });
+        Self { dashpots: pencil.dampers().along(space), loss }
+    }
+}
+
 impl ModalPencil {
-    /// `dashpots` are the rows of dashpots along the vectors of the space, or more.
-    ///
     /// # Errors
     /// [`NoConvergence`]: numbers that double precision does not hold.
     fn new(
         ritz: ProjectedModes,
         decay: Decay<'_>,
-        dashpots: MatRef<'_, f64>,
+        dissipation: &Dissipation,
     ) -> Result<ModalPencil, NoConvergence> {
         let m = ritz.vectors.nrows();
-        let dashpots = fewest_rows(dashpots.subcols(0, m) * &ritz.vectors)?;
+        let dashpots = fewest_rows(dissipation.dashpots.subcols(0, m) * &ritz.vectors)?;
+        let loss = dissipation.loss.as_ref().map(|loss| loss.submatrix(0, 0, m, m) * &ritz.vectors);
+        // ζω of the ratio ½ xᵀGx/λ of modes that are normal in the mass.
+        let lost = |k: usize, lambda: f64| {
+            loss.as_ref().map_or(0.0, |loss| {
+                let energy = ritz.vectors.col(k).transpose() * loss.col(k);
+                if lambda > 0.0 { 0.5 * energy / lambda.sqrt() } else { 0.0 }
+            })
+        };
         let values = ritz.values.iter().enumerate();
-        let modes = values.map(|(k, &lambda)| [lambda, decay(lambda, k)]).collect();
+        let modes = values.map(|(k, &lambda)| [lambda, decay(lambda, k) + lost(k, lambda)]).collect();
         Ok(ModalPencil { modes, vectors: ritz.vectors, dashpots, step: Mutex::new(None) })
     }
 

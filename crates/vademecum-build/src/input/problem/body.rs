@@ -135,6 +135,8 @@ pub struct MaterialEntry {
     pub axes: Option<[[f64; 3]; 2]>,
     /// Density, > 0.
     pub density: f64,
+    /// Loss factor: twice the damping ratio of a mode that strains this material alone; absent: 0.
+    pub loss_factor: Option<f64>,
     /// Coefficient of thermal expansion \[1/K\]; absent: a temperature does nothing to it.
     pub expansion: Option<ExpansionEntry>,
     /// Formulation of the region's hexahedra; absent: that of the mesh file, else incompatible modes in

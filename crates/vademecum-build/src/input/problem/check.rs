@@ -183,6 +183,7 @@ impl Problem {
             )?;
         }
         self.check_modal_damping()?;
+        self.check_loss()?;
         self.check_static_fields()?;
         let found = d.damping().rayleigh();
         found.map(|_| ()).map_err(|source| ProblemError::Damping { path: self.place("damping"), source })
@@ -221,6 +222,25 @@ impl Problem {
             "`time.scheme = { name = \"exact\" }` and `basis.kind = \"modes\"`: only natural modes that are moved \
              exactly have a damping ratio of their own, and a march at full order has none",
         )
+    }
+
+    /// Loss factors damp natural modes that are moved exactly: they are no matrix of a march.
+    fn check_loss(&self) -> Result<(), ProblemError> {
+        let given = |entry: &MaterialEntry| entry.loss_factor.is_some();
+        let place = self.materials.iter().position(given).map(|i| format!("material[{i}].loss_factor"));
+        let Some(key) = place.or(self.has_loss().then(|| "parameter".into())) else { return Ok(()) };
+        let found = if self.is_large() {
+            "beside `model = \"large-displacement\"`"
+        } else if self.prestress.is_some() {
+            "beside `[prestress]`"
+        } else if self.scheme() != (SchemeKind::Exact {}) {
+            "beside a `time.scheme` that is not exact"
+        } else if self.basis_kind() != BasisKind::Modes {
+            "beside a basis that is not of natural modes"
+        } else {
+            return Ok(());
+        };
+        self.require(false, &key, Words(found), "natural modes of linear motion that are moved exactly")
     }
 
     fn check_loads(&self) -> Result<(), ProblemError> {
@@ -490,18 +510,21 @@ impl Problem {
                 "a quantity no other parameter changes",
             )?;
             self.check_live_attachment(i, p)?;
-            let of_region = matches!(p.kind, ParameterKind::Stiffness | ParameterKind::Density);
+            use ParameterKind as K;
+            let of_region = matches!(p.kind, K::Stiffness | K::Density | K::LossFactor);
+            let named = p.kind != K::LossFactor || p.region != "*";
+            self.require(named, &key("region"), &p.region, "the region whose loss factor it is")?;
             self.require(of_region || p.region == "*", &key("region"), &p.region, "no region for this kind")?;
             let [lower, upper] = p.range;
             let ordered = lower < upper && upper.is_finite();
             self.require(ordered, &key("range"), p.range, "two finite numbers, the smaller first")?;
-            let may_vanish = matches!(p.kind, ParameterKind::Alpha | ParameterKind::Beta);
+            let may_vanish = matches!(p.kind, K::Alpha | K::Beta | K::LossFactor);
             let above_zero = lower > 0.0 || (lower == 0.0 && may_vanish && p.scale == ParameterScale::Linear);
             self.require(
                 above_zero,
                 &key("range"),
                 p.range,
-                "a range above zero (alpha and beta on a linear scale may start at 0)",
+                "a range above zero (alpha, beta and a loss factor on a linear scale may start at 0)",
             )?;
         }
         Ok(())

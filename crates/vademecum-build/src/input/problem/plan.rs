@@ -311,7 +311,7 @@ pub struct ParameterEntry {
     pub name: String,
     /// The quantity it changes.
     pub kind: ParameterKind,
-    /// Region by name or tag (stiffness and density); `"*"`: all regions alike.
+    /// Region by name or tag (stiffness, density and loss factor); `"*"`: all regions alike.
     #[serde(default = "every_region")]
     pub region: String,
     /// Springs and foundations (stiffness) or point masses (mass) of this name, in place of a region.
@@ -334,6 +334,8 @@ pub enum ParameterKind {
     Density,
     /// Factor on mass and inertia of attached masses.
     Mass,
+    /// Loss factor of the material of a region.
+    LossFactor,
     /// Rayleigh α \[1/s\].
     Alpha,
     /// Rayleigh β \[s\].
@@ -366,6 +368,7 @@ impl ParameterKind {
             Self::Stiffness => "stiffness",
             Self::Density => "density",
             Self::Mass => "mass",
+            Self::LossFactor => "loss-factor",
             Self::Alpha => "alpha",
             Self::Beta => "beta",
             Self::TimeStep => "time-step",

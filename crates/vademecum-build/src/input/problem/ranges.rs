@@ -96,6 +96,13 @@ const ROWS: &[Row] = &[
         CARRIED,
     ),
     row(
+        "material[].loss_factor",
+        |p| p.materials.iter().map(|m| m.loss_factor.unwrap_or(0.0)).collect(),
+        between(0.0, 2.0),
+        "twice a damping ratio",
+        "",
+    ),
+    row(
         "point_mass[].mass",
         |p| p.point_masses.iter().map(|m| m.mass).collect(),
         FACTOR,
