@@ -15,6 +15,7 @@ pub mod hostile;
 pub mod large;
 pub mod largest;
 pub mod live_beam;
+pub mod live_point;
 pub mod long_march;
 pub mod matrices;
 pub mod normal;

@@ -165,7 +165,12 @@ pub fn usable_bytes<'a>(
     Ok(file)
 }
 
-/// The body of a parametric model at values of its parameters, with all its modes unless fewer are asked for;
+/// Modes of a parametric model that are stepped unless asked otherwise, where dashpots couple them: a step then
+/// takes all of them together.
+const COUPLED_MODES: usize = 128;
+
+/// The body of a parametric model at values of its parameters, with all its modes, or [`COUPLED_MODES`], unless
+/// others are asked for;
 /// `None` of any other file.
 ///
 /// # Errors
@@ -175,7 +180,10 @@ pub(crate) fn at_values(
     settings: &[ParameterValue],
     modes: Option<usize>,
 ) -> Result<Option<BodyAtValues>, StudyError> {
-    let body = live::at_values(file, settings, Some(modes.unwrap_or(file.metadata().n_modes as usize)))?;
+    let all = file.metadata().n_modes as usize;
+    let coupled = file.section(SectionKind::DampingRows).is_some();
+    let usual = if coupled { all.min(COUPLED_MODES) } else { all };
+    let body = live::at_values(file, settings, Some(modes.unwrap_or(usual)))?;
     if body.is_none() && modes.is_some() {
         return Err(ParametricError::NotParametric.into());
     }

@@ -428,6 +428,9 @@ kinds! {
     /// Ratio of the damping of every mode that no loss factor makes, then the loss factor of each live
     /// region; what is not live has none; `f64 (1 + live regions)`.
     LiveLoss = 120: 14, required, F64, [Any];
+    /// Group of dashpots of each row of section 79, counted from 1; 0 of those that are not live;
+    /// `u32 (any)`.
+    LiveDampers = 121: 14, required, U32, [Any];
 }
 
 impl SectionKind {

@@ -58,6 +58,8 @@ pub struct LiveParameters<'a> {
     /// Damping ratio that no loss factor makes, and loss factors of the live regions; none of a file without
     /// loss factors.
     pub loss: &'a [[u8; 8]],
+    /// Group of dashpots of each row of section 79, counted from 1; 0 of those that are not live.
+    pub dampers: &'a [[u8; 4]],
 }
 
 /// Lines of a text. (`str::lines` has a panic that no linker can rule out.)
@@ -91,6 +93,7 @@ fn of_row<'a>(row: &[[u8; 8]; LIVE_COLUMNS], name: &'a str) -> Option<Parameter<
         5 => (R::Beta, "s"),
         6 => (R::TimeStep, "s"),
         7 => (R::LossFactor { region }, ""),
+        8 => (R::Damping { group: region }, ""),
         _ => return None,
     };
     Some(Parameter { name, unit, role, log: log != 0.0, lower, upper, nominal })
@@ -137,6 +140,9 @@ impl<'a> LiveParameters<'a> {
             let needed = match parameter.role {
                 ParameterRole::RegionDensity { .. } => self.mass.is_some(),
                 ParameterRole::LossFactor { .. } => !self.loss.is_empty(),
+                ParameterRole::Damping { group } => {
+                    self.dampers.iter().any(|own| u32::from_le_bytes(*own).checked_sub(1) == Some(group))
+                }
                 _ => true,
             };
             let sound = parameter.is_sound(self.n_regions as u32) && needed;
@@ -185,6 +191,10 @@ impl<'a> File<'a> {
             },
             loss: match self.section(S::LiveLoss) {
                 Some(section) => section.f64s()?,
+                None => &[],
+            },
+            dampers: match self.section(S::LiveDampers) {
+                Some(section) => section.u32s()?,
                 None => &[],
             },
         };

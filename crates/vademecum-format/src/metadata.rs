@@ -395,9 +395,10 @@ impl<'a> Metadata<'a> {
             let mut before = used.iter().take(place);
             let sound = if place < used.len() {
                 let twice = before.any(|p| p.name == parameter.name || p.role == parameter.role);
-                // A loss factor is one of a parametric model, whose parameters are in a section.
-                let loss = matches!(parameter.role, ParameterRole::LossFactor { .. });
-                parameter.is_sound(self.n_regions) && !loss && !twice
+                // Those of a parametric model alone are in a section.
+                use ParameterRole as R;
+                let other = matches!(parameter.role, R::LossFactor { .. } | R::Damping { .. });
+                parameter.is_sound(self.n_regions) && !other && !twice
             } else {
                 *parameter == Parameter::UNUSED
             };

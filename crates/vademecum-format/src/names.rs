@@ -71,6 +71,7 @@ impl fmt::Display for ParameterRole {
             Self::Beta => out.pad("Beta"),
             Self::TimeStep => out.pad("TimeStep"),
             Self::LossFactor { region } => write!(out, "LossFactor {region}"),
+            Self::Damping { group } => write!(out, "Damping {group}"),
         }
     }
 }

@@ -38,7 +38,8 @@ impl Parameter<'_> {
         // NaN fails every comparison; infinite ends fail `is_finite`.
         let ordered = self.lower < self.upper && self.lower <= self.nominal && self.nominal <= self.upper;
         let finite = self.lower.is_finite() && self.upper.is_finite();
-        let may_vanish = !self.log && matches!(self.role, R::Alpha | R::Beta | R::LossFactor { .. });
+        let may_vanish =
+            !self.log && matches!(self.role, R::Alpha | R::Beta | R::LossFactor { .. } | R::Damping { .. });
         let sign = self.lower > 0.0 || (may_vanish && self.lower == 0.0);
         let region = match self.role {
             R::RegionStiffness { region } | R::RegionDensity { region } | R::LossFactor { region } => {
@@ -78,5 +79,10 @@ pub enum ParameterRole {
     LossFactor {
         /// The region.
         region: u32,
+    },
+    /// Factor on the damping of a group of dashpots, of a parametric reduced-order model.
+    Damping {
+        /// The group.
+        group: u32,
     },
 }

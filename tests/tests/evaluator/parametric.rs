@@ -353,8 +353,8 @@ fn a_built_beam_follows_the_full_model_to_corners_that_trained_nothing() {
 }
 
 /// The beam with a mass on springs at its end and an elastic bed under its tip; `live` is the table of
-/// parameters, and the numbers are factors of the root's modulus, of the springs, of the bed and of the mass.
-fn attached([root, mount, bed, motor]: [f64; 4], live: &str) -> String {
+/// parameters, and the numbers are factors of the root's modulus, of the springs, of the bed, of the mass and of a dashpot.
+fn attached([root, mount, bed, motor, damper]: [f64; 5], live: &str) -> String {
     let (head, rest) = BEAM.split_once("[[material]]").expect("a material");
     let rest = rest.split_once("[[parameter]]").expect("parameters").0;
     let rest = rest.replacen("young", "region = \"tip\"\nyoung", 1);
@@ -369,34 +369,37 @@ fn attached([root, mount, bed, motor]: [f64; 4], live: &str) -> String {
          [[spring]]\nname = \"mount\"\nfrom = \"hub\"\nstiffness = [{0:e}, 0, 0, 0, 0, 0]\n\
          [[spring]]\nfrom = \"hub\"\nstiffness = [1e4, 0, 2e4, 0, 0, 0]\n\
          [[point_mass]]\nname = \"motor\"\nreference = \"hub\"\nmass = {2}\ninertia = [{3}, {3}, {3}, 0, 0, 0]\n\
-         [[foundation]]\nname = \"bed\"\non = {{ group = \"z_min\" }}\nnormal = {4:e}\n",
+         [[foundation]]\nname = \"bed\"\non = {{ group = \"z_min\" }}\nnormal = {4:e}\n\
+         [[dashpot]]\nname = \"damper\"\nfrom = \"hub\"\ndamping = [0, 0, {5}, 0, 0, 0]\n\
+         [[dashpot]]\nfrom = \"hub\"\ndamping = [5, 8, 0, 0, 0, 0]\n",
         mount * 5e4,
         mount * 300.0,
         motor * 3.0,
         motor * 0.02,
-        bed * 2e6
+        bed * 2e6,
+        damper * 60.0
     );
     format!("{head}{root}[[material]]{rest}{attachments}{live}")
 }
 
 #[test]
 fn springs_foundations_and_masses_beside_live_regions_are_those_of_the_full_model_and_live_themselves() {
-    let names = ["root", "mount", "bed", "motor"];
-    let ranges = [[0.25, 4.0], [0.1, 10.0], [0.2, 5.0], [0.5, 2.0]];
+    let names = ["root", "mount", "bed", "motor", "damper"];
+    let ranges = [[0.25, 4.0], [0.1, 10.0], [0.2, 5.0], [0.5, 2.0], [0.1, 10.0]];
     let live = |k: usize| {
         let target =
             if k == 0 { "region = \"body\"".into() } else { format!("attachment = \"{}\"", names[k]) };
-        let kind = if k == 3 { "mass" } else { "stiffness" };
+        let kind = ["stiffness", "stiffness", "stiffness", "mass", "damping"][k];
         format!(
             "[[parameter]]\nname = \"{}\"\nkind = \"{kind}\"\n{target}\nrange = {:?}\nscale = \"log\"\n",
             names[k], ranges[k]
         )
     };
-    let problem = problem(&attached([1.0; 4], &(0..4).map(live).collect::<String>()));
+    let problem = problem(&attached([1.0; 5], &(0..5).map(live).collect::<String>()));
     let built = build(&problem, &BuildOptions::default(), &Silent).expect("built").kept().expect("kept");
     let file = File::parse(&built.bytes).expect("a file");
     let scenario = Scenario::parse(PUSH, "push.toml").expect("a scenario");
-    for factors in [[0.25, 10.0, 0.2, 2.0], [4.0, 0.1, 5.0, 0.5], [0.6, 3.0, 1.4, 1.7]] {
+    for factors in [[0.25, 10.0, 0.2, 2.0, 10.0], [4.0, 0.1, 5.0, 0.5, 0.1], [0.6, 3.0, 1.4, 1.7, 4.0]] {
         let asked: Vec<_> = names.iter().zip(factors).map(|(name, factor)| value(name, factor)).collect();
         let [frequency, error, contact] = errors_at(&file, &problem, &scenario, &asked);
         assert!(
@@ -410,6 +413,9 @@ fn springs_foundations_and_masses_beside_live_regions_are_those_of_the_full_mode
         for (found, expected) in found.frequencies_hz.iter().zip(&expected.frequencies_hz) {
             assert!((found / expected - 1.0).abs() < 1e-9, "{found} beside {expected} at {factors:?}");
         }
+        for (found, expected) in found.material_damping.iter().zip(&expected.material_damping) {
+            assert!((found / expected - 1.0).abs() < 1e-6, "{found} beside {expected} at {factors:?}");
+        }
     }
 }
 
@@ -420,12 +426,91 @@ fn live_attachments_are_refused_where_there_is_none_to_scale() {
         ("kind = \"stiffness\"\nattachment = \"mont\"", "did you mean `mount`?"),
         ("kind = \"stiffness\"\nattachment = \"motor\"", "`[[spring]]` or stiff `[[foundation]]`"),
         ("kind = \"mass\"\nattachment = \"mount\"", "`[[point_mass]]`"),
-        ("kind = \"density\"\nattachment = \"motor\"", "`kind = \"stiffness\"` or `\"mass\"`"),
+        ("kind = \"density\"\nattachment = \"motor\"", "`\"mass\"` or `\"damping\"`"),
         ("kind = \"mass\"", "the name of a `[[point_mass]]`"),
+        ("kind = \"damping\"\nattachment = \"bed\"", "`[[dashpot]]` or damped `[[foundation]]`"),
     ] {
-        let text = attached([1.0; 4], &live(rest));
+        let text = attached([1.0; 5], &live(rest));
         let refused =
             Problem::parse(&text, "beam.toml", std::path::PathBuf::new()).expect_err(rest).to_string();
         assert!(refused.contains("`parameter[0].attachment`") && refused.contains(named), "{refused}");
+    }
+}
+
+#[test]
+fn loss_factors_damp_by_strain_energy_and_follow_the_parameters() {
+    // The root has a loss factor that is fixed, the tip one that is live.
+    let text = BEAM
+        .replacen("[[material]]\n", "[[material]]\nregion = \"body\"\nloss_factor = 0.02\n", 1)
+        .replacen("[damping]", "[[material]]\nregion = \"tip\"\nyoung = 2.1e9\npoisson = 0.3\ndensity = 1200.0\nloss_factor = 0.1\n[damping]", 1)
+        + "[[parameter]]\nname = \"loss\"\nkind = \"loss-factor\"\nregion = \"tip\"\nrange = [0.0, 0.2]\n";
+    let problem = problem(&text);
+    let built = build(&problem, &BuildOptions::default(), &Silent).expect("built").kept().expect("kept");
+    let file = File::parse(&built.bytes).expect("a file");
+    assert_eq!(numbers(&file, S::LiveLoss), [0.02, 0.02, 0.1]);
+    let scenario = Scenario::parse(PUSH, "push.toml").expect("a scenario");
+    for [root, tip, loss] in [[0.25, 4.0, 0.2], [4.0, 0.3, 0.05], [1.0, 1.0, 0.0]] {
+        let at = |root: f64, tip: f64| [value("root", root), value("tip", tip), value("loss", loss)];
+        let lambda = |root: f64, tip: f64| -> Vec<f64> {
+            let (modes, _) = natural_modes(&problem, Some(6), None, &at(root, tip), &Silent).expect("modes");
+            modes.frequencies_hz.iter().map(|hertz| (hertz * std::f64::consts::TAU).powi(2)).collect()
+        };
+        // The share of the energy in a region is the slope of the eigenvalue with its stiffness.
+        let share = |k: usize, [root_slope, tip_slope]: [f64; 2]| {
+            let [up, down] = [1.0, -1.0].map(|sign| {
+                lambda(root * (1e-4 * sign * root_slope).exp(), tip * (1e-4 * sign * tip_slope).exp())[k]
+            });
+            (up / down).ln() / 2e-4
+        };
+        let body = at_values(&file, &at(root, tip), None).expect("set").expect("a model");
+        let found = numbers(&File::parse(&body.bytes).expect("a file"), S::DampingRatios);
+        for (k, found) in found.iter().take(3).enumerate() {
+            let expected = 0.02 + 0.5 * (0.02 * share(k, [1.0, 0.0]) + loss * share(k, [0.0, 1.0]));
+            assert!(
+                (found - expected).abs() < 2e-5,
+                "mode {k}: {found} beside {expected} at {root}, {tip}, {loss}"
+            );
+        }
+        let [_, error, contact] = errors_at(&file, &problem, &scenario, &at(root, tip));
+        assert!(error < 2e-3 && contact < 1e-2, "{error:e} {contact:e} at {root}, {tip}, {loss}");
+    }
+    let model = Parametric::new(&file).expect("a model");
+    let modes = model.usual_modes();
+    let (sizes, tangents) = (model.sizes(modes).expect("sizes"), model.tangent_sizes(modes));
+    let (mut memory, mut work) = (vec![0.0; sizes.memory], vec![0.0; sizes.work.max(tangents.work)]);
+    let mut lent = vec![0.0; tangents.memory];
+    let mut values = vec![0.0; model.n_parameters()];
+    model.nominal_into(&mut values);
+    let tuned = model.solve(&values, modes, &mut memory, &mut work).expect("modes");
+    let refused =
+        vademecum_eval::Tangents::new(&model, tuned, &mut lent, &mut work).expect_err("loss factors");
+    assert_eq!(refused, ParametricError::LossFactors);
+}
+
+#[test]
+fn loss_factors_of_a_fixed_file_are_those_of_its_reference() {
+    let text = BEAM.split_once("[[parameter]]").expect("parameters").0.replacen(
+        "representation = \"parametric\"\n",
+        "",
+        1,
+    );
+    let text = text
+        .replacen("[[material]]\n", "[[material]]\nregion = \"body\"\nloss_factor = 0.02\n", 1)
+        .replacen("[damping]", "[[material]]\nregion = \"tip\"\nyoung = 2.1e9\npoisson = 0.3\ndensity = 1200.0\nloss_factor = 0.1\n[damping]", 1);
+    let attached = "[[reference_point]]\nname = \"hub\"\nat = [1.0, 0.05, 0.06]\n\
+                    [[coupling]]\nreference = \"hub\"\non = { group = \"x_max\" }\nkind = \"rigid\"\n\
+                    [[spring]]\nfrom = \"hub\"\nstiffness = [1e4, 0, 5e4, 0, 0, 0]\n";
+    let scenario = Scenario::parse(PUSH, "push.toml").expect("a scenario");
+    for text in [text.clone(), text + attached] {
+        let problem = problem(&text);
+        let built = build(&problem, &BuildOptions::default(), &Silent).expect("built").kept().expect("kept");
+        let file = File::parse(&built.bytes).expect("a file");
+        let ratios = numbers(&file, S::DampingRatios);
+        assert!(ratios.iter().all(|ratio| (0.02..0.07).contains(ratio)), "{ratios:?}");
+        let prepared = prepare(&problem, &mut Stopwatch::new(&Silent), &Silent).expect("prepared");
+        let found = verify(&file, &PlayOptions::default(), &problem, &prepared, &scenario, &Silent)
+            .expect("verified");
+        let Figures::Linear(figures) = found.figures else { panic!("a linear body") };
+        assert!(figures.truth.total_error < 2e-3, "{:e}", figures.truth.total_error);
     }
 }

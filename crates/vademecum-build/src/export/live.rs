@@ -89,6 +89,7 @@ fn role_numbers(role: ParameterRole, regions: &LiveRegions) -> [f64; 2] {
         ParameterRole::Alpha => [4.0, 0.0],
         ParameterRole::Beta => [5.0, 0.0],
         ParameterRole::LossFactor { region } => [7.0, live(region)],
+        ParameterRole::Damping { group } => [8.0, f64::from(group)],
         _ => [6.0, 0.0],
     }
 }

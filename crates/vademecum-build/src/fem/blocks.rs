@@ -36,6 +36,15 @@ pub struct Block {
     pub mass: Mat<f64>,
 }
 
+/// Groups of attachments that live parameters scale.
+#[derive(Clone, Debug)]
+pub struct BlockGroups {
+    /// As many as there are.
+    pub count: usize,
+    /// Group of each block, counted from 1, or 0.
+    pub of_blocks: Vec<usize>,
+}
+
 /// Stiffness and mass of single elements over three dofs a node, `3 · node + component`.
 #[derive(Clone)]
 pub struct ElementMatrices<'a> {
@@ -293,14 +302,14 @@ pub fn assemble_blocks(
 }
 
 /// [`assemble_blocks`] with matrices of each region: those of the mesh, then one of the further blocks that
-/// have no group, then those of the groups. `groups` gives each block its group, counted from 1, or 0.
+/// have no group, then those of the groups.
 ///
 /// # Errors
 /// As there.
 pub(super) fn assemble_split(
     elements: &ElementMatrices<'_>,
     others: &[Block],
-    groups: Option<&[usize]>,
+    groups: Option<&BlockGroups>,
     elimination: &Elimination,
 ) -> Result<Pencil, ModelError> {
     let n = elimination.n_free();
@@ -322,9 +331,9 @@ pub(super) fn assemble_split(
     let region = |k: usize| match (groups, k.checked_sub(count)) {
         (None, _) => 0,
         (Some(_), None) => mesh.element_region[k] as usize,
-        (Some(groups), Some(other)) => of_mesh + groups[other],
+        (Some(groups), Some(other)) => of_mesh + groups.of_blocks[other],
     };
-    let regions = groups.map_or(1, |groups| of_mesh + 1 + groups.iter().max().unwrap_or(&0));
+    let regions = groups.map_or(1, |groups| of_mesh + 1 + groups.count);
     let mut coupled = parallel::map(count, &of_element);
     coupled.extend(others.iter().map(|block| indices(&mut block.dofs.iter().copied())));
     if let Some(dofs) = coupled[count..].iter().map(Vec::len).find(|dofs| *dofs > MOST_COUPLED) {

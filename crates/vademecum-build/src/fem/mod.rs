@@ -48,7 +48,7 @@ mod tree;
 mod whole;
 
 pub(crate) use assembly::{pair_bytes, pairs};
-pub use blocks::{Block, ElementMatrices, assemble_blocks, inertia_forces, internal_forces};
+pub use blocks::{Block, BlockGroups, ElementMatrices, assemble_blocks, inertia_forces, internal_forces};
 pub use coupling::{mean_rows, rigid_row};
 pub(crate) use dampers::FEW_DASHPOTS;
 pub use dampers::{Dampers, DampingBlock};

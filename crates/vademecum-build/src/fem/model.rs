@@ -6,7 +6,7 @@ use faer::{Mat, MatRef};
 use vademecum_format::base_field;
 
 use super::assembly::{NodeGraph, assemble, couple};
-use super::blocks::{Block, ElementMatrices, assemble_blocks, assemble_split, held_columns};
+use super::blocks::{Block, BlockGroups, ElementMatrices, assemble_blocks, assemble_split, held_columns};
 use super::dampers::{Dampers, DampingBlock};
 use super::dofs::DofMap;
 use super::elimination::{Constraints, Elimination};
@@ -47,9 +47,8 @@ pub struct Attachments {
     pub constraints: Constraints,
     /// Masses and springs.
     pub blocks: Vec<Block>,
-    /// The group of each of them that a live parameter scales, counted from 1, or 0; given where the pencil
-    /// is to have the matrices of each region.
-    pub groups: Option<Vec<usize>>,
+    /// Their groups, where the pencil is to have the matrices of each region.
+    pub groups: Option<BlockGroups>,
     /// Dashpots.
     pub dashpots: Vec<DampingBlock>,
     /// Places of the reference points, six dofs each.
@@ -152,7 +151,7 @@ impl Model {
         let elimination = constraints.eliminate(constrained.len() + MOTIONS * points.len())?;
         let lumped = vec![false; mesh.regions.len()];
         let elements = ElementMatrices::new(&mesh, materials, &lumped);
-        let pencil = assemble_split(&elements, &blocks, groups.as_deref(), &elimination)?;
+        let pencil = assemble_split(&elements, &blocks, groups.as_ref(), &elimination)?;
         let dofs = Arc::new(DofMap::of_elimination(mesh.nodes.len(), &elimination));
         let mut pencil = pencil.with_dampers(Dampers::of(&dashpots, &dofs)?);
         if free {

@@ -237,7 +237,7 @@ fn what_resists_some_rigid_motions_is_refused_with_those_that_are_left() {
     // A dashpot to the ground.
     let Block { dofs, stiffness: damping, .. } = between(&mesh, &[1], 3.0);
     let damped = with(&|all| {
-        all.dashpots.push(DampingBlock { dofs: dofs.clone(), damping: damping.clone() });
+        all.dashpots.push(DampingBlock { dofs: dofs.clone(), damping: damping.clone(), group: 0 });
     });
     assert_eq!(damped.unwrap_err(), ModelError::DampedFlight);
     // Six springs to the ground hold it as supports do.

@@ -82,6 +82,19 @@ pub enum BuildError {
         /// Modes of the basis.
         modes: usize,
     },
+    /// More independent dashpots than vectors of a parametric basis.
+    #[error(
+        "{path}: groups of dashpots have {rows} independent rows over a basis of {modes} vectors; expected at most as \
+         many: more `basis.modes`, or dashpots without a name of their own"
+    )]
+    DashpotsBeyond {
+        /// The key.
+        path: String,
+        /// Rows of the dashpots.
+        rows: usize,
+        /// Vectors of the basis.
+        modes: usize,
+    },
     /// Modes of one frequency with different damping ratios.
     #[error(
         "{path}: `damping.modal` gives the modes {mode} and {} the ratios {first} and {second}, but both have \

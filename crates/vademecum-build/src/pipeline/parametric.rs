@@ -6,10 +6,10 @@ use std::time::Instant;
 
 use faer::{Mat, MatRef};
 use vademecum_eval::{Parametric, SceneOptions, StructureChoice};
-use vademecum_format::{File, checksum};
+use vademecum_format::{File, SectionKind, checksum};
 
 use super::exact::damping_section;
-use super::file::{CertifiedFile, FileStep, encode_file, ratios_of};
+use super::file::{CertifiedFile, FileStep, encode_file};
 use super::reduced::ReducedModel;
 use super::{BuildContext, BuildError, Built};
 use crate::basis::{
@@ -18,7 +18,7 @@ use crate::basis::{
 use crate::certificate::{
     Candidate, CertificateError, StructureMeasured, StructureReport, certify_exact, kept_certificate,
 };
-use crate::dynamics::{FirstMode, lowest_modes, time_in_words};
+use crate::dynamics::{FirstMode, fewest_rows, lowest_modes, time_in_words};
 use crate::export::{Draft, PointMeasured, RegionForms, live_certificate, live_sections};
 use crate::fem::Solve;
 use crate::input::Problem;
@@ -272,6 +272,9 @@ fn residual_scales(
     (regions, design): (&LiveRegions, &Design),
 ) -> Result<Vec<ScaleTerm>, BuildError> {
     let BuildContext { prepared, order, kept, .. } = *context;
+    if regions.count == 0 {
+        return Ok(vec![]);
+    }
     let nodes = &order.nodes[..order.n_load];
     let stride = design.trained.len().div_ceil(RESIDUAL_SAMPLES);
     let points: Vec<&Vec<f64>> = design.trained.iter().step_by(stride).collect();
@@ -312,7 +315,7 @@ fn certified(
     let prepared = context.prepared;
     let basis = &model.basis;
     let live = live_sections((&prepared.space.parameters, &prepared.ratios), regions, forms, scales);
-    let damping = damping_section(&ratios_of(prepared, basis), basis.n_modes());
+    let damping = damping_sections(context, problem, basis)?;
     let sections: Vec<&Draft> = model.sections.iter().chain(&live).chain(&damping).collect();
     let bytes = encode_file(context, problem, basis, FileStep::unmeasured(None), sections.iter().copied())?;
     let measure = || measured(context, (&bytes, basis), design);
@@ -328,6 +331,35 @@ fn certified(
         ..CertificateReport::within(&problem.tolerance)
     };
     Ok(CertifiedFile { bytes, certificate, separation: None, large: None })
+}
+
+/// Damping of the modes beside Rayleigh's: ratios, and the rows of dashpots with their groups.
+fn damping_sections(
+    context: &BuildContext<'_>,
+    problem: &Problem,
+    basis: &Basis,
+) -> Result<Vec<Draft>, BuildError> {
+    let (pencil, r) = (context.prepared.body.model.pencil(), basis.n_modes());
+    let (dampers, vectors) = (pencil.dampers(), basis.vectors.as_ref());
+    let values = basis.eigenvalues.as_deref().unwrap_or(&[]);
+    let ratios = context.prepared.modal_ratios(pencil, values, vectors);
+    let mut drafts: Vec<Draft> = damping_section(&ratios, r).into_iter().collect();
+    if dampers.is_empty() {
+        return Ok(drafts);
+    }
+    let (mut numbers, mut groups) = (vec![], vec![]);
+    for group in 0..=dampers.n_groups() {
+        let rows = fewest_rows(dampers.of_group(group).along(vectors)).map_err(BasisError::from)?;
+        numbers.extend((0..rows.nrows()).flat_map(|i| (0..r).map(move |k| (i, k))).map(|at| rows[at]));
+        groups.resize(groups.len() + rows.nrows(), group as u32);
+    }
+    if groups.len() > r {
+        let (path, rows) = (problem.place("dashpot"), groups.len());
+        return Err(BuildError::DashpotsBeyond { path, rows, modes: r });
+    }
+    drafts.push(Draft::f64s(SectionKind::DampingRows, [groups.len(), r, 1], numbers));
+    drafts.push(Draft::u32s(SectionKind::LiveDampers, [groups.len(), 1, 1], groups));
+    Ok(drafts)
 }
 
 fn note_points(context: &BuildContext<'_>, points: &[PointMeasured]) {

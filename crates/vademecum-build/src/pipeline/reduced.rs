@@ -68,7 +68,9 @@ impl ReducedModel {
     ) -> Result<Self, BuildError> {
         let BuildContext { prepared, .. } = *context;
         let dampers = prepared.body.model.pencil().dampers();
-        if let Some(eigenvalues) = basis.eigenvalues.as_deref().filter(|_| !dampers.is_empty()) {
+        // Matrices of live regions are over the vectors as they are.
+        let turned = !dampers.is_empty() && !prepared.is_parametric(problem);
+        if let Some(eigenvalues) = basis.eigenvalues.as_deref().filter(|_| turned) {
             uncouple(|modes| dampers.along(modes), eigenvalues, &mut basis.vectors)
                 .map_err(BasisError::from)?;
         }

@@ -5,7 +5,8 @@ use faer::Mat;
 use super::body_error::BodyError;
 use super::places::{facets, located, select};
 use crate::fem::{
-    Attachments, Block, DampingBlock, Material, anchors, facet_matrix, mean_rows, over_gap, rigid_row,
+    Attachments, Block, BlockGroups, DampingBlock, Material, anchors, facet_matrix, mean_rows, over_gap,
+    rigid_row,
 };
 use crate::input::{CouplingEntry, CouplingKind, EquationNode, EquationTerm, Problem};
 use crate::linalg::vec3::{cross, norm, sub};
@@ -73,7 +74,7 @@ pub(super) fn attachments(
             let of = |normal, tangential| facet_matrix(mesh, &facet, normal, tangential);
             if ground.damping_normal > 0.0 || ground.damping_tangential > 0.0 {
                 let damping = of(ground.damping_normal, ground.damping_tangential);
-                found.dashpots.push(DampingBlock { dofs: dofs.clone(), damping });
+                found.dashpots.push(DampingBlock { dofs: dofs.clone(), damping, group: group(&ground.name) });
             }
             let stiffness = of(ground.normal, ground.tangential);
             check.block(&stiffness, false, || format!("foundation[{i}]"))?;
@@ -142,13 +143,13 @@ pub(super) fn attachments(
     for dashpot in &problem.dashpots {
         let ends = ends_of(problem, &dashpot.from, dashpot.to.as_deref());
         let (dofs, damping) = between(problem, mesh, &ends, (&dashpot.damping, dashpot.axes));
-        found.dashpots.push(DampingBlock { dofs, damping });
+        found.dashpots.push(DampingBlock { dofs, damping, group: group(&dashpot.name) });
     }
     for (i, point) in problem.reference_points.iter().enumerate() {
         let first = first_dof(mesh, i);
         point.held.iter().for_each(|&motion| found.constraints.hold(first + motion as u32, 0.0));
     }
-    found.groups = problem.splits_regions().then_some(groups);
+    found.groups = problem.splits_regions().then(|| BlockGroups { count: live.len(), of_blocks: groups });
     hold_unmoved(problem, mesh, &mut found);
     Ok(found)
 }

@@ -14,6 +14,7 @@ use super::body_error::BodyError;
 use super::gauge;
 use super::heat;
 use super::matrices::MatrixModel;
+use super::parameters::loss_factors;
 use super::places::{ends_between_nodes, facets, facets_within, located, select};
 use super::ports::{Port, ports};
 use super::quadrangle::Quadrangle;

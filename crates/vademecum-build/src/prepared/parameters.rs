@@ -64,6 +64,8 @@ pub struct Setting {
     pub density: Vec<f64>,
     /// Loss factor of each region; none of a body without any.
     pub loss: Vec<f64>,
+    /// Factor on the damping of each live group of attachments; none where no dashpots are live.
+    pub damping: Vec<f64>,
 }
 
 /// Regions whose stiffness or density is live.
@@ -154,9 +156,19 @@ impl ParameterSpace {
         self
     }
 
-    /// True if a parameter scales single regions, so that θ alone does not carry them all.
+    /// True if a parameter scales single regions or attachments, so that θ alone does not carry them all.
     pub(crate) fn has_region_parameters(&self) -> bool {
-        self.parameters.iter().any(|p| region_of(p.role).is_some())
+        self.parameters.iter().any(|p| region_of(p.role).is_some()) || self.has_live_dashpots()
+    }
+
+    /// True if a parameter scales dashpots.
+    fn has_live_dashpots(&self) -> bool {
+        self.parameters.iter().any(|p| matches!(p.role, ParameterRole::Damping { .. }))
+    }
+
+    /// Groups of attachments that parameters scale.
+    fn n_groups(&self) -> usize {
+        (self.n_regions - self.n_mesh).saturating_sub(1)
     }
 
     /// The live regions, in the order of the mesh.
@@ -218,12 +230,14 @@ impl ParameterSpace {
             stiffness: vec![1.0; self.n_regions],
             density: vec![1.0; self.n_regions],
             loss: self.loss.clone(),
+            damping: vec![1.0; if self.has_live_dashpots() { self.n_groups() } else { 0 }],
         };
         for (parameter, &value) in self.parameters.iter().zip(values) {
             match parameter.role {
                 ParameterRole::RegionStiffness { region } => setting.stiffness[region as usize] = value,
                 ParameterRole::RegionDensity { region } => setting.density[region as usize] = value,
                 ParameterRole::LossFactor { region } => setting.loss[region as usize] = value,
+                ParameterRole::Damping { group } => setting.damping[group as usize] = value,
                 _ => assign(&mut setting.step, parameter, value),
             }
         }
@@ -318,7 +332,12 @@ impl Setting {
             |uniform: f64, regions: &[f64]| regions.iter().map(|r| uniform * r).collect::<Vec<f64>>();
         let pencil = nominal
             .scaled(&scaled(self.step.density, &self.density), &scaled(self.step.stiffness, &self.stiffness));
-        if self.loss.is_empty() { pencil } else { pencil.with_loss(self.loss.clone()) }
+        let pencil = if self.loss.is_empty() { pencil } else { pencil.with_loss(self.loss.clone()) };
+        if self.damping.is_empty() {
+            return pencil;
+        }
+        let dampers = pencil.dampers().scaled(&self.damping);
+        pencil.with_dampers(dampers)
     }
 
     /// Rayleigh damping at this setting.
@@ -346,6 +365,7 @@ fn role(
         let place = problem.live_attachments().iter().position(|live| live == name);
         let region = (mesh.regions.len() + 1 + place.expect("a name of the list")) as u32;
         return Ok(match entry.kind {
+            ParameterKind::Damping => ParameterRole::Damping { group: place.unwrap_or(0) as u32 },
             ParameterKind::Stiffness => ParameterRole::RegionStiffness { region },
             _ => ParameterRole::RegionDensity { region },
         });
@@ -354,6 +374,7 @@ fn role(
         ParameterKind::Stiffness => ParameterRole::Stiffness,
         // A loss factor is always that of a region, which is looked up below.
         ParameterKind::LossFactor => ParameterRole::LossFactor { region: 0 },
+        ParameterKind::Damping => ParameterRole::Damping { group: 0 },
         ParameterKind::Density | ParameterKind::Mass => ParameterRole::Density,
         ParameterKind::Alpha => ParameterRole::Alpha,
         ParameterKind::Beta => ParameterRole::Beta,

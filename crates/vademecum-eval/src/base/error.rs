@@ -422,6 +422,7 @@ impl fmt::Display for Subject {
             ParameterRole::Alpha => out.write_str("damping alpha"),
             ParameterRole::Beta => out.write_str("damping beta"),
             ParameterRole::TimeStep => out.write_str("time step"),
+            ParameterRole::Damping { group } => write!(out, "damping of dashpots {group}"),
             ParameterRole::LossFactor { region } => write!(out, "loss factor of region {region}"),
             _ => out.write_str("a parameter of an unknown role"),
         }

@@ -65,6 +65,9 @@ pub enum ParametricError {
              derivatives here"
     )]
     LossFactors,
+    /// Derivatives of motion where dashpots couple the modes.
+    #[error("dashpots couple the modes of the file: their motion has no derivatives here")]
+    Dashpots,
     /// The eigenproblem does not converge, or a matrix is not definite.
     #[error("the eigenproblem at these values has no solution: matrices of the file are not definite")]
     NoConvergence,

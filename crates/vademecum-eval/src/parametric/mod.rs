@@ -2,8 +2,8 @@
 //! memory, each time as the bytes of an ordinary file.
 
 pub(crate) mod coupling;
+pub(crate) mod damping;
 pub(crate) mod error;
-pub(crate) mod loss;
 pub(crate) mod memory;
 pub(crate) mod model;
 pub(crate) mod ports;

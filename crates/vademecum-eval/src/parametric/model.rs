@@ -23,7 +23,7 @@ pub struct Parametric<'f> {
 /// Values of the parameters, resolved to what matrices and step are scaled by.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Scales<'v> {
-    values: &'v [f64],
+    pub values: &'v [f64],
     /// Factors on the stiffness and on the density of the whole body.
     pub stiffness: f64,
     pub density: f64,

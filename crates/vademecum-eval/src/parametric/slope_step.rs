@@ -88,6 +88,9 @@ impl<'m> SlopeStep<'m> {
         if model.has_loss() {
             return Err(ParametricError::LossFactors);
         }
+        if model.has_dashpots() {
+            return Err(ParametricError::Dashpots);
+        }
         let Kinds { coupled, dense } = kinds(model);
         let mut take = |n| lender.take(n).map_err(|_| ParametricError::NoConvergence);
         Ok(Self {

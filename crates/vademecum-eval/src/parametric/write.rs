@@ -58,6 +58,7 @@ fn rule(kind: S) -> Rule {
         S::SurfaceBasis | S::InteriorBasis | S::PatternBasis | S::ProbeRows | S::PortRows => Rule::Rows,
         S::Eigenvalues
         | S::DampingRatios
+        | S::DampingRows
         | S::ModeTable
         | S::StressBasis
         | S::ElasticConstants
@@ -121,6 +122,9 @@ pub(crate) fn planned<'p>(
         if let Some(extent) = place.and_then(|place| shape.get_mut(place)) {
             *extent = modes as u64;
         }
+        if kind == S::DampingRows {
+            shape = [shape[0].min(modes as u64), modes as u64, 1];
+        }
         let element = if section.element() == Element::I16 { Element::F32 } else { section.element() };
         let input = SectionInput {
             kind,
@@ -156,7 +160,8 @@ pub(crate) fn write_work(model: &Parametric<'_>, modes: usize) -> usize {
     };
     let supports = SupportShapes::len(rows_of(file, S::ReactionBasis), r);
     let ports = PortAnswers::len(rows_of(file, S::PortRows), r);
-    let others = load + 6 * (r + modes) + 2 * r + modes + model.loss_work();
+    let damping = modes + model.loss_work() + model.dashpot_work(modes);
+    let others = load + 6 * (r + modes) + 2 * r + damping;
     statics.saturating_add(supports).saturating_add(ports).saturating_add(others)
 }
 
@@ -172,6 +177,8 @@ pub(crate) struct Filler<'w, 'f> {
     roots: &'w [f64],
     /// Damping ratios of the stepped modes, where regions have loss factors.
     ratios: Option<&'w [f64]>,
+    /// Work for dashpots.
+    dashpots: &'w mut [f64],
     /// A row over the basis, and six rows over basis and modes.
     row: &'w mut [f64],
     solved: &'w mut [f64],
@@ -198,6 +205,7 @@ impl<'w, 'f> Filler<'w, 'f> {
         let roots: &[f64] = roots;
         let (ratios, lent) = (lender.take(m).map_err(short)?, lender.take(model.loss_work()).map_err(short)?);
         let ratios = if model.ratios_into(tuned, scales, ratios, lent) { Some(&*ratios) } else { None };
+        let dashpots = lender.take(model.dashpot_work(m)).map_err(short)?;
         let mut statics = None;
         if model.file.section(S::ContactResidual).is_some() {
             let numbers = |kind| model.file.section(kind).map(|section| section.numbers()).transpose();
@@ -221,7 +229,7 @@ impl<'w, 'f> Filler<'w, 'f> {
             let lent = lender.take(PortAnswers::len(rows_of(&model.file, S::PortRows), r)).map_err(short)?;
             ports = Some(PortAnswers::new(model, at, roots, (&mut *row, lent))?);
         }
-        Ok(Self { model, tuned, scales, statics, supports, ports, roots, ratios, row, solved })
+        Ok(Self { model, tuned, scales, statics, supports, ports, roots, ratios, dashpots, row, solved })
     }
 
     fn section(&self, kind: S) -> Result<Section<'f>, FormatError> {
@@ -243,6 +251,10 @@ impl<'w, 'f> Filler<'w, 'f> {
                 Some(ratios) => ratios.iter().for_each(|ratio| out.push(*ratio)),
                 None => numbers.iter().take(self.tuned.eigenvalues.len()).for_each(|ratio| out.push(ratio)),
             },
+            S::DampingRows => {
+                let work = (&mut *self.row, &mut *self.dashpots, &mut out);
+                self.model.write_dashpots(self.tuned, self.scales, &numbers, work);
+            }
             S::ModeTable => self.write_table(&mut out),
             S::StressBasis => self.write_stress(&numbers, section.shape()[0] as usize, &mut out)?,
             S::ElasticConstants | S::Compliance => self.write_elasticity(kind, &numbers, &mut out),

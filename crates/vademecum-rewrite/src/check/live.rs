@@ -9,11 +9,11 @@ use super::super::numbers::{reals_of, unsound};
 /// Largest difference of the sum of the matrices from that as built, relative to its largest number.
 const SUM: f64 = 1e-9;
 
-/// Sections 111 to 120, if the file has any of them.
+/// Sections 111 to 121, if the file has any of them.
 pub(super) fn check(file: &File<'_>) -> Result<(), RewriteError> {
     let needed = [S::LiveParameters, S::LiveNames, S::LiveStiffness, S::LiveRegions];
     let of_supports = [S::LiveReactionStiffness, S::LiveReactionMass];
-    let others = [S::LiveMass, S::LiveResidual, S::LiveCertificate, S::LiveLoss];
+    let others = [S::LiveMass, S::LiveResidual, S::LiveCertificate, S::LiveLoss, S::LiveDampers];
     let mut all = needed.into_iter().chain(others).chain(of_supports);
     let Some(there) = all.find(|kind| file.section(*kind).is_some()) else { return Ok(()) };
     if let Some(missing) = needed.into_iter().find(|kind| file.section(*kind).is_none()) {
@@ -45,6 +45,11 @@ pub(super) fn check(file: &File<'_>) -> Result<(), RewriteError> {
     if file.section(S::LiveLoss).is_some() && file.section(S::DampingRatios).is_none() {
         let reason = "loss factors decide damping ratios (section 33), which the file does not have";
         return Err(unsound(S::LiveLoss, Fault::Disagrees, reason.into()));
+    }
+    let rows = file.section(S::DampingRows).map_or(0, |section| section.shape()[0]);
+    if file.section(S::LiveDampers).is_some_and(|section| section.shape()[0] != rows) {
+        let reason = format!("it names the groups of {} dashpots; section 79 has {rows}", live.dampers.len());
+        return Err(unsound(S::LiveDampers, Fault::Disagrees, reason));
     }
     let (nodes, regions) = (f64::from(file.metadata().n_load_nodes), live.n_regions as f64);
     for (place, term) in live.residual.iter().enumerate() {

@@ -153,6 +153,8 @@ pub struct SpringEntry {
 #[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct DashpotEntry {
+    /// Its name, by which a live parameter scales it; several may share one.
+    pub name: Option<String>,
     /// The first reference point.
     pub from: String,
     /// The second one; absent: the ground.

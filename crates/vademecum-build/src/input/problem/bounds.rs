@@ -6,7 +6,7 @@
 
 use vademecum_format::{MAX_LIVE, MAX_PARAMETERS};
 
-use super::{ParameterKind, Problem, ProblemError};
+use super::{Problem, ProblemError};
 use crate::limits::MAGNITUDE;
 
 /// Longest title, unit system and name.
@@ -159,9 +159,8 @@ impl Problem {
             let key = format!("parameter[{i}].range");
             let [lower, upper] = p.range;
             self.require(carried(lower) && carried(upper), &key, p.range, SCALE)?;
-            let damping = matches!(p.kind, ParameterKind::Alpha | ParameterKind::Beta);
             self.require(
-                (damping && lower == 0.0) || upper <= MAX_RANGE_RATIO * lower,
+                (p.kind.may_vanish() && lower == 0.0) || upper <= MAX_RANGE_RATIO * lower,
                 &key,
                 p.range,
                 "an upper end at most 1e6 times the lower: what the solution does over more cannot be told from \

@@ -518,13 +518,13 @@ impl Problem {
             let [lower, upper] = p.range;
             let ordered = lower < upper && upper.is_finite();
             self.require(ordered, &key("range"), p.range, "two finite numbers, the smaller first")?;
-            let may_vanish = matches!(p.kind, K::Alpha | K::Beta | K::LossFactor);
+            let may_vanish = p.kind.may_vanish();
             let above_zero = lower > 0.0 || (lower == 0.0 && may_vanish && p.scale == ParameterScale::Linear);
             self.require(
                 above_zero,
                 &key("range"),
                 p.range,
-                "a range above zero (alpha, beta and a loss factor on a linear scale may start at 0)",
+                "a range above zero (on a linear scale alpha, beta, damping and loss-factor may start at 0)",
             )?;
         }
         Ok(())

@@ -209,41 +209,50 @@ impl Problem {
             Some("beside a `time.scheme` that is not exact")
         } else if self.basis_kind() != BasisKind::Modes {
             Some("beside a basis that is not of natural modes")
-        } else if self.parameters.iter().any(|parameter| scaled(parameter.kind)) {
-            Some("beside a live stiffness or density")
+        } else if self.parameters.iter().any(|parameter| scaled(parameter.kind)) && !self.is_parametric() {
+            Some("beside a live stiffness or density of the whole body alone")
         } else {
             None
         }
     }
 
-    /// Names of springs and foundations that are stiff, or of point masses.
-    fn attachment_names(&self, stiffness: bool) -> Vec<&str> {
-        let springs = self.springs.iter().filter_map(|one| one.name.as_deref());
-        let stiff = |ground: &&FoundationEntry| ground.normal > 0.0 || ground.tangential > 0.0;
-        let grounds = self.foundations.iter().filter(stiff).filter_map(|one| one.name.as_deref());
-        let masses = self.point_masses.iter().filter_map(|one| one.name.as_deref());
-        if stiffness { springs.chain(grounds).collect() } else { masses.collect() }
+    /// What a live parameter of this kind scales by its name, in words, and the names that there are.
+    fn attachment_names(&self, kind: ParameterKind) -> Option<(&'static str, Vec<&str>)> {
+        let grounds = |of: fn(&FoundationEntry) -> bool| {
+            self.foundations.iter().filter(move |ground| of(ground)).filter_map(|one| one.name.as_deref())
+        };
+        Some(match kind {
+            ParameterKind::Stiffness => {
+                let springs = self.springs.iter().filter_map(|one| one.name.as_deref());
+                let stiff = grounds(|ground| ground.normal > 0.0 || ground.tangential > 0.0);
+                ("`[[spring]]` or stiff `[[foundation]]`", springs.chain(stiff).collect())
+            }
+            ParameterKind::Mass => {
+                ("`[[point_mass]]`", self.point_masses.iter().filter_map(|one| one.name.as_deref()).collect())
+            }
+            ParameterKind::Damping => {
+                let dashpots = self.dashpots.iter().filter_map(|one| one.name.as_deref());
+                let damped = grounds(|ground| ground.damping_normal > 0.0 || ground.damping_tangential > 0.0);
+                ("`[[dashpot]]` or damped `[[foundation]]`", dashpots.chain(damped).collect())
+            }
+            _ => return None,
+        })
     }
 
     /// Attachments that a live parameter scales.
     pub(super) fn check_live_attachment(&self, i: usize, entry: &ParameterEntry) -> Result<(), ProblemError> {
         let key = format!("parameter[{i}].attachment");
         let Some(name) = &entry.attachment else {
-            let found = Words("none beside `kind = \"mass\"`");
-            let expected = "the name of a `[[point_mass]]`; the mass of a region is its density";
-            return self.require(entry.kind != ParameterKind::Mass, &key, found, expected);
+            let alone = !matches!(entry.kind, ParameterKind::Mass | ParameterKind::Damping);
+            let found = || format!("none beside `kind = \"{}\"`", entry.kind.name());
+            let expected = "the name of a `[[point_mass]]` (mass) or of a `[[dashpot]]` (damping)";
+            return self.require_with(alone, &key, found, expected);
         };
-        let fits =
-            matches!(entry.kind, ParameterKind::Stiffness | ParameterKind::Mass) && entry.region == "*";
         let found = || format!("beside `kind = \"{}\"`, region \"{}\"", entry.kind.name(), entry.region);
-        let expected = "`kind = \"stiffness\"` or `\"mass\"`, and no `region`";
-        self.require_with(fits, &key, found, expected)?;
-        let names = self.attachment_names(entry.kind.is_stiffness());
-        let what = if entry.kind.is_stiffness() {
-            "`[[spring]]` or stiff `[[foundation]]`"
-        } else {
-            "`[[point_mass]]`"
-        };
+        let known = self.attachment_names(entry.kind).filter(|_| entry.region == "*");
+        let expected = "`kind = \"stiffness\"`, `\"mass\"` or `\"damping\"`, and no `region`";
+        self.require_with(known.is_some(), &key, found, expected)?;
+        let (what, names) = known.unwrap_or_default();
         self.require_with(
             names.contains(&name.as_str()),
             &key,

@@ -314,7 +314,8 @@ pub struct ParameterEntry {
     /// Region by name or tag (stiffness, density and loss factor); `"*"`: all regions alike.
     #[serde(default = "every_region")]
     pub region: String,
-    /// Springs and foundations (stiffness) or point masses (mass) of this name, in place of a region.
+    /// Springs and foundations (stiffness), point masses (mass) or dashpots and foundations (damping) of this
+    /// name, in place of a region.
     pub attachment: Option<String>,
     /// Smallest and largest value: a factor on the problem's value (stiffness, density), else the value
     /// itself.
@@ -334,6 +335,8 @@ pub enum ParameterKind {
     Density,
     /// Factor on mass and inertia of attached masses.
     Mass,
+    /// Factor on the damping of dashpots and foundations.
+    Damping,
     /// Loss factor of the material of a region.
     LossFactor,
     /// Rayleigh α \[1/s\].
@@ -347,7 +350,9 @@ pub enum ParameterKind {
 impl ParameterEntry {
     /// True of a quantity of a region or of attachments, which turns the modes.
     pub fn is_local(&self) -> bool {
-        self.region != "*" || self.attachment.is_some()
+        use ParameterKind as K;
+        let of_parts = matches!(self.kind, K::Mass | K::Damping | K::LossFactor);
+        self.region != "*" || self.attachment.is_some() || of_parts
     }
 }
 
@@ -355,6 +360,11 @@ impl ParameterKind {
     /// True of a factor on the stiffness.
     pub(crate) fn is_stiffness(self) -> bool {
         self == Self::Stiffness
+    }
+
+    /// True of a damping, which may be none.
+    pub(super) fn may_vanish(self) -> bool {
+        matches!(self, Self::Alpha | Self::Beta | Self::LossFactor | Self::Damping)
     }
 
     /// True of a factor on the mass.
@@ -368,6 +378,7 @@ impl ParameterKind {
             Self::Stiffness => "stiffness",
             Self::Density => "density",
             Self::Mass => "mass",
+            Self::Damping => "damping",
             Self::LossFactor => "loss-factor",
             Self::Alpha => "alpha",
             Self::Beta => "beta",
