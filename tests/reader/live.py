@@ -6,7 +6,7 @@
 import numpy as np
 
 # Roles of section 111.
-STIFFNESS, REGION_STIFFNESS, DENSITY, REGION_DENSITY, ALPHA, BETA, TIME_STEP = range(7)
+STIFFNESS, REGION_STIFFNESS, DENSITY, REGION_DENSITY, ALPHA, BETA, TIME_STEP, LOSS, DAMPING = range(9)
 # What is not part of a file at values.
 GONE = ["ReducedStiffness", "StaticBound", "BoundMap", "FactorOrder", "FactorGroups", "FactorRows", "FactorValues",
         "PatternAnswer", "ContactModes", "PatchPairs", "PatchResidual", "ContactPatch"]
@@ -27,6 +27,9 @@ class Values:
         regions = file.section("LiveStiffness").shape[0]
         self.stiffness, self.density = 1.0, 1.0
         self.kappa, self.rho = np.ones(regions), np.ones(regions)
+        self.loss = file.section("LiveLoss").reshape(-1).copy() if "LiveLoss" in file else None
+        groups = file.section("LiveDampers").reshape(-1).astype(int) if "LiveDampers" in file else np.zeros(0, int)
+        self.dampers = np.ones(len(groups))
         for name, row in zip(file.lines("LiveNames"), rows):
             role, region = int(row[0]), int(row[1])
             value = given.pop(name, row[5])
@@ -39,6 +42,10 @@ class Values:
                 self.density = value
             elif role == REGION_DENSITY:
                 self.rho[1 + region] = value
+            elif role == LOSS:
+                self.loss[1 + region] = value
+            elif role == DAMPING:
+                self.dampers[groups == 1 + region] = value
             else:
                 file.meta[{ALPHA: "alpha", BETA: "beta", TIME_STEP: "time_step"}[role]] = value
         assert not given, f"unknown: {list(given)}"
@@ -85,6 +92,14 @@ def set_to(file, given, modes=32):
             new[name] = file.section(name) @ shapes
     if "DampingRatios" in file:
         new["DampingRatios"] = file.section("DampingRatios")[:m]
+    if v.loss is not None:
+        eta = np.append(0.0, v.loss[1:])
+        lost = v.stiffness * summed("LiveStiffness", eta * v.kappa)
+        energies = np.einsum("ik,ij,jk->k", shapes, lost, shapes)
+        new["DampingRatios"] = (v.loss[0] + 0.5 * energies / lam).reshape(-1, 1, 1)
+    if "DampingRows" in file:
+        rows = file.section("DampingRows").reshape(-1, r)
+        new["DampingRows"] = (np.sqrt(v.dampers)[:, None] * rows @ shapes).reshape(-1, m, 1)
 
     rho = v.rho_of_nodes(file)
     if "ContactResidual" in file:

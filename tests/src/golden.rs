@@ -175,8 +175,9 @@ fn patch(bytes: &[u8]) -> Vec<u8> {
     out
 }
 
-/// The file as a parametric model of two live regions, one of them of live density, beside what is not live.
-fn parametric(bytes: &[u8]) -> Vec<u8> {
+/// The file as a parametric model of two live regions, one of them of live density, beside what is not live;
+/// where `damped`, a loss factor and dashpots are live in place of the density and `β`.
+fn parametric(bytes: &[u8], damped: bool) -> Vec<u8> {
     use SectionKind as S;
     let file = File::parse(bytes).expect("a file");
     let numbers = |kind| -> Vec<f64> {
@@ -193,12 +194,11 @@ fn parametric(bytes: &[u8]) -> Vec<u8> {
         let rows = [(0.25, 0.0), (0.25, 0.0625), (0.5, -0.0625)];
         rows.into_iter().flat_map(|(share, off)| triangle(share, off, diagonal)).collect()
     };
-    let parameters = [
-        [1.0, 0.0, 1.0, 0.5, 2.0, 1.0],
-        [1.0, 1.0, 1.0, 0.25, 4.0, 1.0],
-        [3.0, 1.0, 0.0, 0.5, 1.5, 1.0],
-        [5.0, 0.0, 0.0, 0.0, 1e-4, 1e-6],
-    ];
+    let [third, fourth] = match damped {
+        false => [[3.0, 1.0, 0.0, 0.5, 1.5, 1.0], [5.0, 0.0, 0.0, 0.0, 1e-4, 1e-6]],
+        true => [[7.0, 1.0, 0.0, 0.0, 0.25, 0.125], [8.0, 0.0, 0.0, 0.0, 4.0, 1.0]],
+    };
+    let parameters = [[1.0, 0.0, 1.0, 0.5, 2.0, 1.0], [1.0, 1.0, 1.0, 0.25, 4.0, 1.0], third, fourth];
     let terms = (0..nodes).flat_map(|node| {
         let own = (1 + node % 2) as f64;
         [[node as f64, own, own, 0.0, 0.75], [node as f64, own, 3.0, 0.5, 0.25]]
@@ -206,23 +206,44 @@ fn parametric(bytes: &[u8]) -> Vec<u8> {
     let terms: Vec<f64> = terms.flatten().collect();
     let points = [[2.0, 0.25, 1.0, 1e-6, 0.0, 0.015625], [1.0, 1.0, 1.0, 1e-6, 1.0, 0.00390625]];
     let little = |values: &[f64]| values.iter().flat_map(|x| x.to_le_bytes()).collect::<Vec<u8>>();
-    let names = b"stiffness of the root\nstiffness of the tip\ndensity of the tip\nbeta".to_vec();
+    let names: &[u8] = match damped {
+        false => b"stiffness of the root\nstiffness of the tip\ndensity of the tip\nbeta",
+        true => b"stiffness of the root\nstiffness of the tip\nloss of the tip\ndashpot",
+    };
     let packed = (r * (r + 1) / 2) as u64;
     let regions: Vec<u8> = [1_u32, 2].iter().flat_map(|region| region.to_le_bytes()).collect();
-    let more = [
+    let mut more = vec![
         (S::LiveParameters, Element::F64, [4, 6, 1], little(parameters.as_flattened())),
-        (S::LiveNames, Element::U8, [names.len() as u64, 1, 1], names),
+        (S::LiveNames, Element::U8, [names.len() as u64, 1, 1], names.to_vec()),
         (S::LiveStiffness, Element::F64, [3, packed, 1], little(&matrices(&lambda))),
-        (S::LiveMass, Element::F64, [3, packed, 1], little(&matrices(&vec![1.0; r]))),
         (S::LiveRegions, Element::U32, [2, 1, 1], regions),
         (S::LiveResidual, Element::F64, [2 * nodes as u64, 5, 1], little(&terms)),
         (S::LiveCertificate, Element::F64, [2, 6, 1], little(points.as_flattened())),
     ];
-    let is_kept = |section: &Section<'_>| !matches!(section.kind(), S::StaticBound | S::BoundMap);
+    if damped {
+        // Energies as built: a quarter and a half of each mode.
+        let ratios = vec![0.015625 + 0.5 * (0.25 * 0.0625 + 0.5 * 0.125); r];
+        let rows: Vec<f64> = (0..2 * r).map(|place| [4.0, -2.0, 16.0, 0.0, 8.0, 32.0][place % 6]).collect();
+        let groups: Vec<u8> = [0_u32, 1].iter().flat_map(|group| group.to_le_bytes()).collect();
+        more.extend([
+            (S::DampingRatios, Element::F64, [r as u64, 1, 1], little(&ratios)),
+            (S::DampingRows, Element::F64, [2, r as u64, 1], little(&rows)),
+            (S::LiveLoss, Element::F64, [3, 1, 1], little(&[0.015625, 0.0625, 0.125])),
+            (S::LiveDampers, Element::U32, [2, 1, 1], groups),
+        ]);
+    } else {
+        more.push((S::LiveMass, Element::F64, [3, packed, 1], little(&matrices(&vec![1.0; r]))));
+    }
+    more.sort_by_key(|section| section.0.number());
+    let is_kept = |section: &Section<'_>| {
+        let replaced = more.iter().any(|own| own.0 == section.kind());
+        !matches!(section.kind(), S::StaticBound | S::BoundMap) && !replaced
+    };
     let kept = file.sections().filter(is_kept).map(SectionInput::from);
-    let live = raw_sections(&more)
-        .into_iter()
-        .map(|section| SectionInput { required: section.kind.is_live(), ..section });
+    let live = raw_sections(&more).into_iter().map(|section| {
+        let required = section.kind.is_live() || matches!(section.kind, S::DampingRatios | S::DampingRows);
+        SectionInput { required, ..section }
+    });
     let inputs: Vec<SectionInput<'_>> = kept.chain(live).collect();
     let mut metadata = *file.metadata();
     (metadata.n_parameters, metadata.parameters[0]) = (0, Parameter::UNUSED);
@@ -333,7 +354,8 @@ pub fn all() -> Vec<(&'static str, Vec<u8>)> {
         ("dashpots.vdm", with_dashpots(&reactions(&exact), &[4.0, -2.0, 16.0, 0.0, 8.0, 32.0])),
         ("ports.vdm", ports(&exact)),
         ("patch.vdm", patch(&exact)),
-        ("parametric.vdm", parametric(&exact)),
+        ("parametric.vdm", parametric(&exact, false)),
+        ("damped.vdm", parametric(&exact, true)),
         ("reactions.vdm", reactions(&exact)),
         ("base.vdm", base(&exact)),
         ("bent.vdm", bent(&body(LAYOUT, 6).file(&bathe(), &STEP, Element::F64), &[])),

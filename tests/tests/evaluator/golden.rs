@@ -18,7 +18,7 @@ fn the_writer_reproduces_every_golden_file() {
         assert!(known == made, "{name} differs, first at byte {first:?}: read fixtures/README.md");
     }
     // What a clone of the repository carries for ever.
-    assert!(known.iter().map(|f| f.1.len()).sum::<usize>() <= 240 * 1024);
+    assert!(known.iter().map(|f| f.1.len()).sum::<usize>() <= 256 * 1024);
 }
 
 #[test]
@@ -35,7 +35,7 @@ fn a_file_has_the_lowest_minor_version_that_has_its_sections() {
         let ports = name == "ports.vdm";
         let facets = name == "quadrangles.vdm";
         let patch = name == "patch.vdm";
-        let parametric = name == "parametric.vdm";
+        let parametric = ["damped.vdm", "parametric.vdm"].contains(&name.as_str());
         let newer = ports || facets || patch || parametric;
         let exact = name == "exact-f64.vdm" || newest || strain || anisotropic || coupled || newer;
         let minor = if parametric {
