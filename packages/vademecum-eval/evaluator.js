@@ -115,8 +115,8 @@ export class Evaluator {
   parameter(index) {
     if (!this.wasm.parameter(index)) return null;
     const [nameAt, nameLength, unitAt, unitLength, role, region, log, lower, upper, nominal] = this.exchange(10);
-    const key = ["stiffness", "regionStiffness", "density", "regionDensity", "alpha", "beta", "timeStep"][role];
-    const ofRegion = role === 1 || role === 3 ? region : null;
+    const key = ["stiffness", "regionStiffness", "density", "regionDensity", "alpha", "beta", "timeStep", "lossFactor", "damping"][role];
+    const ofRegion = [1, 3, 7, 8].includes(role) ? region : null;
     return { index, name: this.utf8(nameAt, nameLength), unit: this.utf8(unitAt, unitLength), key, region: ofRegion, log: log === 1, lower, upper, nominal };
   }
 

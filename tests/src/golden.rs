@@ -175,6 +175,24 @@ fn patch(bytes: &[u8]) -> Vec<u8> {
     out
 }
 
+/// The file with other bytes of a section, along whose first extent there are fewer or more of them.
+///
+/// # Panics
+/// If the file has no such section.
+#[must_use]
+pub fn with_raw(bytes: &[u8], kind: SectionKind, raw: &[u8]) -> Vec<u8> {
+    let file = File::parse(bytes).expect("a file");
+    let mut inputs: Vec<SectionInput<'_>> = file.sections().map(SectionInput::from).collect();
+    let own = inputs.iter_mut().find(|own| own.kind == kind).expect("a section");
+    let row = own.decoded_length / own.shape[0];
+    own.shape[0] = raw.len() as u64 / row;
+    own.decoded_length = own.shape[0] * row;
+    own.stored = &raw[..own.decoded_length as usize];
+    let mut out = vec![0; encoded_len(file.metadata(), &inputs).expect("a length")];
+    encode_into(file.metadata(), &inputs, &mut out).expect("written");
+    out
+}
+
 /// The file as a parametric model of two live regions, one of them of live density, beside what is not live;
 /// where `damped`, a loss factor and dashpots are live in place of the density and `β`.
 fn parametric(bytes: &[u8], damped: bool) -> Vec<u8> {

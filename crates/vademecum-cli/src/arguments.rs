@@ -5,7 +5,9 @@ use std::path::{Path, PathBuf};
 use vademecum_build::input::Problem;
 use vademecum_deck::{Dialect, ReadOptions, System};
 use vademecum_eval::{SceneOptions, StructureChoice};
-use vademecum_study::frf::{FREQUENCIES, POINTS, Quantity};
+use vademecum_format::File;
+use vademecum_study::StudyError;
+use vademecum_study::frf::{FREQUENCIES, POINTS, Quantity, frequencies, with_poles};
 use vademecum_study::parameters::ParameterValue;
 use vademecum_study::player::PlayOptions;
 use vademecum_study::scenario::Scenario;
@@ -156,6 +158,45 @@ impl QuantityArgument {
             (Self::Velocity, true) => "m/s",
             (Self::Acceleration, true) => "m/s²",
         }
+    }
+}
+
+/// Live parameters that are set, and the modes that are taken then.
+#[derive(clap::Args)]
+pub(crate) struct SetArguments {
+    /// Set a live parameter of the file, by its name; may be given several times.
+    #[arg(long, value_name = "NAME=VALUE", value_parser = setting)]
+    pub(crate) set: Vec<ParameterValue>,
+    /// Modes that are taken of a file with live regions [default: all].
+    #[arg(long, value_name = "N")]
+    pub(crate) modes: Option<usize>,
+}
+
+/// Frequencies of a response.
+#[derive(clap::Args)]
+pub(crate) struct GridArguments {
+    /// Number of frequencies. The damped natural frequencies and the half-power points of the file that lie
+    /// in the range are added.
+    #[arg(long, default_value_t = 1000, value_parser = points())]
+    points: u32,
+    /// Space the frequencies in equal ratios instead of equal steps; a picture has a logarithmic axis then.
+    #[arg(long)]
+    pub(crate) log: bool,
+    /// Add no frequencies to those of `--points`.
+    #[arg(long)]
+    no_poles: bool,
+}
+
+impl GridArguments {
+    /// The frequencies \[Hz\] in a range, for a file at these options.
+    pub(crate) fn frequencies(
+        &self,
+        range: Option<[f64; 2]>,
+        file: &File<'_>,
+        options: &SceneOptions,
+    ) -> Result<Vec<f64>, StudyError> {
+        let grid = range.map_or(vec![], |range| frequencies(range, self.points as usize, self.log));
+        if self.no_poles { Ok(grid) } else { with_poles(file, options, grid) }
     }
 }
 

@@ -22,6 +22,7 @@ mod modal;
 pub mod modes;
 mod near;
 mod notes;
+mod npz;
 mod pace;
 pub mod parameters;
 pub mod player;

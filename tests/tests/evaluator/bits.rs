@@ -20,6 +20,7 @@ const KNOWN: &[(&str, [u32; 2])] = &[
     ("anisotropic.vdm, Exact", [0xdc21195d, 0x541ecfbc]),
     ("base.vdm, Exact", [0xdc21195d, 0x541ecfbc]),
     ("bent.vdm, Strain", [0x72402b2f, 0xf9c2abbb]),
+    ("damped.vdm, Exact", [0x625010fc, 0xc1153249]),
     ("dashpots.vdm, Exact", [0x4727853e, 0x6864184a]),
     ("embedded.vdm, Diagonal", [0x9e0d3e3c, 0xe22eb3ee]),
     ("embedded.vdm, Block", [0x5a522db1, 0x35760690]),

@@ -514,3 +514,49 @@ fn loss_factors_of_a_fixed_file_are_those_of_its_reference() {
         assert!(figures.truth.total_error < 2e-3, "{:e}", figures.truth.total_error);
     }
 }
+
+/// Sets a file to the values as built, or past them, and steps the body under a push.
+fn set_and_stepped(bytes: &[u8]) -> Result<(), Box<dyn std::error::Error>> {
+    let file = File::parse(bytes)?;
+    let model = Parametric::new(&file)?;
+    let mut values = vec![0.0; model.n_parameters()];
+    model.nominal_into(&mut values);
+    let bytes = model.body_at(&values, model.usual_modes())?;
+    let mut simulation = Simulation::<f64>::with_options(bytes, &BodyOptions::default())?;
+    simulation.step(1)?;
+    Ok(())
+}
+
+#[test]
+fn numbers_of_live_sections_that_make_no_sense_are_refused_or_stepped_without_a_panic() {
+    let mut refused = 0;
+    for name in ["parametric.vdm", "damped.vdm"] {
+        let bytes = golden::named(name);
+        set_and_stepped(&bytes).expect(name);
+        let file = File::parse(&bytes).expect("a file");
+        let live = file.sections().filter(|section| section.kind().number() >= 111);
+        for kind in live.map(|section| section.kind()).collect::<Vec<_>>() {
+            let raw = file.section(kind).expect("a section").raw().expect("raw");
+            let width = if kind == S::LiveRegions || kind == S::LiveDampers { 4 } else { 8 };
+            let wrong: Vec<Vec<u8>> = match width {
+                4 => [1_u32, 7, u32::MAX].iter().map(|x| x.to_le_bytes().to_vec()).collect(),
+                _ => [f64::NAN, f64::INFINITY, -1.0, 0.0, 1e300, 4e9]
+                    .iter()
+                    .map(|x| x.to_le_bytes().to_vec())
+                    .collect(),
+            };
+            for (place, wrong) in
+                (0..raw.len() / width).flat_map(|place| wrong.iter().map(move |w| (place, w)))
+            {
+                let mut own = raw.to_vec();
+                own[place * width..(place + 1) * width].copy_from_slice(wrong);
+                let changed = golden::with_raw(&bytes, kind, &own);
+                refused += usize::from(set_and_stepped(&changed).is_err());
+            }
+            // A section that is cut, and one that is gone.
+            let shorter = golden::with_raw(&bytes, kind, &raw[..raw.len() - width]);
+            refused += usize::from(set_and_stepped(&shorter).is_err());
+        }
+    }
+    assert!(refused > 200, "{refused}");
+}

@@ -9,11 +9,11 @@ use vademecum_build::store::Kind;
 use vademecum_study::StudyError;
 use vademecum_study::frf::{
     Channel, FrequencyResponse, Peak, Quantity, ResponseError, ResponseRequest, compare_response,
-    frequencies, frequency_response, polar, with_poles,
+    frequencies, frequency_response, polar,
 };
-use vademecum_study::parameters::{self, ParameterValue};
+use vademecum_study::parameters;
 
-use crate::arguments::{Limit, OutputArguments, QuantityArgument, points, range, setting};
+use crate::arguments::{GridArguments, Limit, OutputArguments, QuantityArgument, SetArguments, range};
 use crate::console::Console;
 use crate::failure::{CHANNEL, Cause, Failure};
 use crate::files::{at_values, chart_kind, is_stepped, to_step, usable_file, write_chart};
@@ -43,25 +43,13 @@ pub(crate) struct Frf {
     /// First and last frequency in Hz.
     #[arg(long, value_name = "F0,F1", value_parser = range)]
     range: [f64; 2],
-    /// Number of frequencies. The damped natural frequencies and the half-power points of the file that lie
-    /// in the range are added.
-    #[arg(long, default_value_t = 1000, value_parser = points())]
-    points: u32,
-    /// Space the frequencies in equal ratios instead of equal steps; the picture has a logarithmic axis then.
-    #[arg(long)]
-    log: bool,
-    /// Add no frequencies to those of `--points`.
-    #[arg(long)]
-    no_poles: bool,
+    #[command(flatten)]
+    grid: GridArguments,
     /// Quantity of the outputs.
     #[arg(long, value_enum, default_value_t = QuantityArgument::Displacement)]
     quantity: QuantityArgument,
-    /// Set a live parameter of the file, by its name; may be given several times.
-    #[arg(long, value_name = "NAME=VALUE", value_parser = setting)]
-    set: Vec<ParameterValue>,
-    /// Modes of a file with live regions that answer [default: all].
-    #[arg(long, value_name = "N")]
-    modes: Option<usize>,
+    #[command(flatten)]
+    at: SetArguments,
     /// Write the table here (CSV).
     #[arg(short, long)]
     output: Option<PathBuf>,
@@ -119,14 +107,11 @@ impl Frf {
             }
             error => Failure::from(error).about(&self.file),
         };
-        let set_body = at_values(&file, &self.set, self.modes).map_err(about)?;
-        let (file, settings) = to_step(file, &self.set, set_body.as_ref()).map_err(about)?;
+        let set_body = at_values(&file, &self.at.set, self.at.modes).map_err(about)?;
+        let (file, settings) = to_step(file, &self.at.set, set_body.as_ref()).map_err(about)?;
         parameters::set(&mut options, file.metadata(), settings).map_err(about)?;
         let quantity = self.quantity.quantity();
-        let mut grid = frequencies(self.range, self.points as usize, self.log);
-        if !self.no_poles {
-            grid = with_poles(&file, &options, grid).map_err(about)?;
-        }
+        let grid = self.grid.frequencies(Some(self.range), &file, &options).map_err(about)?;
         let mut question = ResponseRequest {
             input: self.input.clone(),
             outputs: self.outputs.clone(),
@@ -160,14 +145,15 @@ impl Frf {
                 true => format!("Response to the load pattern {}", self.input),
                 false => format!("Response to a force of 1 N at {}", self.input),
             };
-            let chart = response_chart(&title, &format!("amplitude [{unit}]"), self.log, amplitudes, phases);
+            let chart =
+                response_chart(&title, &format!("amplitude [{unit}]"), self.grid.log, amplitudes, phases);
             write_chart(&outputs, path, chart)?;
         }
         let grid = question.frequencies.clone();
         let values = set_body.as_ref().map_or(&[][..], |body| &body.values);
         let compared = match (&problem, self.compare) {
             (Some(problem), Some(count)) => {
-                question.frequencies = frequencies(self.range, count as usize, self.log);
+                question.frequencies = frequencies(self.range, count as usize, self.grid.log);
                 Some(
                     compare_response(&file, &options, &question, (problem, values), console)
                         .map_err(about)?,

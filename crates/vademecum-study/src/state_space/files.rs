@@ -2,15 +2,14 @@
 //!
 //! Normative: `formats/state-space-1.md`.
 
-use std::io::{self, Cursor, Write};
+use std::io::{self, Write};
 
 use faer::Mat;
 use serde::Serialize;
-use vademecum_build::field::{DenseMatrix, MatValue, mat_into, npy_into, npy_texts_into};
-use zip::write::SimpleFileOptions;
-use zip::{CompressionMethod, DateTime, ZipWriter};
+use vademecum_build::field::{DenseMatrix, MatValue, mat_into};
 
 use super::model::{Signal, StateSpace};
+use crate::npz::NpzArchive;
 use crate::parameters::ParameterValue;
 
 /// Description of a model beside its matrices.
@@ -105,24 +104,19 @@ impl StateSpace {
         ]
     }
 
-    /// Writes the archive of arrays. Its entries are stored as they are, and bear no time.
+    /// Writes the archive of arrays.
     ///
     /// # Errors
     /// Of the output.
     pub fn npz_into(&self, out: &mut dyn Write) -> io::Result<()> {
-        let mut zip = ZipWriter::new(Cursor::new(vec![]));
-        let options = SimpleFileOptions::default()
-            .compression_method(CompressionMethod::Stored)
-            .last_modified_time(DateTime::default());
+        let mut archive = NpzArchive::default();
         for (name, matrix) in self.dense() {
-            zip.start_file(format!("{name}.npy"), options).map_err(io::Error::other)?;
-            npy_into(&mut zip, &matrix)?;
+            archive.matrix(name, &matrix)?;
         }
         for (name, texts) in self.texts() {
-            zip.start_file(format!("{name}.npy"), options).map_err(io::Error::other)?;
-            npy_texts_into(&mut zip, &texts)?;
+            archive.texts(name, &texts)?;
         }
-        out.write_all(zip.finish().map_err(io::Error::other)?.get_ref())
+        out.write_all(&archive.finish()?)
     }
 
     /// Writes the MATLAB file of level 5.

@@ -7,10 +7,10 @@ use vademecum_build::progress::Listener;
 use vademecum_build::store::Kind;
 use vademecum_study::StudyError;
 use vademecum_study::frf::Channel;
-use vademecum_study::parameters::{self, ParameterValue};
+use vademecum_study::parameters;
 use vademecum_study::state_space::{OutputSignal, Signal, StateSpace, StateSpaceError, StateSpaceRequest};
 
-use crate::arguments::{Limit, OutputArguments, StructureArgument, positive, setting};
+use crate::arguments::{Limit, OutputArguments, SetArguments, StructureArgument, positive};
 use crate::console::Console;
 use crate::failure::Failure;
 use crate::files::{at_values, is_stepped, to_step, usable_file, write_bytes};
@@ -48,12 +48,8 @@ pub(crate) struct StateSpaceArguments {
     /// Time step of the discrete map in s; the file's if absent.
     #[arg(long, value_parser = positive, allow_negative_numbers = true)]
     time_step: Option<f64>,
-    /// Set a live parameter of the file, by its name; may be given several times.
-    #[arg(long, value_name = "NAME=VALUE", value_parser = setting)]
-    set: Vec<ParameterValue>,
-    /// Modes that are kept of a file with live regions [default: all].
-    #[arg(long, value_name = "N")]
-    modes: Option<usize>,
+    #[command(flatten)]
+    at: SetArguments,
     /// Print JSON.
     #[arg(long)]
     json: bool,
@@ -94,8 +90,8 @@ impl StateSpaceArguments {
         let mut memory = vec![];
         let file = usable_file(&self.file, &mapped, is_stepped, self.limit, &mut memory)?;
         let about = |error: StudyError| Failure::from(error).about(&self.file);
-        let set_body = at_values(&file, &self.set, self.modes).map_err(about)?;
-        let (file, settings) = to_step(file, &self.set, set_body.as_ref()).map_err(about)?;
+        let set_body = at_values(&file, &self.at.set, self.at.modes).map_err(about)?;
+        let (file, settings) = to_step(file, &self.at.set, set_body.as_ref()).map_err(about)?;
         let played = self.structure.options();
         let mut options = played.scene;
         options.time_step = self.time_step;

@@ -5,11 +5,11 @@ use std::path::PathBuf;
 use vademecum_build::progress::Listener;
 use vademecum_build::store::Kind;
 use vademecum_study::StudyError;
-use vademecum_study::frf::{Channel, frequencies, with_poles};
-use vademecum_study::parameters::{self, ParameterValue};
+use vademecum_study::frf::Channel;
+use vademecum_study::parameters;
 use vademecum_study::uff::{UffExport, UffRequest};
 
-use crate::arguments::{Limit, OutputArguments, QuantityArgument, points, range, setting};
+use crate::arguments::{GridArguments, Limit, OutputArguments, QuantityArgument, SetArguments, range};
 use crate::console::Console;
 use crate::failure::{CHANNEL, Cause, Failure};
 use crate::files::{at_values, check_output, is_stepped, refuse_chapter, to_step, usable_file, write_bytes};
@@ -41,22 +41,13 @@ pub(crate) struct Uff {
     /// First and last frequency in Hz.
     #[arg(long, value_name = "F0,F1", value_parser = range, requires = "inputs")]
     range: Option<[f64; 2]>,
-    /// Number of frequencies. The damped natural frequencies and the half-power points of the file that lie
-    /// in the range are added.
-    #[arg(long, default_value_t = 1000, value_parser = points())]
-    points: u32,
-    /// Space the frequencies in equal ratios instead of equal steps.
-    #[arg(long)]
-    log: bool,
-    /// Add no frequencies to those of `--points`.
-    #[arg(long)]
-    no_poles: bool,
+    #[command(flatten)]
+    grid: GridArguments,
     /// Quantity of the outputs.
     #[arg(long, value_enum, default_value_t = QuantityArgument::Displacement)]
     quantity: QuantityArgument,
-    /// Set a live parameter of the file, by its name; may be given several times.
-    #[arg(long, value_name = "NAME=VALUE", value_parser = setting)]
-    set: Vec<ParameterValue>,
+    #[command(flatten)]
+    at: SetArguments,
     /// Print JSON.
     #[arg(long)]
     json: bool,
@@ -93,15 +84,12 @@ impl Uff {
             error @ StudyError::Uff(_) => Failure::new(Cause::Usage, error),
             error => Failure::from(error).about(&self.file),
         };
-        let set_body = at_values(&file, &self.set, None).map_err(about)?;
-        let (file, settings) = to_step(file, &self.set, set_body.as_ref()).map_err(about)?;
+        let set_body = at_values(&file, &self.at.set, self.at.modes).map_err(about)?;
+        let (file, settings) = to_step(file, &self.at.set, set_body.as_ref()).map_err(about)?;
         let mut options = vademecum_eval::SceneOptions::default();
         parameters::set(&mut options, file.metadata(), settings).map_err(about)?;
         console.stage("modes and responses");
-        let mut grid = self.range.map_or(vec![], |range| frequencies(range, self.points as usize, self.log));
-        if !self.no_poles {
-            grid = with_poles(&file, &options, grid).map_err(about)?;
-        }
+        let grid = self.grid.frequencies(self.range, &file, &options).map_err(about)?;
         let request = UffRequest {
             inputs: self.inputs.clone(),
             outputs: self.outputs.clone(),
