@@ -1,16 +1,15 @@
 //! The arrays of a superelement in one archive, as NumPy reads them.
 
-use zip::result::ZipError;
-
 use super::body::{ReducedBody, columns_of};
+use crate::error::StudyError;
 use crate::npz::NpzArchive;
 
 /// The bytes of `superelement.npz`; `full` with the matrices of the full order, where there are. Entries bear
 /// no time: the same input gives the same bytes.
 ///
 /// # Errors
-/// [`ZipError`].
-pub fn npz(body: &ReducedBody, full: bool) -> Result<Vec<u8>, ZipError> {
+/// [`StudyError::Archive`].
+pub fn npz(body: &ReducedBody, full: bool) -> Result<Vec<u8>, StudyError> {
     let found = &body.superelement;
     let mut archive = NpzArchive::default();
     archive.matrix("mass", &columns_of(&found.mass))?;
@@ -60,5 +59,5 @@ pub fn npz(body: &ReducedBody, full: bool) -> Result<Vec<u8>, ZipError> {
         let dofs: Vec<i64> = dofs.iter().map(|&dof| i64::from(dof)).collect();
         archive.integers("full_dofs", &[dofs.len()], &dofs)?;
     }
-    archive.finish()
+    Ok(archive.finish()?)
 }
