@@ -72,8 +72,11 @@ fn main() {
     }
 }
 
-/// A block of 3 360 dofs cut across into equal regions, whose stiffness is live over [1/3, 3]; one live region
-/// is half of it.
+/// First natural frequency of the block as built \[Hz\], whose fortieth of a period is the step.
+const FIRST_HZ: f64 = 1.006;
+
+/// A block of 3 360 dofs cut across into equal regions, whose stiffness is live over [1/3, 3], and Δt over a
+/// factor 4; one live region is half of it.
 fn problem(count: usize, representation: &str) -> Problem {
     let mut text = format!(
         "representation = \"{representation}\"\n[mesh]\n\
@@ -89,7 +92,9 @@ fn problem(count: usize, representation: &str) -> Problem {
         );
     }
     text += "[[material]]\nyoung = 1e6\npoisson = 0.3\ndensity = 1000.0\n[damping]\nbeta = 1e-3\n\
-             [[support]]\non = { group = \"x_min\" }\n[load]\nsurface = { group = \"z_max\" }\n[time]\nstep = 1e-2\n";
+             [[support]]\non = { group = \"x_min\" }\n[load]\nsurface = { group = \"z_max\" }\n[time]\n";
+    let step = 0.025 / FIRST_HZ;
+    let _ = writeln!(text, "step = {step:e}");
     if representation == "separated" {
         text += "[basis]\nmodes = 16\n[tolerance]\nmap = 1e-5\nmax_terms = 1000\n";
     }
@@ -101,6 +106,12 @@ fn problem(count: usize, representation: &str) -> Problem {
              range = [0.3333333333, 3.0]\nscale = \"log\""
         );
     }
+    let _ = writeln!(
+        text,
+        "[[parameter]]\nname = \"step\"\nkind = \"time-step\"\nrange = [{:e}, {:e}]\nscale = \"log\"",
+        0.5 * step,
+        2.0 * step
+    );
     Problem::parse(&text, "block.toml", PathBuf::new()).expect("a problem")
 }
 
