@@ -9,7 +9,7 @@ import numpy as np
 STIFFNESS, REGION_STIFFNESS, DENSITY, REGION_DENSITY, ALPHA, BETA, TIME_STEP, LOSS, DAMPING = range(9)
 # What is not part of a file at values.
 GONE = ["ReducedStiffness", "StaticBound", "BoundMap", "FactorOrder", "FactorGroups", "FactorRows", "FactorValues",
-        "PatternAnswer", "ContactModes", "PatchPairs", "PatchResidual", "ContactPatch"]
+        "PatternAnswer", "ContactModes"]
 
 
 def full(packed, r):
@@ -115,6 +115,12 @@ def set_to(file, given, modes=32):
             block *= np.sqrt(rho[a] * rho[b])
             block += between[3 * a : 3 * a + 3, 3 * b : 3 * b + 3]
         new["PairResidual"] = blocks.reshape(-1, 9, 1)
+        if "PatchResidual" in file:
+            blocks = file.section("PatchResidual").reshape(-1, 3, 3).copy()
+            for (a, b), block in zip(file.section("PatchPairs").reshape(-1, 2).astype(int), blocks):
+                block *= np.sqrt(rho[a] * rho[b])
+                block += between[3 * a : 3 * a + 3, 3 * b : 3 * b + 3]
+            new["PatchResidual"] = blocks.reshape(-1, 9, 1)
         for name, rows in [("ProbeResidual", probes), ("PatternResidual", patterns)]:
             if name in file:
                 built = file.section(name)

@@ -560,3 +560,55 @@ fn numbers_of_live_sections_that_make_no_sense_are_refused_or_stepped_without_a_
     }
     assert!(refused > 200, "{refused}");
 }
+
+#[test]
+fn contacts_near_each_other_are_as_flexible_as_those_of_the_full_model_at_the_values() {
+    let output = "[output]\ncontact_patch = 0.15\n";
+    let live = problem(&(BEAM.to_string() + output));
+    let built = build(&live, &BuildOptions::default(), &Silent).expect("built").kept().expect("kept");
+    let file = File::parse(&built.bytes).expect("a file");
+    let [root, tip] = [0.4, 3.0];
+    let asked = [value("root", root), value("tip", tip), value("step", 1e-3)];
+    let body = at_values(&file, &asked, Some(24)).expect("set").expect("a model");
+    let text = BEAM.split_once("[[parameter]]").expect("parameters").0.replacen(
+        "representation = \"parametric\"\n",
+        "",
+        1,
+    );
+    let stiff = |factor: f64| format!("young = {:e}\npoisson = 0.3\ndensity = 1200.0\n", factor * 2.1e9);
+    let (head, rest) = text.split_once("[[material]]\n").expect("a material");
+    let (_, rest) = rest.split_once("density = 1200.0\n").expect("a density");
+    let text = format!(
+        "{head}[[material]]\nregion = \"body\"\n{}[[material]]\nregion = \"tip\"\n{}{rest}{output}contact_modes = 0\n",
+        stiff(root),
+        stiff(tip)
+    );
+    let fixed =
+        build(&problem(&text), &BuildOptions::default(), &Silent).expect("built").kept().expect("kept");
+    let [found, expected] = [&body.bytes, &fixed.bytes].map(|bytes| File::parse(bytes).expect("a file"));
+    let pairs = |file: &File<'_>| file.section(S::PatchPairs).expect("pairs").raw().expect("raw").to_vec();
+    assert_eq!(pairs(&found), pairs(&expected));
+    assert!(found.section(S::ContactModes).is_none());
+    // The whole flexibility between two nodes, of which a force at one of them is a row.
+    let whole = |file: &File<'_>| -> Vec<f64> {
+        let (m, blocks) = (file.metadata().n_modes as usize, numbers(file, S::PatchResidual));
+        let (rows, lambda) = (numbers(file, S::SurfaceBasis), numbers(file, S::Eigenvalues));
+        let row = |node: usize, c: usize| &rows[(3 * node + c) * m..][..m];
+        let nodes: Vec<usize> = pairs(file)
+            .chunks_exact(4)
+            .map(|x| u32::from_le_bytes(x.try_into().expect("four")) as usize)
+            .collect();
+        let entry = |(place, block): (usize, &f64)| {
+            let [a, b] = [nodes[2 * (place / 9)], nodes[2 * (place / 9) + 1]];
+            let modes = row(a, place % 9 / 3).iter().zip(row(b, place % 3)).zip(&lambda);
+            block + modes.map(|((a, b), lambda)| a * b / lambda).sum::<f64>()
+        };
+        blocks.iter().enumerate().map(entry).collect()
+    };
+    let (found, expected) = (whole(&found), whole(&expected));
+    for (place, (found, expected)) in found.chunks_exact(9).zip(expected.chunks_exact(9)).enumerate() {
+        let size = expected.iter().map(|x| x * x).sum::<f64>().sqrt();
+        let off = found.iter().zip(expected).map(|(a, b)| (a - b) * (a - b)).sum::<f64>().sqrt();
+        assert!(off < 0.05 * size, "pair {place}: {found:?} beside {expected:?}");
+    }
+}

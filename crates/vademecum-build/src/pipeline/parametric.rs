@@ -10,6 +10,7 @@ use vademecum_format::{File, SectionKind, checksum};
 
 use super::exact::damping_section;
 use super::file::{CertifiedFile, FileStep, encode_file};
+use super::patch::PatchPlan;
 use super::reduced::ReducedModel;
 use super::{BuildContext, BuildError, Built};
 use crate::basis::{
@@ -80,6 +81,7 @@ pub(super) fn build(
         modes_of_sample(prepared, regions.factors)
     ));
     look_ahead(context, (design, regions.factors), &mut plan)?;
+    let patch = &PatchPlan::new(context, problem)?;
     let pool = watch.stage("modes over the box", || pool_modes(prepared, design, regions.factors, kept))?;
     let first = first_size(context, problem, (&pool, design), regions, watch)?;
     let most = pool.singular_values.len();
@@ -94,7 +96,7 @@ pub(super) fn build(
     sizes.truncate(3);
     let last = sizes.len() - 1;
     for (place, &size) in sizes.iter().enumerate() {
-        let mut sized = Sized::new(context, problem, (&pool, size), (regions, design), watch)?;
+        let mut sized = Sized::new(context, (problem, patch), (&pool, size), (regions, design), watch)?;
         context.estimate_mesh_error(None, watch)?;
         let certified = certified(context, problem, (&mut sized, regions), design, watch)?;
         let found = certified.certificate.diagonal.as_ref().map_or(f64::NAN, |found| found.trajectory_error);
@@ -232,7 +234,7 @@ fn no_convergence() -> BuildError {
 impl Sized {
     fn new(
         context: &BuildContext<'_>,
-        problem: &Problem,
+        (problem, patch): (&Problem, &Option<PatchPlan>),
         (pool, size): (&ModePool, usize),
         (regions, design): (&LiveRegions, &Design),
         watch: &mut Stopwatch<'_>,
@@ -254,6 +256,7 @@ impl Sized {
         };
         let (basis, forms) = watch.stage("reduced matrices", find)?;
         let mut model = ReducedModel::of_basis(context, problem, (basis, pool.pooled), watch)?;
+        model.patch.clone_from(patch);
         model.add_residual(context, problem, watch)?;
         let scales = if model.has_residual {
             let fit = || residual_scales(context, (&model.basis, &forms), (regions, design));

@@ -20,6 +20,7 @@ const CONVERGED: f64 = 1e-6;
 const MAX_BYTES: usize = 256_000_000;
 
 /// Sizes of a patch, known before anything is solved for.
+#[derive(Clone)]
 pub(super) struct PatchPlan {
     /// Distance from which on contacts have nothing between them \[m\].
     distance: f64,

@@ -30,7 +30,7 @@ pub struct ReducedModel {
     /// Residual flexibility, stress, reactions, and the factor of the stiffness where it is asked for.
     pub sections: Vec<Draft>,
     /// Residual flexibility between near contacts, where it is asked for.
-    patch: Option<PatchPlan>,
+    pub(super) patch: Option<PatchPlan>,
     /// True if the residual flexibility is among them.
     pub(crate) has_residual: bool,
     /// True if the factor is among them.

@@ -45,6 +45,8 @@ fn rule(kind: S) -> Rule {
         | S::BaseFrame
         | S::RigidBody
         | S::ResidualPairs
+        | S::PatchPairs
+        | S::ContactPatch
         | S::StressPoints
         | S::MeshError
         | S::Losses
@@ -65,6 +67,7 @@ fn rule(kind: S) -> Rule {
         | S::Compliance
         | S::ContactResidual
         | S::PairResidual
+        | S::PatchResidual
         | S::ProbeResidual
         | S::PatternResidual
         | S::PatternProbeResidual
@@ -259,7 +262,8 @@ impl<'w, 'f> Filler<'w, 'f> {
             S::StressBasis => self.write_stress(&numbers, section.shape()[0] as usize, &mut out)?,
             S::ElasticConstants | S::Compliance => self.write_elasticity(kind, &numbers, &mut out),
             S::ContactResidual => self.write_own(&numbers, &mut out),
-            S::PairResidual => self.write_pairs(&numbers, &mut out)?,
+            S::PairResidual => self.write_pairs(S::ResidualPairs, &numbers, &mut out)?,
+            S::PatchResidual => self.write_pairs(S::PatchPairs, &numbers, &mut out)?,
             S::ProbeResidual | S::PatternResidual => self.write_beside_nodes(kind, &numbers, &mut out),
             S::PatternProbeResidual => self.write_pattern_probes(&numbers, &mut out),
             S::StressResidual | S::PatternStress => self.write_stress_residual(kind, &numbers, &mut out)?,
@@ -357,9 +361,9 @@ impl<'w, 'f> Filler<'w, 'f> {
         }
     }
 
-    fn write_pairs(&self, numbers: &Numbers<'_>, out: &mut Reals<'_>) -> Result<(), FormatError> {
+    fn write_pairs(&self, pairs: S, numbers: &Numbers<'_>, out: &mut Reals<'_>) -> Result<(), FormatError> {
         let mut built = numbers.iter();
-        for pair in self.section(S::ResidualPairs)?.u32s()?.as_chunks::<2>().0 {
+        for pair in self.section(pairs)?.u32s()?.as_chunks::<2>().0 {
             let [a, b] = pair.map(|node| u32::from_le_bytes(node) as usize);
             let scale = at(self.roots, a) * at(self.roots, b);
             for place in 0..9 {

@@ -9,7 +9,9 @@ const CONTACT_MODES: usize = 64;
 impl Problem {
     /// Number of further natural modes by which contacts of a patch answer statically.
     pub(crate) fn contact_modes(&self) -> usize {
-        let asked = self.output.contact_modes.unwrap_or(CONTACT_MODES);
+        // Of live regions the modes of the basis that are not stepped answer in their place.
+        let usual = if self.is_parametric() { 0 } else { CONTACT_MODES };
+        let asked = self.output.contact_modes.unwrap_or(usual);
         if self.output.contact_patch.is_some() { asked } else { 0 }
     }
 
@@ -23,6 +25,9 @@ impl Problem {
         if !patch {
             return Ok(());
         }
+        let further = self.is_parametric() && self.contact_modes() > 0;
+        let found = Words("beside live regions, of which the modes that are not stepped answer");
+        self.require(!further, "output.contact_modes", found, "none")?;
         let found = if self.mesh.matrices.is_some() {
             Some("beside `mesh.matrices`, which have no facets")
         } else if self.is_large() {
