@@ -165,13 +165,12 @@ pub fn usable_bytes<'a>(
     Ok(file)
 }
 
-/// Modes of a parametric model that are stepped unless asked otherwise, where dashpots couple them: a step then
-/// takes all of them together.
+/// Modes of a parametric model that are stepped unless asked otherwise, where dashpots couple them: a step
+/// then takes all of them together.
 const COUPLED_MODES: usize = 128;
 
-/// The body of a parametric model at values of its parameters, with all its modes, or [`COUPLED_MODES`], unless
-/// others are asked for;
-/// `None` of any other file.
+/// The body of a parametric model at values of its parameters, with all its modes, or [`COUPLED_MODES`],
+/// unless others are asked for; `None` of any other file.
 ///
 /// # Errors
 /// [`StudyError`]: a parameter that there is not, a value outside of its range, more modes than there are.

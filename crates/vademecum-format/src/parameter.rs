@@ -51,7 +51,8 @@ impl Parameter<'_> {
     }
 }
 
-/// Quantity changed by a parameter: a factor on the value of the build, or (`α`, `β`, `Δt`, `η_q`) the value itself.
+/// Quantity changed by a parameter: a factor on the value of the build, or (`α`, `β`, `Δt`, `η_q`) the value
+/// itself.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Encode, BorrowDecode)]
 #[non_exhaustive]
 pub enum ParameterRole {

@@ -241,8 +241,8 @@ pub extern "C" fn section(kind: u32) -> *const u8 {
 
 /// Leaves what parameter `index` of the file says in the exchange buffer: places and lengths of its name and
 /// unit, its role (0 stiffness, 1 a region's stiffness, 2 density, 3 a region's density, 4 `α`, 5 `β`, 6
-/// `Δt`, 7 a region's loss factor, 8 dashpots), the region or group, whether it is walked in the logarithm, its range and its nominal value. 0 if there is
-/// none or its role is not known here.
+/// `Δt`, 7 a region's loss factor, 8 dashpots), the region or group, whether it is walked in the logarithm,
+/// its range and its nominal value. 0 if there is none or its role is not known here.
 #[unsafe(no_mangle)]
 pub extern "C" fn parameter(index: usize) -> u32 {
     use ParameterRole as R;

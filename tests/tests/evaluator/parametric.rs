@@ -353,7 +353,8 @@ fn a_built_beam_follows_the_full_model_to_corners_that_trained_nothing() {
 }
 
 /// The beam with a mass on springs at its end and an elastic bed under its tip; `live` is the table of
-/// parameters, and the numbers are factors of the root's modulus, of the springs, of the bed, of the mass and of a dashpot.
+/// parameters, and the numbers are factors of the root's modulus, of the springs, of the bed, of the mass and
+/// of a dashpot.
 fn attached([root, mount, bed, motor, damper]: [f64; 5], live: &str) -> String {
     let (head, rest) = BEAM.split_once("[[material]]").expect("a material");
     let rest = rest.split_once("[[parameter]]").expect("parameters").0;

@@ -129,9 +129,9 @@ impl Model {
     }
 
     /// The same with attachments, by elimination of the dependent dofs: `TᵀMT` and `TᵀKT`. All regions
-    /// together, unless [`Attachments::groups`] are given: the pencil has one. Where neither supports nor attachments hold the body as a whole, it is
-    /// free, and its pencil has the rigid motions. Parts of a held body that attachments alone hold are seen
-    /// when the stiffness is factorised.
+    /// together, unless [`Attachments::groups`] are given: the pencil has one. Where neither supports nor
+    /// attachments hold the body as a whole, it is free, and its pencil has the rigid motions. Parts of a
+    /// held body that attachments alone hold are seen when the stiffness is factorised.
     ///
     /// # Errors
     /// As [`Model::assemble`]; [`ModelError::Contradiction`], [`ModelError::Coupled`],

@@ -14,7 +14,6 @@ use super::body_error::BodyError;
 use super::gauge;
 use super::heat;
 use super::matrices::MatrixModel;
-use super::parameters::loss_factors;
 use super::places::{ends_between_nodes, facets, facets_within, located, select};
 use super::ports::{Port, ports};
 use super::quadrangle::Quadrangle;
@@ -182,12 +181,6 @@ impl Body {
             Model::assemble_attached(mesh, &materials, &constrained, attached).map_err(unusable)?
         } else {
             Model::assemble_on(engine, mesh, &materials, &constrained).map_err(unusable)?
-        };
-        let attached =
-            model.pencil().n_regions() - model.mesh().regions.len().min(model.pencil().n_regions());
-        let model = match loss_factors(problem, model.mesh(), attached) {
-            loss if loss.is_empty() => model,
-            loss => model.with_loss(loss),
         };
         let of_region = |region| material_entry(problem, region).map(MaterialEntry::thermal_strain);
         let regions = model.mesh().regions.iter();

@@ -232,7 +232,10 @@ pub(crate) fn prepare_within(
         problem.check_free()?;
         note_locking(problem, &mesh, listener);
         let space = ParameterSpace::new(problem, &mesh, rayleigh)?;
-        let body = watch.stage("assemble", || Body::build(problem, mesh, engine))?;
+        let mut body = watch.stage("assemble", || Body::build(problem, mesh, engine))?;
+        if !space.loss().is_empty() {
+            body.model = body.model.with_loss(space.loss().to_vec());
+        }
         let loaded = |body| -> Result<Body, PrepareError> {
             match &problem.prestress {
                 None => Ok(body),

@@ -156,6 +156,11 @@ impl ParameterSpace {
         self
     }
 
+    /// Loss factor of each region; none of a body without any.
+    pub(super) fn loss(&self) -> &[f64] {
+        &self.loss
+    }
+
     /// True if a parameter scales single regions or attachments, so that θ alone does not carry them all.
     pub(crate) fn has_region_parameters(&self) -> bool {
         self.parameters.iter().any(|p| region_of(p.role).is_some()) || self.has_live_dashpots()
@@ -347,7 +352,7 @@ impl Setting {
 }
 
 /// Loss factor of each region of the mesh, and zeros of attachments; none of a body without any.
-pub(super) fn loss_factors(problem: &Problem, mesh: &Mesh, attached: usize) -> Vec<f64> {
+fn loss_factors(problem: &Problem, mesh: &Mesh, attached: usize) -> Vec<f64> {
     if !problem.has_loss() {
         return vec![];
     }

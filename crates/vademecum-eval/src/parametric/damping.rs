@@ -1,6 +1,6 @@
 //! Damping that follows the parameters. By loss factors of live regions the strain energy of each mode
-//! decides its ratio (Ungar and Kerwin 1962; Johnson and Kienholz 1982); dashpots are rows over the basis, and
-//! so rows over the stepped modes:
+//! decides its ratio (Ungar and Kerwin 1962; Johnson and Kienholz 1982); dashpots are rows over the basis,
+//! and so rows over the stepped modes:
 //!
 //! ```text
 //! ζ_k = ζ₀ + ½ Σ η_q E_qk / E_k = ζ₀ + x_kᵀ (Σ η_q κ_q k_q) x_k / (2 λ_k)        X normal in the mass
