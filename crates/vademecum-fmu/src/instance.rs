@@ -7,11 +7,12 @@ use core::ptr::NonNull;
 
 use vademecum_eval::format::File;
 
-use crate::body::{Body, Seen};
+use crate::body::Body;
 use crate::bytes::{Cursor, Pen};
 use crate::location::{Location, text};
 use crate::logger::{Category, Logger, status};
 use crate::memory::{Block, Chain};
+use crate::outputs::Seen;
 use crate::points::Points;
 use crate::refusal::{Refusal, Trouble, bind};
 use crate::token;

@@ -13,6 +13,7 @@
 //! platform or a test, a panic would be caught at the boundary.
 #![cfg_attr(feature = "bare", no_std)]
 
+mod acting;
 mod body;
 mod boundary;
 mod bytes;
@@ -23,13 +24,18 @@ pub mod instance;
 pub mod location;
 pub mod logger;
 mod memory;
+mod names;
+mod outputs;
+mod parameters;
 pub mod points;
 pub mod refusal;
+mod saved;
 pub mod token;
 pub mod variables;
 pub mod words;
 
-pub use body::{options, parameter, whole};
+pub use body::options;
+pub use parameters::{parameter, whole};
 
 #[cfg(feature = "bare")]
 mod bare {
