@@ -1,6 +1,6 @@
 //! Loads of a step that was taken.
 
-use vademecum_eval::{BodyParts, Contact, StepError};
+use vademecum_eval::{BodyParts, Contact, LoadError, Loads, Scene, StepError};
 
 use crate::flight::Flight;
 use crate::points::Points;
@@ -17,14 +17,13 @@ pub struct Acting<'a> {
 }
 
 impl Acting<'_> {
-    /// Takes a state back under these inputs.
-    pub fn restore(
+    /// Makes loads of forces and amplitudes in the order of the inputs. A point without force stays out.
+    pub fn load(
         &self,
-        parts: BodyParts<'_, 'static, f64>,
+        scene: &Scene<'_, f64>,
+        loads: &mut Loads<'_, f64>,
         mut inputs: impl Iterator<Item = f64>,
-        state: &[f64],
-    ) -> Result<(), Refusal> {
-        let (scene, loads) = (parts.scene, parts.loads);
+    ) -> Result<(), LoadError> {
         loads.clear();
         for index in 0..self.points.len() {
             let force = next_force(&mut inputs);
@@ -37,6 +36,18 @@ impl Acting<'_> {
                 loads.add_pattern(scene, pattern, amplitude)?;
             }
         }
+        Ok(())
+    }
+
+    /// Takes a state back under these inputs.
+    pub fn restore(
+        &self,
+        parts: BodyParts<'_, 'static, f64>,
+        inputs: impl Iterator<Item = f64>,
+        state: &[f64],
+    ) -> Result<(), Refusal> {
+        let (scene, loads) = (&*parts.scene, parts.loads);
+        self.load(scene, loads, inputs)?;
         if let Some(Flight { spins: [before, after], .. }) = self.flight {
             loads.add_spin(scene, *before, *after)?;
         }

@@ -23,6 +23,9 @@ use crate::points::Points;
 use crate::refusal::Refusal;
 use crate::variables::{Counts, Variable, has_live_regions};
 
+/// Internal steps of one call at most: beyond that a caller has confused units, and would wait for hours.
+pub const MAX_STEPS: u64 = 1_000_000_000;
+
 /// A body that is stepped.
 #[derive(Debug)]
 pub struct Body {
@@ -53,6 +56,18 @@ pub struct Body {
     pub(crate) stale: bool,
     /// `Δt` \[s\] of the file; a communication step that is no multiple of it is cut otherwise.
     pub(crate) internal_step: f64,
+    pub(crate) last: LastStep,
+}
+
+/// Internal steps of the last communication step: what derivatives look back on.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct LastStep {
+    /// Their number; 0 before the first one.
+    pub steps: u64,
+    /// True if it began from a state that had no acceleration yet.
+    pub is_first: bool,
+    /// True if parameters have changed since.
+    pub is_stale: bool,
 }
 
 /// Numbers that a body wants.
@@ -164,6 +179,7 @@ impl Body {
             kept,
             stale,
             internal_step,
+            last: LastStep::default(),
         })
     }
 
@@ -208,6 +224,7 @@ impl Body {
         self.shown.fill(0.0);
         self.flight = self.body.flight().map(Flight::new);
         self.stale = false;
+        self.last = LastStep::default();
         Ok(())
     }
 
@@ -309,9 +326,12 @@ impl Body {
             if self.live.is_none() || options != before {
                 let _ = self.body.rebind(&options).map_err(refused)?;
             }
-            if let Err(error) = self.set_live() {
-                let _ = self.body.rebind(&before).map_err(refused)?;
-                return Err(refused(error));
+            match self.set_live() {
+                Ok(is_changed) => self.last.is_stale |= is_changed || options != before,
+                Err(error) => {
+                    let _ = self.body.rebind(&before).map_err(refused)?;
+                    return Err(refused(error));
+                }
             }
             self.stale = true;
         }
@@ -339,6 +359,7 @@ impl Body {
         let before = (self.flight, self.body.flight().copied(), *self.body.scene().options());
         let is_other = time_step != self.body.time_step();
         self.save_state()?;
+        let is_first = self.saved_is_first();
         let mut taken = 0;
         if let Err(refusal) = self.take(steps, time_step, &mut taken) {
             if is_other {
@@ -352,6 +373,7 @@ impl Body {
             return Err(refusal);
         }
         if steps > 0 {
+            self.last = LastStep { steps, is_first, is_stale: false };
             self.shown.iter_mut().zip(&*self.inputs).for_each(|(shown, &input)| *shown = input);
         }
         Ok(())
@@ -420,6 +442,13 @@ impl Body {
         self.body.state().save_into(state)?;
         self.body.state().save_filter_into(filter)?;
         Ok(())
+    }
+
+    /// True if the saved state has no acceleration yet: all zeros, the last one marked by its sign.
+    fn saved_is_first(&self) -> bool {
+        let state = self.saved.get(..self.body.scene().state_numbers()).unwrap_or_default();
+        let is_marked = state.last().is_some_and(|last| last.is_sign_negative());
+        is_marked && state.iter().all(|&number| number == 0.0)
     }
 
     /// Takes the saved state back, with the loads of the step that led to it.

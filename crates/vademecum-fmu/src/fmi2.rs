@@ -331,23 +331,28 @@ pub unsafe extern "C" fn fmi2DeSerializeFMUstate(
     }
 }
 
-/// Refused: there are no directional derivatives.
+/// Derivatives of outputs along seeds of inputs, which the last step held.
 ///
 /// # Safety
 /// As the module says.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn fmi2GetDirectionalDerivative(
     c: *mut c_void,
-    _unknowns: *const u32,
-    _n_unknown: usize,
-    _knowns: *const u32,
-    _n_known: usize,
-    _seed: *const f64,
-    _sensitivity: *mut f64,
+    unknowns: *const u32,
+    n_unknown: usize,
+    knowns: *const u32,
+    n_known: usize,
+    seed: *const f64,
+    sensitivity: *mut f64,
 ) -> c_int {
-    const WHY: &str = "there are no directional derivatives (providesDirectionalDerivative = false)";
     // SAFETY: as the module says.
-    unsafe { refuse(c, "fmi2GetDirectionalDerivative", WHY) }
+    unsafe {
+        with(c, "fmi2GetDirectionalDerivative", Modes::DERIVE, |instance| {
+            let (unknowns, knowns) = (lent(unknowns, n_unknown)?, lent(knowns, n_known)?);
+            let (seed, sensitivity) = (lent(seed, n_known)?, lent_mut(sensitivity, n_unknown)?);
+            instance.directional(unknowns, knowns, seed, sensitivity)
+        })
+    }
 }
 
 /// Inputs are held over a step: only an empty list is accepted.

@@ -29,8 +29,8 @@ const NO_CLOCKS: &str = "this FMU has no clocks";
 const NO_EVENTS: &str = "this FMU has no events (hasEventMode = false)";
 /// Refusal of continuous states and their derivatives.
 const CO_SIMULATION_ONLY: &str = "this FMU is for co-simulation";
-/// Refusal of derivatives.
-const NO_DERIVATIVES: &str = "there are no derivatives, directional, adjoint or of outputs";
+/// Refusal of derivatives in time.
+const NO_DERIVATIVES: &str = "outputs have no derivatives in time (maxOutputDerivativeOrder = 0)";
 /// Refusal of configuration.
 const NO_STRUCTURE: &str = "this FMU has no structural parameters";
 
@@ -212,11 +212,6 @@ pub unsafe extern "C" fn fmi3Reset(i: *mut c_void) -> c_int {
     unsafe { with(i, "fmi3Reset", Modes::ALL, Instance::reset) }
 }
 
-/// As many values as value references: all variables are scalars.
-const fn scalars(values: usize, references: usize) -> Result<(), Refusal> {
-    if values == references { Ok(()) } else { Err(Refusal::Values { found: values, expected: references }) }
-}
-
 /// Values of variables.
 ///
 /// # Safety
@@ -231,10 +226,7 @@ pub unsafe extern "C" fn fmi3GetFloat64(
 ) -> c_int {
     // SAFETY: as the module says.
     unsafe {
-        with(i, "fmi3GetFloat64", Modes::GET, |instance| {
-            scalars(n, nvr)?;
-            instance.get(lent(vr, nvr)?, lent_mut(values, n)?)
-        })
+        with(i, "fmi3GetFloat64", Modes::GET, |instance| instance.get(lent(vr, nvr)?, lent_mut(values, n)?))
     }
 }
 
@@ -252,10 +244,7 @@ pub unsafe extern "C" fn fmi3SetFloat64(
 ) -> c_int {
     // SAFETY: as the module says.
     unsafe {
-        with(i, "fmi3SetFloat64", Modes::SET, |instance| {
-            scalars(n, nvr)?;
-            instance.set(lent(vr, nvr)?, lent(values, n)?)
-        })
+        with(i, "fmi3SetFloat64", Modes::SET, |instance| instance.set(lent(vr, nvr)?, lent(values, n)?))
     }
 }
 
@@ -346,10 +335,6 @@ refused! {
     fmi3ExitConfigurationMode, NO_STRUCTURE, ();
     fmi3GetNumberOfVariableDependencies, NO_STRUCTURE, (u32, *mut usize);
     fmi3GetVariableDependencies, NO_STRUCTURE, (u32, *mut usize, *mut u32, *mut usize, *mut c_int, usize);
-    fmi3GetDirectionalDerivative, NO_DERIVATIVES,
-        (*const u32, usize, *const u32, usize, *const f64, usize, *mut f64, usize);
-    fmi3GetAdjointDerivative, NO_DERIVATIVES,
-        (*const u32, usize, *const u32, usize, *const f64, usize, *mut f64, usize);
     fmi3EnterContinuousTimeMode, CO_SIMULATION_ONLY, ();
     fmi3CompletedIntegratorStep, CO_SIMULATION_ONLY, (Bool, *mut Bool, *mut Bool);
     fmi3SetTime, CO_SIMULATION_ONLY, (f64);
@@ -361,6 +346,42 @@ refused! {
     fmi3GetNumberOfEventIndicators, CO_SIMULATION_ONLY, (*mut usize);
     fmi3GetNumberOfContinuousStates, CO_SIMULATION_ONLY, (*mut usize);
     fmi3ActivateModelPartition, CO_SIMULATION_ONLY, (u32, f64);
+}
+
+/// Derivatives, whose seeds and sensitivities are as many as their variables have values.
+macro_rules! derivatives {
+    ($($name:ident, $of:ident;)*) => {$(
+        /// Derivatives of outputs with respect to inputs, which the last step held.
+        ///
+        /// # Safety
+        /// As the module says.
+        #[unsafe(no_mangle)]
+        pub unsafe extern "C" fn $name(
+            i: *mut c_void,
+            unknowns: *const u32,
+            n_unknowns: usize,
+            knowns: *const u32,
+            n_knowns: usize,
+            seed: *const f64,
+            n_seed: usize,
+            sensitivity: *mut f64,
+            n_sensitivity: usize,
+        ) -> c_int {
+            // SAFETY: as the module says.
+            unsafe {
+                with(i, stringify!($name), Modes::DERIVE, |instance| {
+                    let (unknowns, knowns) = (lent(unknowns, n_unknowns)?, lent(knowns, n_knowns)?);
+                    let (seed, sensitivity) = (lent(seed, n_seed)?, lent_mut(sensitivity, n_sensitivity)?);
+                    instance.$of(unknowns, knowns, seed, sensitivity)
+                })
+            }
+        }
+    )*};
+}
+
+derivatives! {
+    fmi3GetDirectionalDerivative, directional;
+    fmi3GetAdjointDerivative, adjoint;
 }
 
 /// Saves everything that can change.

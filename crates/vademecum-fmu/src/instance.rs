@@ -7,7 +7,7 @@ use core::ptr::NonNull;
 
 use vademecum_eval::format::File;
 
-use crate::body::Body;
+use crate::body::{Body, MAX_STEPS};
 use crate::bytes::{Cursor, Pen};
 use crate::location::{Location, text};
 use crate::logger::{Category, Logger, status};
@@ -18,9 +18,6 @@ use crate::refusal::{Refusal, Trouble, bind};
 use crate::token;
 use crate::variables::Variable;
 use crate::words::{Say, Words};
-
-/// Internal steps of one call at most: beyond that a caller has confused units, and would wait for hours.
-const MAX_STEPS: u64 = 1_000_000_000;
 
 /// Phases of a simulation; one bit each, so that a set of them is a sum.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -68,6 +65,8 @@ impl Modes {
     pub const START: Self = Self(Mode::Instantiated as u8 | Mode::Initialization as u8);
     /// When inputs and tunable parameters may be set.
     pub const SET: Self = Self(Self::START.0 | Mode::Step as u8);
+    /// When derivatives are known.
+    pub const DERIVE: Self = Self(Mode::Initialization as u8 | Mode::Step as u8);
     /// When there is something to read.
     pub const GET: Self = Self(Mode::Initialization as u8 | Mode::Step as u8 | Mode::Terminated as u8);
 
@@ -331,10 +330,10 @@ impl Instance {
     /// # Errors
     /// [`Refusal::NoReference`], [`Refusal::Output`].
     pub fn get(&self, references: &[u32], values: &mut [f64]) -> Result<(), Trouble> {
+        self.check(references, values.len())?;
         let mut seen = Seen::default();
-        for (&reference, value) in references.iter().zip(values) {
-            let variable = self.body.counts().variable(reference);
-            *value = match variable.ok_or(Refusal::NoReference { reference })? {
+        for (variable, value) in self.variables(references).zip(values) {
+            *value = match variable {
                 Variable::Time => self.time,
                 variable => self.body.value(variable, &mut seen).map_err(|refusal| (variable, refusal))?,
             };
@@ -347,17 +346,71 @@ impl Instance {
     /// # Errors
     /// [`Refusal`].
     pub fn set(&mut self, references: &[u32], values: &[f64]) -> Result<(), Trouble> {
+        self.check(references, values.len())?;
         let counts = *self.body.counts();
-        let unknown = references.iter().find(|&&reference| counts.variable(reference).is_none());
-        if let Some(&reference) = unknown {
-            return Err(Refusal::NoReference { reference }.into());
-        }
         let settings = || {
             let variables = references.iter().filter_map(|&reference| counts.variable(reference));
             variables.zip(values.iter().copied())
         };
         self.body.set(settings, self.mode != Mode::Step)?;
         Ok(())
+    }
+
+    /// Derivatives of unknowns along seeds of knowns ([`Body::directional`]).
+    ///
+    /// # Errors
+    /// [`Refusal`].
+    pub fn directional(
+        &self,
+        unknowns: &[u32],
+        knowns: &[u32],
+        seeds: &[f64],
+        sensitivity: &mut [f64],
+    ) -> Result<(), Trouble> {
+        self.check(unknowns, sensitivity.len())?;
+        self.check(knowns, seeds.len())?;
+        let mut memory = self.tangent_memory()?;
+        let seeds = self.variables(knowns).zip(seeds.iter().copied());
+        self.body.directional(memory.numbers_mut(), seeds, self.variables(unknowns), sensitivity)
+    }
+
+    /// Derivatives of the sum of seeded unknowns with respect to knowns ([`Body::adjoint`]).
+    ///
+    /// # Errors
+    /// [`Refusal`].
+    pub fn adjoint(
+        &self,
+        unknowns: &[u32],
+        knowns: &[u32],
+        seeds: &[f64],
+        sensitivity: &mut [f64],
+    ) -> Result<(), Trouble> {
+        self.check(unknowns, seeds.len())?;
+        self.check(knowns, sensitivity.len())?;
+        let mut memory = self.tangent_memory()?;
+        let seeds = || self.variables(unknowns).zip(seeds.iter().copied());
+        self.body.adjoint(memory.numbers_mut(), seeds, self.variables(knowns), sensitivity)
+    }
+
+    fn tangent_memory(&self) -> Result<Block, Refusal> {
+        Block::zeroed(self.body.tangent_len().saturating_mul(8)).ok_or(Refusal::Memory)
+    }
+
+    /// Refuses a reference that no variable has, and another number of values than the variables have.
+    fn check(&self, references: &[u32], found: usize) -> Result<(), Refusal> {
+        let counts = self.body.counts();
+        let unknown = references.iter().find(|&&reference| counts.variable(reference).is_none());
+        if let Some(&reference) = unknown {
+            return Err(Refusal::NoReference { reference });
+        }
+        let expected = references.len();
+        if found == expected { Ok(()) } else { Err(Refusal::Values { found, expected }) }
+    }
+
+    /// The variables of references that were checked.
+    fn variables(&self, references: &[u32]) -> impl Iterator<Item = Variable> {
+        let counts = *self.body.counts();
+        references.iter().filter_map(move |&reference| counts.variable(reference))
     }
 
     /// Steps from a communication point by a communication step: a multiple of the internal step, or of a
@@ -477,7 +530,7 @@ impl Instance {
 }
 
 /// First bytes of a saved state.
-const STATE: [u8; 8] = *b"VDMSTAT1";
+const STATE: [u8; 8] = *b"VDMSTAT2";
 /// Bytes before the numbers of the body.
 const HEAD: usize = STATE.len() + token::LENGTH + 2 + 16;
 /// Bytes behind them.

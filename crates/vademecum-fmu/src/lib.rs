@@ -30,6 +30,7 @@ mod parameters;
 pub mod points;
 pub mod refusal;
 mod saved;
+mod sensitivity;
 pub mod token;
 pub mod variables;
 pub mod words;

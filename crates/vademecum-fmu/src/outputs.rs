@@ -1,7 +1,7 @@
 //! Values of the variables of a body.
 
 use vademecum_eval::format::{File, SectionKind};
-use vademecum_eval::{Field, OutputError, SurfacePoint};
+use vademecum_eval::{Field, OutputError, State, SurfacePoint, Tensor};
 
 use crate::body::Body;
 use crate::flight;
@@ -26,6 +26,9 @@ impl Body {
     /// [`Refusal::Output`]: a file stripped of what shows it.
     pub fn value(&self, variable: Variable, seen: &mut Seen) -> Result<f64, Refusal> {
         use Variable as V;
+        if let Some(value) = self.linear(self.body.state(), variable, seen)? {
+            return Ok(value);
+        }
         Ok(match variable {
             V::Step => self.internal_step,
             V::Energy => self.body.energy()?,
@@ -33,61 +36,91 @@ impl Body {
                 let place = self.input(variable).and_then(|at| self.inputs.get(at));
                 *place.ok_or(Refusal::NoVariable)?
             }
-            V::Displacement(point, component) => {
-                self.at_point(point, component, Field::Displacement, seen)?
-            }
-            V::Velocity(point, component) => self.at_point(point, component, Field::Velocity, seen)?,
-            V::Probe(probe) => self.body.probe(probe as usize, Field::Displacement)?,
-            V::ProbeVelocity(probe) => self.body.probe(probe as usize, Field::Velocity)?,
             V::Parameter(index) => self.parameter(index).ok_or(Refusal::NoVariable)?,
             V::Whole(index) => {
                 whole(self.body.scene().options(), &self.file, index).ok_or(Refusal::NoVariable)?
             }
-            V::VonMises(index) => self.von_mises(index)?,
-            V::ReactionForce(support, c) => self.reaction(support, c, seen)?,
-            V::ReactionMoment(support, c) => self.reaction(support, c.saturating_add(3), seen)?,
+            V::VonMises(index) => self.governing_stress(index)?.map_or(0.0, |(_, stress)| stress.von_mises()),
             V::BodyPosition(_) | V::BodyAttitude(_) | V::BodyVelocity(_) | V::BodySpin(_) => self
                 .body
                 .flight()
                 .and_then(|free| flight::value(free, variable))
                 .ok_or(Refusal::NoVariable)?,
             V::Total(index) => self.body.total(Variable::total(index).ok_or(Refusal::NoVariable)?)?,
-            V::Time => return Err(Refusal::NoVariable),
+            _ => return Err(Refusal::NoVariable),
         })
     }
 
-    /// The equivalent stress of a place; of a node between regions, the largest of its values.
-    fn von_mises(&self, index: u32) -> Result<f64, Refusal> {
+    /// Value at a state of an output that is linear in it, unless the body flies; `None` of all others.
+    pub(crate) fn linear(
+        &self,
+        state: &State<'_, f64>,
+        variable: Variable,
+        seen: &mut Seen,
+    ) -> Result<Option<f64>, Refusal> {
+        use Variable as V;
+        let scene = self.body.scene();
+        Ok(Some(match variable {
+            V::Displacement(point, c) => self.at_point(state, point, c, Field::Displacement, seen)?,
+            V::Velocity(point, c) => self.at_point(state, point, c, Field::Velocity, seen)?,
+            V::Probe(probe) => scene.probe(state, probe as usize, Field::Displacement)?,
+            V::ProbeVelocity(probe) => scene.probe(state, probe as usize, Field::Velocity)?,
+            V::ReactionForce(support, c) => self.reaction(state, support, c, seen)?,
+            V::ReactionMoment(support, c) => self.reaction(state, support, c.saturating_add(3), seen)?,
+            _ => return Ok(None),
+        }))
+    }
+
+    /// The point whose stress gives the equivalent stress of a place, and this stress: of a node between
+    /// regions the one with the largest; `None` without stress.
+    pub(crate) fn governing_stress(&self, index: u32) -> Result<Option<(usize, Tensor)>, Refusal> {
         let place = self.points.stress(index as usize).ok_or(Refusal::NoVariable)?;
-        let mut most = 0.0f64;
+        let (mut most, mut governing) = (0.0, None);
         let scene = self.body.scene();
         for point in 0..scene.n_stress_points() {
             if scene.stress_point(point).is_some_and(|point| point.node == place.node) {
-                most = most.max(scene.stress(self.body.state(), point)?.von_mises());
+                let stress = scene.stress(self.body.state(), point)?;
+                let value = stress.von_mises();
+                if value > most {
+                    (most, governing) = (value, Some((point, stress)));
+                }
             }
         }
-        Ok(most)
+        Ok(governing)
     }
 
     /// A component of a reaction: force, then moment.
-    fn reaction(&self, support: u32, component: u32, seen: &mut Seen) -> Result<f64, Refusal> {
+    fn reaction(
+        &self,
+        state: &State<'_, f64>,
+        support: u32,
+        component: u32,
+        seen: &mut Seen,
+    ) -> Result<f64, Refusal> {
         let exerted = match seen.support {
             Some((known, exerted)) if known == support => exerted,
-            _ => self.body.scene().reaction(self.body.state(), support as usize)?.total(),
+            _ => self.body.scene().reaction(state, support as usize)?.total(),
         };
         seen.support = Some((support, exerted));
         exerted.get(component as usize).copied().ok_or(Refusal::NoVariable)
     }
 
-    fn at_point(&self, index: u32, component: u32, field: Field, seen: &mut Seen) -> Result<f64, Refusal> {
+    fn at_point(
+        &self,
+        state: &State<'_, f64>,
+        index: u32,
+        component: u32,
+        field: Field,
+        seen: &mut Seen,
+    ) -> Result<f64, Refusal> {
         let moved = match seen.point {
             Some((point, of, moved)) if (point, of) == (index, field) => moved,
             _ => {
                 let missing = OutputError::OutOfRange { index: index as usize, count: self.points.len() };
                 let place = placed(self.body.file(), &self.points.get(index as usize).ok_or(missing)?);
-                let (scene, state) = (self.body.scene(), self.body.state());
+                let scene = self.body.scene();
                 match (self.body.flight(), field) {
-                    (None, _) => self.body.point(&place, field)?,
+                    (None, _) => scene.point(state, &place, field)?,
                     // In space, the rigid motion included.
                     (Some(free), Field::Displacement) => {
                         let [x, y, z] = free.point(scene, state, &place)?;

@@ -1,22 +1,26 @@
 //! The numbers of a body that can change, in bytes and back.
 
 use crate::acting::Acting;
-use crate::body::Body;
+use crate::body::{Body, LastStep, MAX_STEPS};
 use crate::bytes::{Cursor, Pen, copy};
 use crate::flight::{self, Flight};
 use crate::parameters::{WHOLE, ask, parameter, set_whole, whole};
 use crate::refusal::Refusal;
+
+/// Numbers of the body itself: scales, length of the last internal step, count of those of the last
+/// communication step, and its two flags.
+const OWN: usize = WHOLE + 4;
 
 impl Body {
     /// Bytes that [`Body::save_into`] writes.
     #[must_use]
     pub const fn saved_len(&self) -> usize {
         let flight = if self.flight.is_some() { flight::NUMBERS } else { 0 };
-        8 * (self.asked.len() + WHOLE + 1 + flight + 2 * self.inputs.len() + self.saved.len())
+        8 * (self.asked.len() + OWN + flight + 2 * self.inputs.len() + self.saved.len())
     }
 
-    /// Writes everything that can change: parameters, scales and damping of the whole body, length of the
-    /// last step, flight, inputs, inputs of the last step, state.
+    /// Writes everything that can change: parameters, scales and damping of the whole body, the last
+    /// step, flight, inputs, inputs of the last step, state.
     ///
     /// # Errors
     /// [`Refusal::Saved`]: no room.
@@ -25,7 +29,11 @@ impl Body {
             let value = self.parameter(index).unwrap_or_default();
             self.asked.iter_mut().skip(index as usize).take(1).for_each(|place| *place = value);
         }
-        let mut own = [self.body.time_step(); WHOLE + 1];
+        let LastStep { steps, is_first, is_stale } = self.last;
+        let flag = |is_set| f64::from(u8::from(is_set));
+        let last = [self.body.time_step(), steps as f64, flag(is_first), flag(is_stale)];
+        let mut own = [0.0; OWN];
+        own.iter_mut().skip(WHOLE).zip(last).for_each(|(place, number)| *place = number);
         for (index, place) in (0..WHOLE as u32).zip(&mut own) {
             *place = whole(self.body.scene().options(), &self.file, index).unwrap_or_default();
         }
@@ -46,7 +54,7 @@ impl Body {
     pub fn restore(&mut self, cursor: &mut Cursor<'_>) -> Result<(), Refusal> {
         const SHORT: Refusal = Refusal::Saved("it is too short");
         cursor.numbers(self.asked).ok_or(SHORT)?;
-        let mut own = [0.0; WHOLE + 1];
+        let mut own = [0.0; OWN];
         cursor.numbers(&mut own).ok_or(SHORT)?;
         let mut flight = None;
         if self.flight.is_some() {
@@ -62,6 +70,13 @@ impl Body {
         if !{ all }.all(f64::is_finite) {
             return Err(Refusal::Saved("it has a number that is not finite"));
         }
+        let [scales @ .., time_step, steps, is_first, is_stale] = own;
+        let is_flag = |number: f64| number == 0.0 || number == 1.0;
+        let is_count = (0.0..=MAX_STEPS as f64).contains(&steps) && steps as u64 as f64 == steps;
+        if !(is_count && is_flag(is_first) && is_flag(is_stale)) {
+            return Err(Refusal::Saved("its last step is none"));
+        }
+        let last = LastStep { steps: steps as u64, is_first: is_first != 0.0, is_stale: is_stale != 0.0 };
         let before = (*self.body.scene().options(), self.body.flight().copied());
         let mut options = before.0;
         for (index, asked) in (0..).zip(&mut *self.asked) {
@@ -74,7 +89,7 @@ impl Body {
             }
         }
         if self.takes_any_step() {
-            let [scales @ .., time_step] = own;
+            let scales: [f64; WHOLE] = scales;
             for (index, value) in (0..).zip(scales) {
                 if whole(&options, &self.file, index).is_some() {
                     set_whole(&mut options, &self.file, index, value)?;
@@ -124,6 +139,7 @@ impl Body {
             }
         });
         self.flight = flight;
+        self.last = last;
         self.inputs.iter_mut().zip(numbers(inputs)).for_each(|(place, number)| *place = number);
         self.shown.iter_mut().zip(numbers(shown)).for_each(|(place, number)| *place = number);
         Ok(())

@@ -24,6 +24,8 @@ pub struct Counts {
     pub free: u32,
     /// 1 for a file with exact steps, which may be of any length and whose whole body can be scaled; else 0.
     pub exact: u32,
+    /// True of a body whose step is linear: it neither flies nor bends far.
+    pub linear: bool,
 }
 
 /// Meaning of a value reference. Points, patterns, probes and parameters are counted from 0.
@@ -84,6 +86,20 @@ impl Variable {
         Self::totals().nth(index as usize)
     }
 
+    /// True of outputs.
+    #[must_use]
+    pub const fn is_output(self) -> bool {
+        match self {
+            Self::Time | Self::Step | Self::Parameter(_) | Self::Whole(_) => false,
+            Self::Force(..) | Self::Pattern(_) | Self::BodyForce(_) => false,
+            Self::Energy | Self::Total(_) | Self::Displacement(..) | Self::Velocity(..) => true,
+            Self::Probe(_) | Self::ProbeVelocity(_) | Self::VonMises(_) => true,
+            Self::ReactionForce(..) | Self::ReactionMoment(..) => true,
+            Self::BodyPosition(_) | Self::BodyAttitude(_) => true,
+            Self::BodyVelocity(_) | Self::BodySpin(_) => true,
+        }
+    }
+
     /// First part of its name, and last part for a component: `force.NAME.x`.
     #[must_use]
     pub fn kind(self) -> (&'static str, Option<&'static str>) {
@@ -131,6 +147,12 @@ pub fn is_exact(file: &File<'_>) -> bool {
     metadata.scheme.is_exact() && metadata.diagonal && !strain && !has_live_regions(metadata)
 }
 
+/// True of a body whose step is linear: it neither flies nor bends far.
+#[must_use]
+pub fn is_linear(file: &File<'_>) -> bool {
+    RigidBody::of(file).is_none() && file.section(SectionKind::StrainSizes).is_none()
+}
+
 /// True of a file with a live parameter of a region.
 #[must_use]
 pub fn has_live_regions(metadata: &Metadata<'_>) -> bool {
@@ -157,12 +179,13 @@ impl Counts {
             supports: u32::try_from(supports).unwrap_or(0),
             free: u32::from(free.is_some()),
             exact: u32::from(is_exact(file)),
+            linear: is_linear(file),
         }
     }
 
     /// Number of references of each kind, in their order.
     fn lengths(&self) -> [u32; 20] {
-        let Self { points, patterns, probes, parameters, stresses, supports, free, exact } = *self;
+        let Self { points, patterns, probes, parameters, stresses, supports, free, exact, .. } = *self;
         let (moved, held, flown) =
             (points.saturating_mul(3), supports.saturating_mul(3), free.saturating_mul(3));
         let turned = free.saturating_mul(4);
@@ -242,7 +265,8 @@ mod tests {
     fn references_follow_each_other() {
         let (stresses, supports, free, exact) = (1, 2, 1, 1);
         let (points, patterns, probes, parameters) = (2, 1, 2, 1);
-        let counts = Counts { points, patterns, probes, parameters, stresses, supports, free, exact };
+        let linear = false;
+        let counts = Counts { points, patterns, probes, parameters, stresses, supports, free, exact, linear };
         let all: Vec<V> = counts.all().collect();
         assert_eq!(all.len(), 3 + 3 * 6 + 1 + 2 * 2 + 1 + 1 + 2 * 6 + 4 * 3 + 4 + V::totals().count() + 4);
         assert_eq!(all[..5], [V::Time, V::Step, V::Energy, V::Force(0, 0), V::Force(0, 1)]);

@@ -57,7 +57,7 @@ fn steps_are_multiples_at_the_right_time_and_calls_come_in_order() {
         log.refused(fmi2SetString(i, &0, 1, null()), &["fmi2SetString", "Real"]);
         assert_eq!(fmi2GetBoolean(i, null(), 0, null_mut()), 0);
         let status = fmi2GetDirectionalDerivative(i, &0, 1, &0, 1, &0.0, &mut value);
-        log.refused(status, &["fmi2GetDirectionalDerivative", "providesDirectionalDerivative"]);
+        log.refused(status, &["fmi2GetDirectionalDerivative: time", "no input"]);
         log.refused(fmi2SetRealInputDerivatives(i, &0, 1, &1, &0.0), &["canInterpolateInputs"]);
         log.refused(fmi2CancelStep(i), &["fmi2CancelStep"]);
         log.refused(fmi2GetStatus(i, 0, null_mut()), &["fmi2GetStatus"]);

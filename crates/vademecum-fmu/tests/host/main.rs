@@ -3,6 +3,7 @@
 #![allow(unsafe_code)]
 
 mod calls;
+mod derivatives;
 mod numbers;
 mod parameters;
 mod states;

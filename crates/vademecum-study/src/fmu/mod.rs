@@ -8,7 +8,9 @@ mod archive;
 mod description;
 mod error;
 mod points;
+mod variable;
 mod version;
+mod xml;
 
 use std::path::PathBuf;
 
@@ -16,11 +18,12 @@ use vademecum_build::input::Problem;
 use vademecum_eval::{BodyOptions, LiveMemory, Precision, RigidBody, SceneOptions};
 use vademecum_fmu::points::{Point, StressPlace, table};
 use vademecum_fmu::token::token;
-use vademecum_fmu::variables::{Counts, Variable, is_exact};
+use vademecum_fmu::variables::{Counts, Variable, is_exact, is_linear};
 use vademecum_format::{File, SectionKind};
 
 use crate::contents::lines;
-use description::{Description, VariableDescription, VariableNames};
+use description::Description;
+use variable::{VariableDescription, VariableNames};
 
 pub use archive::{Library, LibraryError};
 pub use error::FmuError;
@@ -91,6 +94,7 @@ pub fn export(bytes: &[u8], request: &Request<'_>) -> Result<Fmu, FmuError> {
         metadata: file.metadata(),
         internal_step,
         any_step: is_exact(&file),
+        linear: is_linear(&file),
         title: title(&file),
         variables: &variables,
     };
@@ -103,7 +107,7 @@ pub fn export(bytes: &[u8], request: &Request<'_>) -> Result<Fmu, FmuError> {
     Ok(Fmu {
         archive,
         inputs: names(|variable| matches!(variable, V::Force(..) | V::Pattern(_) | V::BodyForce(_))),
-        outputs: names(description::is_output),
+        outputs: names(Variable::is_output),
         parameters: names(|variable| matches!(variable, V::Parameter(_) | V::Whole(_))),
         points,
         stresses,
@@ -137,7 +141,7 @@ fn variables(
         body: RigidBody::of(file),
         any_step,
     };
-    let named = |(reference, variable)| description::describe(reference, variable, &named, options);
+    let named = |(reference, variable)| variable::describe(reference, variable, &named, options);
     let all: Vec<VariableDescription> = (0..).zip(counts.all()).filter_map(named).collect();
     let mut names: Vec<&str> = all.iter().map(|described| described.name.as_str()).collect();
     names.sort_unstable();
