@@ -57,6 +57,8 @@ pub struct Body {
     /// `Δt` \[s\] of the file; a communication step that is no multiple of it is cut otherwise.
     pub(crate) internal_step: f64,
     pub(crate) last: LastStep,
+    /// Surface nodes in use.
+    pub(crate) surface: u32,
 }
 
 /// Internal steps of the last communication step: what derivatives look back on.
@@ -79,11 +81,13 @@ struct Lengths {
 }
 
 impl Lengths {
-    fn of(file: &File<'_>, options: &BodyOptions, points: usize) -> Result<Self, BindError> {
-        let (metadata, each) = (file.metadata(), 4 * file.contact_nodes());
-        let inputs = points.saturating_mul(3).saturating_add(metadata.n_patterns as usize).saturating_add(3);
+    fn of(file: &File<'_>, options: &BodyOptions, points: &Points<'_>) -> Result<Self, BindError> {
+        let metadata = file.metadata();
+        let inputs =
+            points.len().saturating_mul(3).saturating_add(metadata.n_patterns as usize).saturating_add(3);
         // With the filtered forces of all points and patterns.
-        let filtered = points.max(1).saturating_mul(each).saturating_add(metadata.n_patterns as usize);
+        let nodes = filtered_nodes(file, points.named(), points.surface());
+        let filtered = nodes.saturating_mul(4).saturating_add(metadata.n_patterns as usize);
         let saved = filtered.saturating_add(3 + 3 * metadata.n_modes as usize);
         let length =
             if has_live(file) { LiveMemory::len_for::<f64> } else { vademecum_eval::Body::<f64>::len_for };
@@ -98,14 +102,20 @@ impl Lengths {
 }
 
 /// Options of the evaluator's body: no compliance is asked for.
-fn body_options(file: &File<'_>, points: usize) -> BodyOptions {
-    BodyOptions { scene: options(file, points), places: 0, ..BodyOptions::default() }
+fn body_options(file: &File<'_>, points: &Points<'_>) -> BodyOptions {
+    let scene = options(file, points.named(), points.surface());
+    BodyOptions { scene, places: 0, ..BodyOptions::default() }
+}
+
+/// Nodes whose filtered forces a state keeps: those of the facets of named points, and the surface nodes.
+fn filtered_nodes(file: &File<'_>, named: usize, surface: usize) -> usize {
+    file.contact_nodes().saturating_mul(named.max(1)).saturating_add(surface)
 }
 
 /// Structure that a body of a file is bound with: that of `vademecum run`, except that a file with live
 /// regions takes the one that knows them from the start.
 #[must_use]
-pub fn options(file: &File<'_>, points: usize) -> SceneOptions {
+pub fn options(file: &File<'_>, named: usize, surface: usize) -> SceneOptions {
     let metadata = file.metadata();
     let structure = if has_live_regions(metadata) && metadata.block {
         StructureChoice::Block
@@ -113,7 +123,8 @@ pub fn options(file: &File<'_>, points: usize) -> SceneOptions {
         StructureChoice::Auto
     };
     // Room for every point, whether it is loaded or not; without any, reactions would not remember patterns.
-    let (contacts, filtered_nodes) = (points.max(1), Some(file.contact_nodes() * points.max(1)));
+    let contacts = named.saturating_add(surface).max(1);
+    let filtered_nodes = Some(filtered_nodes(file, named, surface));
     SceneOptions { structure, contacts, filtered_nodes, ..SceneOptions::default() }
 }
 
@@ -122,7 +133,7 @@ impl Body {
     ///
     /// # Errors
     /// [`BindError`]: a file that cannot be stepped.
-    pub fn len_for(file: &File<'_>, points: usize) -> Result<usize, BindError> {
+    pub fn len_for(file: &File<'_>, points: &Points<'_>) -> Result<usize, BindError> {
         Ok(Lengths::of(file, &body_options(file, points), points)?.sum())
     }
 
@@ -135,8 +146,8 @@ impl Body {
         points: Points<'static>,
         memory: &'static mut [f64],
     ) -> Result<Self, BindError> {
-        let options = body_options(file, points.len());
-        let lengths = Lengths::of(file, &options, points.len())?;
+        let options = body_options(file, &points);
+        let lengths = Lengths::of(file, &options, &points)?;
         let short = BindError::LentMemory { found: memory.len(), needed: lengths.sum() };
         let Lengths { body, parameters, inputs, saved } = lengths;
         let (body, rest) = memory.split_at_mut_checked(body).ok_or(short)?;
@@ -153,7 +164,8 @@ impl Body {
             (None, vademecum_eval::Body::bind(file, &options, body)?)
         };
         saved.fill(0.0);
-        let counts = Counts::of(file, points.len() as u32, points.stresses() as u32);
+        let counts =
+            Counts::of(file, points.named() as u32, points.stresses() as u32, points.surface() as u32);
         let names = Names {
             patterns: text(file, SectionKind::PatternNames),
             probes: text(file, SectionKind::ProbeNames),
@@ -180,6 +192,7 @@ impl Body {
             stale,
             internal_step,
             last: LastStep::default(),
+            surface: counts.surface,
         })
     }
 
@@ -212,7 +225,7 @@ impl Body {
     /// # Errors
     /// [`Refusal::Bind`] can only come from a file that has changed.
     pub fn reset(&mut self) -> Result<(), Refusal> {
-        let options = options(&self.file, self.points.len());
+        let options = body_options(&self.file, &self.points).scene;
         // Without loads and at rest, nothing is left of what was.
         self.body.clear();
         self.body.rest();
@@ -225,6 +238,7 @@ impl Body {
         self.flight = self.body.flight().map(Flight::new);
         self.stale = false;
         self.last = LastStep::default();
+        self.surface = self.counts.surface;
         Ok(())
     }
 
@@ -348,6 +362,36 @@ impl Body {
                 *place = value;
             }
         }
+        Ok(())
+    }
+
+    /// The variables of references, arrays element by element; unknown references are left out.
+    pub fn elements<'r>(&self, references: &'r [u32]) -> impl Iterator<Item = Variable> + Clone + use<'r> {
+        let (counts, nodes) = (self.counts, self.surface);
+        references.iter().filter_map(move |&reference| counts.variable(reference)).flat_map(move |variable| {
+            (0..variable.length(nodes)).map(move |index| variable.element(counts.points, index))
+        })
+    }
+
+    /// Surface nodes in use.
+    #[must_use]
+    pub const fn surface(&self) -> u32 {
+        self.surface
+    }
+
+    /// Uses so many surface nodes; no force acts on the others.
+    ///
+    /// # Errors
+    /// [`Refusal::SurfaceNodes`]; the body is then as it was.
+    pub fn set_surface(&mut self, nodes: u64) -> Result<(), Refusal> {
+        let most = self.counts.surface;
+        let refusal = Refusal::SurfaceNodes { found: nodes, most };
+        let nodes = u32::try_from(nodes).ok().filter(|nodes| (1..=most).contains(nodes)).ok_or(refusal)?;
+        let used = self.counts.points.saturating_add(nodes) as usize;
+        let idle = most.saturating_sub(nodes) as usize;
+        let forces = self.inputs.iter_mut().skip(used.saturating_mul(3)).take(idle.saturating_mul(3));
+        forces.for_each(|force| *force = 0.0);
+        (self.surface, self.stale) = (nodes, true);
         Ok(())
     }
 

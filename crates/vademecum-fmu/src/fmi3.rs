@@ -22,7 +22,7 @@ use crate::refusal::{Refusal, Trouble};
 type Bool = u8;
 
 /// Refusal of values other than numbers.
-const FLOAT64_ONLY: &str = "all variables are of type Float64";
+const FLOAT64_ONLY: &str = "all variables are of type Float64, but for the structural parameter";
 /// Refusal of clocks.
 const NO_CLOCKS: &str = "this FMU has no clocks";
 /// Refusal of events.
@@ -31,8 +31,9 @@ const NO_EVENTS: &str = "this FMU has no events (hasEventMode = false)";
 const CO_SIMULATION_ONLY: &str = "this FMU is for co-simulation";
 /// Refusal of derivatives in time.
 const NO_DERIVATIVES: &str = "outputs have no derivatives in time (maxOutputDerivativeOrder = 0)";
-/// Refusal of configuration.
-const NO_STRUCTURE: &str = "this FMU has no structural parameters";
+/// Refusal of dependencies by element.
+const NO_ELEMENTS: &str =
+    "dependencies are those of the model description (providesPerElementDependencies = false)";
 
 /// Version of the interface.
 #[unsafe(no_mangle)]
@@ -248,6 +249,71 @@ pub unsafe extern "C" fn fmi3SetFloat64(
     }
 }
 
+/// Values of the structural parameter.
+///
+/// # Safety
+/// As the module says.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn fmi3GetUInt64(
+    i: *mut c_void,
+    vr: *const u32,
+    nvr: usize,
+    values: *mut u64,
+    n: usize,
+) -> c_int {
+    // SAFETY: as the module says.
+    unsafe {
+        with(i, "fmi3GetUInt64", Modes::ALL, |instance| {
+            instance.get_counts(lent(vr, nvr)?, lent_mut(values, n)?)
+        })
+    }
+}
+
+/// Sets the structural parameter.
+///
+/// # Safety
+/// As the module says.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn fmi3SetUInt64(
+    i: *mut c_void,
+    vr: *const u32,
+    nvr: usize,
+    values: *const u64,
+    n: usize,
+) -> c_int {
+    // SAFETY: as the module says.
+    unsafe {
+        with(i, "fmi3SetUInt64", Modes::only(Mode::Configuration), |instance| {
+            instance.set_counts(lent(vr, nvr)?, lent(values, n)?)
+        })
+    }
+}
+
+/// Goes to the configuration, in which the structural parameter is set.
+///
+/// # Safety
+/// As the module says.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn fmi3EnterConfigurationMode(i: *mut c_void) -> c_int {
+    // SAFETY: as the module says.
+    unsafe { with(i, "fmi3EnterConfigurationMode", Modes::only(Mode::Instantiated), Instance::configure) }
+}
+
+/// Ends the configuration.
+///
+/// # Safety
+/// As the module says.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn fmi3ExitConfigurationMode(i: *mut c_void) -> c_int {
+    // SAFETY: as the module says.
+    unsafe {
+        with(i, "fmi3ExitConfigurationMode", Modes::only(Mode::Configuration), |instance| {
+            instance.go(Mode::Instantiated);
+            Ok(())
+        })
+    }
+}
+
 fn nothing_of(nvr: usize, why: &'static str) -> Result<(), Trouble> {
     if nvr == 0 { Ok(()) } else { Err(Refusal::Unsupported(why).into()) }
 }
@@ -276,7 +342,6 @@ other_types! { FLOAT64_ONLY:
     fmi3GetInt32(*mut i32, usize);
     fmi3GetUInt32(*mut u32, usize);
     fmi3GetInt64(*mut i64, usize);
-    fmi3GetUInt64(*mut u64, usize);
     fmi3GetBoolean(*mut Bool, usize);
     fmi3GetString(*mut *const c_char, usize);
     fmi3GetBinary(*mut usize, *mut *const u8, usize);
@@ -288,7 +353,6 @@ other_types! { FLOAT64_ONLY:
     fmi3SetInt32(*const i32, usize);
     fmi3SetUInt32(*const u32, usize);
     fmi3SetInt64(*const i64, usize);
-    fmi3SetUInt64(*const u64, usize);
     fmi3SetBoolean(*const Bool, usize);
     fmi3SetString(*const *const c_char, usize);
     fmi3SetBinary(*const usize, *const *const u8, usize);
@@ -331,10 +395,8 @@ refused! {
     fmi3EnterStepMode, NO_EVENTS, ();
     fmi3EvaluateDiscreteStates, NO_EVENTS, ();
     fmi3UpdateDiscreteStates, NO_EVENTS, (*mut Bool, *mut Bool, *mut Bool, *mut Bool, *mut Bool, *mut f64);
-    fmi3EnterConfigurationMode, NO_STRUCTURE, ();
-    fmi3ExitConfigurationMode, NO_STRUCTURE, ();
-    fmi3GetNumberOfVariableDependencies, NO_STRUCTURE, (u32, *mut usize);
-    fmi3GetVariableDependencies, NO_STRUCTURE, (u32, *mut usize, *mut u32, *mut usize, *mut c_int, usize);
+    fmi3GetNumberOfVariableDependencies, NO_ELEMENTS, (u32, *mut usize);
+    fmi3GetVariableDependencies, NO_ELEMENTS, (u32, *mut usize, *mut u32, *mut usize, *mut c_int, usize);
     fmi3EnterContinuousTimeMode, CO_SIMULATION_ONLY, ();
     fmi3CompletedIntegratorStep, CO_SIMULATION_ONLY, (Bool, *mut Bool, *mut Bool);
     fmi3SetTime, CO_SIMULATION_ONLY, (f64);

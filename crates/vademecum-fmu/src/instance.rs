@@ -17,7 +17,7 @@ use crate::points::Points;
 use crate::refusal::{Refusal, Trouble, bind};
 use crate::token;
 use crate::variables::Variable;
-use crate::words::{Say, Words};
+use crate::words::{Say, Words, sentence};
 
 /// Phases of a simulation; one bit each, so that a set of them is a sum.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -31,6 +31,8 @@ pub enum Mode {
     Step = 4,
     /// Ended; outputs may still be read.
     Terminated = 8,
+    /// Between entering and leaving the configuration.
+    Configuration = 16,
 }
 
 impl Mode {
@@ -40,6 +42,7 @@ impl Mode {
             Self::Initialization => "the instance is in its initialization",
             Self::Step => "the instance steps",
             Self::Terminated => "the instance has terminated",
+            Self::Configuration => "the instance is in its configuration",
         }
     }
 
@@ -49,6 +52,7 @@ impl Mode {
             2 => Some(Self::Initialization),
             4 => Some(Self::Step),
             8 => Some(Self::Terminated),
+            16 => Some(Self::Configuration),
             _ => None,
         }
     }
@@ -60,7 +64,7 @@ pub struct Modes(u8);
 
 impl Modes {
     /// Always.
-    pub const ALL: Self = Self(15);
+    pub const ALL: Self = Self(31);
     /// Before the first step.
     pub const START: Self = Self(Mode::Instantiated as u8 | Mode::Initialization as u8);
     /// When inputs and tunable parameters may be set.
@@ -153,7 +157,7 @@ impl Instance {
         file.verify_all().map_err(|error| of_file(error.into()))?;
         let points = Points::parse(table, file.metadata().n_load_nodes)
             .ok_or(("resources/points.bin: ", "this is no table of points of this file"))?;
-        let length = Body::len_for(&file, points.len()).map_err(of_file)?;
+        let length = Body::len_for(&file, &points).map_err(of_file)?;
         let no_memory = ("", "the host has no memory left");
         let mut numbers = Block::zeroed(length.saturating_mul(8)).ok_or(no_memory)?;
         // SAFETY: the same; the body alone uses them.
@@ -332,7 +336,7 @@ impl Instance {
     pub fn get(&self, references: &[u32], values: &mut [f64]) -> Result<(), Trouble> {
         self.check(references, values.len())?;
         let mut seen = Seen::default();
-        for (variable, value) in self.variables(references).zip(values) {
+        for (variable, value) in self.body.elements(references).zip(values) {
             *value = match variable {
                 Variable::Time => self.time,
                 variable => self.body.value(variable, &mut seen).map_err(|refusal| (variable, refusal))?,
@@ -347,12 +351,52 @@ impl Instance {
     /// [`Refusal`].
     pub fn set(&mut self, references: &[u32], values: &[f64]) -> Result<(), Trouble> {
         self.check(references, values.len())?;
-        let counts = *self.body.counts();
-        let settings = || {
-            let variables = references.iter().filter_map(|&reference| counts.variable(reference));
-            variables.zip(values.iter().copied())
-        };
+        let elements = self.body.elements(references);
+        let settings = || elements.clone().zip(values.iter().copied());
         self.body.set(settings, self.mode != Mode::Step)?;
+        Ok(())
+    }
+
+    /// Values of structural parameters: of the surface nodes in use.
+    ///
+    /// # Errors
+    /// [`Refusal::NoReference`], [`Refusal::Values`].
+    pub fn get_counts(&self, references: &[u32], values: &mut [u64]) -> Result<(), Trouble> {
+        self.check_counts(references, values.len())?;
+        values.iter_mut().for_each(|value| *value = u64::from(self.body.surface()));
+        Ok(())
+    }
+
+    /// Sets structural parameters.
+    ///
+    /// # Errors
+    /// [`Refusal::SurfaceNodes`], [`Refusal::NoReference`], [`Refusal::Values`].
+    pub fn set_counts(&mut self, references: &[u32], values: &[u64]) -> Result<(), Trouble> {
+        self.check_counts(references, values.len())?;
+        // There is one, so that the last value is that of all of its references.
+        let Some(&nodes) = values.last() else { return Ok(()) };
+        self.body.set_surface(nodes).map_err(|refusal| (Variable::SurfaceNodes, refusal).into())
+    }
+
+    fn check_counts(&self, references: &[u32], found: usize) -> Result<(), Refusal> {
+        let is_count = |reference| self.body.counts().variable(reference) == Some(Variable::SurfaceNodes);
+        if let Some(&reference) = references.iter().find(|&&reference| !is_count(reference)) {
+            return Err(Refusal::NoReference { reference });
+        }
+        let expected = references.len();
+        if found == expected { Ok(()) } else { Err(Refusal::Values { found, expected }) }
+    }
+
+    /// Goes to the configuration, in which structural parameters are set.
+    ///
+    /// # Errors
+    /// [`Refusal::Unsupported`]: an FMU without arrays.
+    pub fn configure(&mut self) -> Result<(), Trouble> {
+        if self.body.counts().surface == 0 {
+            const NONE: &str = "this FMU has no structural parameters; export it with --surface";
+            return Err(Refusal::Unsupported(NONE).into());
+        }
+        self.mode = Mode::Configuration;
         Ok(())
     }
 
@@ -370,8 +414,9 @@ impl Instance {
         self.check(unknowns, sensitivity.len())?;
         self.check(knowns, seeds.len())?;
         let mut memory = self.tangent_memory()?;
-        let seeds = self.variables(knowns).zip(seeds.iter().copied());
-        self.body.directional(memory.numbers_mut(), seeds, self.variables(unknowns), sensitivity)
+        let seeds = self.body.elements(knowns).zip(seeds.iter().copied());
+        let unknowns = self.body.elements(unknowns);
+        self.body.directional(memory.numbers_mut(), seeds, unknowns, sensitivity)
     }
 
     /// Derivatives of the sum of seeded unknowns with respect to knowns ([`Body::adjoint`]).
@@ -388,8 +433,9 @@ impl Instance {
         self.check(unknowns, seeds.len())?;
         self.check(knowns, sensitivity.len())?;
         let mut memory = self.tangent_memory()?;
-        let seeds = || self.variables(unknowns).zip(seeds.iter().copied());
-        self.body.adjoint(memory.numbers_mut(), seeds, self.variables(knowns), sensitivity)
+        let unknowns = self.body.elements(unknowns);
+        let seeds = || unknowns.clone().zip(seeds.iter().copied());
+        self.body.adjoint(memory.numbers_mut(), seeds, self.body.elements(knowns), sensitivity)
     }
 
     fn tangent_memory(&self) -> Result<Block, Refusal> {
@@ -398,19 +444,14 @@ impl Instance {
 
     /// Refuses a reference that no variable has, and another number of values than the variables have.
     fn check(&self, references: &[u32], found: usize) -> Result<(), Refusal> {
-        let counts = self.body.counts();
-        let unknown = references.iter().find(|&&reference| counts.variable(reference).is_none());
-        if let Some(&reference) = unknown {
-            return Err(Refusal::NoReference { reference });
+        let (counts, nodes, mut expected) = (self.body.counts(), self.body.surface(), 0_usize);
+        for &reference in references {
+            let number = |variable: &Variable| *variable != Variable::SurfaceNodes;
+            let variable = counts.variable(reference).filter(number);
+            let variable = variable.ok_or(Refusal::NoReference { reference })?;
+            expected = expected.saturating_add(variable.length(nodes) as usize);
         }
-        let expected = references.len();
         if found == expected { Ok(()) } else { Err(Refusal::Values { found, expected }) }
-    }
-
-    /// The variables of references that were checked.
-    fn variables(&self, references: &[u32]) -> impl Iterator<Item = Variable> {
-        let counts = *self.body.counts();
-        references.iter().filter_map(move |&reference| counts.variable(reference))
     }
 
     /// Steps from a communication point by a communication step: a multiple of the internal step, or of a
@@ -546,6 +587,12 @@ struct Name<'a> {
 
 impl Say for Name<'_> {
     fn say(&self, words: &mut Words) {
+        if let Some((array, row, column)) = self.variable.in_array(self.body.counts().points) {
+            // Elements are counted from 1, as FMI does.
+            let [row, column] = [row, column].map(|index| u64::from(index).saturating_add(1));
+            sentence!(words, array.kind().0, "[", row, ",", column, "]");
+            return;
+        }
         let (kind, component) = self.variable.kind();
         let name = self.body.name(self.variable);
         let parts = [kind, name, component.unwrap_or_default()];

@@ -46,6 +46,11 @@ impl Body {
                 .flight()
                 .and_then(|free| flight::value(free, variable))
                 .ok_or(Refusal::NoVariable)?,
+            V::Position(point, c) => {
+                let point = self.points.get(point as usize).ok_or(Refusal::NoVariable)?;
+                let position = placed(self.body.file(), &point).position;
+                *position.get(c as usize).ok_or(Refusal::NoVariable)?
+            }
             V::Total(index) => self.body.total(Variable::total(index).ok_or(Refusal::NoVariable)?)?,
             _ => return Err(Refusal::NoVariable),
         })
@@ -152,7 +157,9 @@ impl Body {
             V::ReactionForce(support, _) | V::ReactionMoment(support, _) => {
                 line(self.names.supports, support)
             }
-            V::Time | V::Step | V::Energy | V::Total(_) | V::Whole(_) => "",
+            V::Time | V::Step | V::Energy | V::Total(_) | V::Whole(_) | V::Position(..) => "",
+            V::SurfaceNodes | V::SurfacePosition | V::SurfaceForce => "",
+            V::SurfaceDisplacement | V::SurfaceVelocity => "",
             V::BodyForce(_) | V::BodyPosition(_) | V::BodyAttitude(_) => "",
             V::BodyVelocity(_) | V::BodySpin(_) => "",
         }

@@ -7,9 +7,9 @@ use crate::flight::{self, Flight};
 use crate::parameters::{WHOLE, ask, parameter, set_whole, whole};
 use crate::refusal::Refusal;
 
-/// Numbers of the body itself: scales, length of the last internal step, count of those of the last
-/// communication step, and its two flags.
-const OWN: usize = WHOLE + 4;
+/// Numbers of the body itself: scales, surface nodes in use, length of the last internal step, count of those
+/// of the last communication step, and its two flags.
+const OWN: usize = WHOLE + 5;
 
 impl Body {
     /// Bytes that [`Body::save_into`] writes.
@@ -31,7 +31,8 @@ impl Body {
         }
         let LastStep { steps, is_first, is_stale } = self.last;
         let flag = |is_set| f64::from(u8::from(is_set));
-        let last = [self.body.time_step(), steps as f64, flag(is_first), flag(is_stale)];
+        let surface = f64::from(self.surface);
+        let last = [surface, self.body.time_step(), steps as f64, flag(is_first), flag(is_stale)];
         let mut own = [0.0; OWN];
         own.iter_mut().skip(WHOLE).zip(last).for_each(|(place, number)| *place = number);
         for (index, place) in (0..WHOLE as u32).zip(&mut own) {
@@ -70,11 +71,16 @@ impl Body {
         if !{ all }.all(f64::is_finite) {
             return Err(Refusal::Saved("it has a number that is not finite"));
         }
-        let [scales @ .., time_step, steps, is_first, is_stale] = own;
+        let [scales @ .., surface, time_step, steps, is_first, is_stale] = own;
         let is_flag = |number: f64| number == 0.0 || number == 1.0;
         let is_count = (0.0..=MAX_STEPS as f64).contains(&steps) && steps as u64 as f64 == steps;
         if !(is_count && is_flag(is_first) && is_flag(is_stale)) {
             return Err(Refusal::Saved("its last step is none"));
+        }
+        let most = f64::from(self.counts.surface);
+        let is_used = (0.0..=most).contains(&surface) && (surface > 0.0) == (most > 0.0);
+        if !is_used || f64::from(surface as u32) != surface {
+            return Err(Refusal::Saved("its number of surface nodes is none"));
         }
         let last = LastStep { steps: steps as u64, is_first: is_first != 0.0, is_stale: is_stale != 0.0 };
         let before = (*self.body.scene().options(), self.body.flight().copied());
@@ -139,7 +145,7 @@ impl Body {
             }
         });
         self.flight = flight;
-        self.last = last;
+        (self.last, self.surface) = (last, surface as u32);
         self.inputs.iter_mut().zip(numbers(inputs)).for_each(|(place, number)| *place = number);
         self.shown.iter_mut().zip(numbers(shown)).for_each(|(place, number)| *place = number);
         Ok(())

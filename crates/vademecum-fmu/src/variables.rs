@@ -18,6 +18,8 @@ pub struct Counts {
     pub parameters: u32,
     /// Places whose stress is reported.
     pub stresses: u32,
+    /// Nodes of the arrays at most; there are none for 0.
+    pub surface: u32,
     /// Supports whose reactions the file gives.
     pub supports: u32,
     /// 1 for a free body, 0 for one with supports.
@@ -72,6 +74,18 @@ pub enum Variable {
     /// 0 to 3 of a file with exact steps: scale of the stiffness and of the density of the whole body,
     /// Rayleigh `α` \[1/s\] and `β` \[s\].
     Whole(u32),
+    /// Number of surface nodes in use: the first dimension of the arrays.
+    SurfaceNodes,
+    /// Positions of the surface nodes at rest \[m\], an array.
+    SurfacePosition,
+    /// Forces on them \[N\], an array.
+    SurfaceForce,
+    /// Their displacements \[m\], an array.
+    SurfaceDisplacement,
+    /// Their velocities \[m/s\], an array.
+    SurfaceVelocity,
+    /// Component 0 to 2 of the position of a place at rest \[m\]: an element, without a reference of its own.
+    Position(u32, u32),
 }
 
 impl Variable {
@@ -91,12 +105,64 @@ impl Variable {
     pub const fn is_output(self) -> bool {
         match self {
             Self::Time | Self::Step | Self::Parameter(_) | Self::Whole(_) => false,
-            Self::Force(..) | Self::Pattern(_) | Self::BodyForce(_) => false,
+            Self::Force(..) | Self::Pattern(_) | Self::BodyForce(_) | Self::SurfaceForce => false,
+            Self::SurfaceNodes | Self::SurfacePosition | Self::Position(..) => false,
+            Self::SurfaceDisplacement | Self::SurfaceVelocity => true,
             Self::Energy | Self::Total(_) | Self::Displacement(..) | Self::Velocity(..) => true,
             Self::Probe(_) | Self::ProbeVelocity(_) | Self::VonMises(_) => true,
             Self::ReactionForce(..) | Self::ReactionMoment(..) => true,
             Self::BodyPosition(_) | Self::BodyAttitude(_) => true,
             Self::BodyVelocity(_) | Self::BodySpin(_) => true,
+        }
+    }
+
+    /// True of inputs.
+    #[must_use]
+    pub const fn is_input(self) -> bool {
+        matches!(self, Self::Force(..) | Self::Pattern(_) | Self::BodyForce(_) | Self::SurfaceForce)
+    }
+
+    /// True of arrays, whose dimensions are the surface nodes in use and 3.
+    #[must_use]
+    pub const fn is_array(self) -> bool {
+        matches!(
+            self,
+            Self::SurfacePosition | Self::SurfaceForce | Self::SurfaceDisplacement | Self::SurfaceVelocity
+        )
+    }
+
+    /// Number of its values with so many surface nodes.
+    #[must_use]
+    pub const fn length(self, nodes: u32) -> u32 {
+        if self.is_array() { nodes.saturating_mul(3) } else { 1 }
+    }
+
+    /// Value `index` of it, row by row, with so many named points: places are numbered behind them.
+    #[must_use]
+    pub const fn element(self, points: u32, index: u32) -> Self {
+        let (place, component) = (points.saturating_add(index / 3), index % 3);
+        match self {
+            Self::SurfacePosition => Self::Position(place, component),
+            Self::SurfaceForce => Self::Force(place, component),
+            Self::SurfaceDisplacement => Self::Displacement(place, component),
+            Self::SurfaceVelocity => Self::Velocity(place, component),
+            scalar => scalar,
+        }
+    }
+
+    /// Array, row and column of an element of an array, with so many named points; `None` of others.
+    #[must_use]
+    pub const fn in_array(self, points: u32) -> Option<(Self, u32, u32)> {
+        let (array, place, component) = match self {
+            Self::Position(place, c) => (Self::SurfacePosition, place, c),
+            Self::Force(place, c) => (Self::SurfaceForce, place, c),
+            Self::Displacement(place, c) => (Self::SurfaceDisplacement, place, c),
+            Self::Velocity(place, c) => (Self::SurfaceVelocity, place, c),
+            _ => return None,
+        };
+        match place.checked_sub(points) {
+            Some(row) => Some((array, row, component)),
+            None => None,
         }
     }
 
@@ -135,6 +201,12 @@ impl Variable {
             Self::Whole(1) => ("body_density", None),
             Self::Whole(2) => ("body_alpha", None),
             Self::Whole(_) => ("body_beta", None),
+            Self::SurfaceNodes => ("surface_nodes", None),
+            Self::SurfacePosition => ("surface_position", None),
+            Self::SurfaceForce => ("surface_force", None),
+            Self::SurfaceDisplacement => ("surface_displacement", None),
+            Self::SurfaceVelocity => ("surface_velocity", None),
+            Self::Position(_, c) => ("position", component(c)),
         }
     }
 }
@@ -162,9 +234,9 @@ pub fn has_live_regions(metadata: &Metadata<'_>) -> bool {
 }
 
 impl Counts {
-    /// Those of a file with these points and places.
+    /// Those of a file with so many points, places of stress and surface nodes.
     #[must_use]
-    pub fn of(file: &File<'_>, points: u32, stresses: u32) -> Self {
+    pub fn of(file: &File<'_>, points: u32, stresses: u32, surface: u32) -> Self {
         let metadata = file.metadata();
         let free = RigidBody::of(file);
         // The patterns of the angular velocity are the last ones, and a step adds them itself.
@@ -176,6 +248,7 @@ impl Counts {
             probes: metadata.n_probes,
             parameters: file.parameters().fold(0, |count, _| count + 1),
             stresses,
+            surface,
             supports: u32::try_from(supports).unwrap_or(0),
             free: u32::from(free.is_some()),
             exact: u32::from(is_exact(file)),
@@ -184,8 +257,10 @@ impl Counts {
     }
 
     /// Number of references of each kind, in their order.
-    fn lengths(&self) -> [u32; 20] {
-        let Self { points, patterns, probes, parameters, stresses, supports, free, exact, .. } = *self;
+    fn lengths(&self) -> [u32; 25] {
+        let Self { points, patterns, probes, parameters, stresses, surface, supports, free, exact, .. } =
+            *self;
+        let arrays = if surface > 0 { 1 } else { 0 };
         let (moved, held, flown) =
             (points.saturating_mul(3), supports.saturating_mul(3), free.saturating_mul(3));
         let turned = free.saturating_mul(4);
@@ -210,6 +285,11 @@ impl Counts {
             flown,
             Variable::totals().fold(0, |count, _| count + 1),
             exact.saturating_mul(4),
+            arrays,
+            arrays,
+            arrays,
+            arrays,
+            arrays,
         ]
     }
 
@@ -241,12 +321,23 @@ impl Counts {
                     16 => V::BodyVelocity(at),
                     17 => V::BodySpin(at),
                     18 => V::Total(at),
-                    _ => V::Whole(at),
+                    19 => V::Whole(at),
+                    20 => V::SurfaceNodes,
+                    21 => V::SurfacePosition,
+                    22 => V::SurfaceForce,
+                    23 => V::SurfaceDisplacement,
+                    _ => V::SurfaceVelocity,
                 });
             };
             at = beyond;
         }
         None
+    }
+
+    /// The reference of a variable.
+    #[must_use]
+    pub fn reference(&self, variable: Variable) -> Option<u32> {
+        (0..).zip(self.all()).find(|(_, known)| *known == variable).map(|(reference, _)| reference)
     }
 
     /// All variables in the order of their references, which count from 0.
@@ -266,9 +357,23 @@ mod tests {
         let (stresses, supports, free, exact) = (1, 2, 1, 1);
         let (points, patterns, probes, parameters) = (2, 1, 2, 1);
         let linear = false;
-        let counts = Counts { points, patterns, probes, parameters, stresses, supports, free, exact, linear };
+        let counts = Counts {
+            points,
+            patterns,
+            probes,
+            parameters,
+            stresses,
+            surface: 7,
+            supports,
+            free,
+            exact,
+            linear,
+        };
         let all: Vec<V> = counts.all().collect();
-        assert_eq!(all.len(), 3 + 3 * 6 + 1 + 2 * 2 + 1 + 1 + 2 * 6 + 4 * 3 + 4 + V::totals().count() + 4);
+        assert_eq!(
+            all.len(),
+            3 + 3 * 6 + 1 + 2 * 2 + 1 + 1 + 2 * 6 + 4 * 3 + 4 + V::totals().count() + 4 + 5
+        );
         assert_eq!(all[..5], [V::Time, V::Step, V::Energy, V::Force(0, 0), V::Force(0, 1)]);
         assert_eq!(all[8..10], [V::Force(1, 2), V::Displacement(0, 0)]);
         let tail = [V::Velocity(1, 2), V::Pattern(0), V::Probe(0), V::Probe(1), V::ProbeVelocity(0)];
@@ -278,7 +383,12 @@ mod tests {
         assert_eq!(all[49..51], [V::BodyAttitude(3), V::BodyVelocity(0)]);
         assert_eq!(all[55..58], [V::BodySpin(2), V::Total(0), V::Total(1)]);
         assert_eq!(Some(V::Total(1).kind().0), V::total(1).map(Quantity::name));
-        assert_eq!(all.last(), Some(&V::Whole(3)));
+        assert_eq!(all[all.len() - 6..all.len() - 4], [V::Whole(3), V::SurfaceNodes]);
+        assert_eq!(all.last(), Some(&V::SurfaceVelocity));
+        assert_eq!((V::SurfaceForce.length(7), V::Energy.length(7)), (21, 1));
+        assert_eq!(V::SurfaceForce.element(2, 20), V::Force(8, 2));
+        assert_eq!(V::Force(8, 2).in_array(2), Some((V::SurfaceForce, 6, 2)));
+        assert_eq!((V::Force(1, 2).in_array(2), V::Energy.element(2, 0)), (None, V::Energy));
         assert_eq!(counts.variable(all.len() as u32), None);
         assert_eq!(Counts::default().all().count(), 3 + V::totals().count());
     }

@@ -42,7 +42,8 @@ impl Tensor {
         libm::sqrt(0.5 * (a * a + b * b + c * c) + 3.0 * (xy * xy + yz * yz + zx * zx))
     }
 
-    /// Derivative of [`Tensor::von_mises`] along `direction`; 0 where the equivalent stress is 0 and has none.
+    /// Derivative of [`Tensor::von_mises`] along `direction`; 0 where the equivalent stress is 0, which has
+    /// none.
     ///
     /// ```
     /// use vademecum_eval::Tensor;

@@ -2,6 +2,7 @@
 //! back as they were, and everything else is refused by name.
 #![allow(unsafe_code)]
 
+mod arrays;
 mod calls;
 mod derivatives;
 mod numbers;

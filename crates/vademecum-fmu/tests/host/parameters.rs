@@ -60,7 +60,7 @@ fn live_regions_are_set_as_in_the_evaluator() {
     one.start();
     let step = one.internal_step();
     let options =
-        BodyOptions { scene: vademecum_fmu::options(&file, 2), places: 0, ..BodyOptions::default() };
+        BodyOptions { scene: vademecum_fmu::options(&file, 2, 0), places: 0, ..BodyOptions::default() };
     let mut memory = vec![0.0; LiveMemory::len_for::<f64>(&file, &options).expect("a length")];
     let (mut live, mut body) = LiveMemory::bind::<f64>(&file, &options, &mut memory).expect("a body");
     let (pull, tip) = (unit.reference(V::Pattern(0)), unit.reference(V::Parameter(1)));

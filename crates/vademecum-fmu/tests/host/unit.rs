@@ -36,6 +36,11 @@ pub fn stress_node(file: &File<'_>) -> Option<u32> {
 
 impl Unit {
     pub fn new(name: &str) -> Self {
+        Self::with_surface(name, &[])
+    }
+
+    /// With arrays over these nodes.
+    pub fn with_surface(name: &str, surface: &[u32]) -> Self {
         let bytes = golden(name);
         let file = File::parse(&bytes).expect("a file");
         // A file without geometry is touched at two of its nodes.
@@ -53,14 +58,14 @@ impl Unit {
         let stress_node = stress_node(&file);
         let stresses: Vec<StressPlace<'_>> =
             stress_node.iter().map(|&node| StressPlace { name: "hot spot", node }).collect();
-        let table = table(&rows, &stresses).expect("a table");
+        let table = table(&rows, surface, &stresses).expect("a table");
         let folder = tempfile::tempdir().expect("a folder");
         let resources = folder.path().join("re sources");
         std::fs::create_dir(&resources).expect("made");
         std::fs::write(resources.join("body.vdm"), &bytes).expect("written");
         std::fs::write(resources.join("points.bin"), &table).expect("written");
         let token = CString::new(token(&bytes, &table)).expect("a token");
-        let counts = Counts::of(&file, 2, stresses.len() as u32);
+        let counts = Counts::of(&file, 2, stresses.len() as u32, surface.len() as u32);
         Self { _folder: folder, resources, token, bytes, points, counts }
     }
 
@@ -198,6 +203,7 @@ impl Two {
         let offered = |variable: &V| match variable {
             V::Parameter(index) => !fixed(parameters[*index as usize].role),
             V::Whole(index) => vademecum_fmu::whole(&SceneOptions::default(), &file, *index).is_some(),
+            V::SurfaceNodes => false,
             _ => true,
         };
         let references: Vec<u32> = (0..)

@@ -43,7 +43,7 @@ impl Description<'_> {
             .with("generationTool", self.metadata.program)
             .with("variableNamingConvention", if plain { "structured" } else { "flat" });
         let variables: Vec<String> =
-            self.variables.iter().map(|d| if two { d.scalar_variable() } else { d.float64() }).collect();
+            self.variables.iter().map(|d| if two { d.scalar_variable() } else { d.typed() }).collect();
         let parts = [
             self.co_simulation(),
             self.units(),
@@ -120,10 +120,6 @@ impl Description<'_> {
 
     /// No output depends on an input of the same instant: what acts shows after the next step.
     fn structure(&self) -> String {
-        let outputs = || {
-            let all = self.variables.iter().enumerate();
-            all.filter(|(_, described)| described.variable.is_output())
-        };
         let unknown = |element: &str, (place, described): (usize, &VariableDescription)| {
             let element = Element::new(element);
             let element = match self.version {
@@ -132,11 +128,13 @@ impl Description<'_> {
             };
             element.always("dependencies", "").closed()
         };
-        let known = |described: &VariableDescription| described.start.is_some();
-        let list =
-            |element: &str| -> Vec<String> { outputs().map(|output| unknown(element, output)).collect() };
+        let all = || self.variables.iter().enumerate();
+        let list = |element: &str| -> Vec<String> {
+            let outputs = all().filter(|(_, described)| described.variable.is_output());
+            outputs.map(|output| unknown(element, output)).collect()
+        };
         let initial = |element: &str| -> Vec<String> {
-            let unknowns = outputs().filter(|(_, described)| !known(described));
+            let unknowns = all().filter(|(_, described)| described.is_initial_unknown());
             unknowns.map(|output| unknown(element, output)).collect()
         };
         let parts = match self.version {

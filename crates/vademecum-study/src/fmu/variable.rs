@@ -19,6 +19,8 @@ pub(super) struct VariableDescription {
     pub(crate) start: Option<f64>,
     /// Smallest and largest value, where there are such.
     range: [Option<f64>; 2],
+    /// Rows of an array at the start, and the reference of the structural parameter that has their number.
+    rows: Option<(u32, u32)>,
 }
 
 /// Name of an SI unit in a file of these units; empty in other units.
@@ -40,6 +42,9 @@ pub(super) struct VariableNames<'a> {
     pub(crate) body: Option<RigidBody>,
     /// True of a file with exact steps.
     pub(crate) any_step: bool,
+    /// Surface nodes of the arrays, and the reference of the structural parameter that has their number.
+    pub(crate) surface: u32,
+    pub(crate) surface_reference: u32,
 }
 
 /// Name, text, unit, start and range of a variable; `None` for a parameter that an FMU does not offer.
@@ -59,6 +64,10 @@ pub(super) fn describe(
             let start = vademecum_fmu::whole(options, named.file, index)?;
             (Some(start), [Some(0.0), None])
         }
+        Variable::SurfaceNodes => {
+            let most = Some(f64::from(named.surface));
+            (most, [Some(1.0), most])
+        }
         _ => (named.start(variable, options), [None; 2]),
     };
     let owner = named.owner(variable);
@@ -71,6 +80,7 @@ pub(super) fn describe(
         unit,
         start,
         range,
+        rows: variable.is_array().then_some((named.surface, named.surface_reference)),
     })
 }
 
@@ -87,7 +97,9 @@ impl<'a> VariableNames<'a> {
             V::Parameter(index) => self.parameter(index).map_or_else(String::new, |found| found.name.into()),
             V::VonMises(index) => at(&self.stresses, index),
             V::ReactionForce(index, _) | V::ReactionMoment(index, _) => at(&self.supports, index),
-            V::Time | V::Step | V::Energy | V::Total(_) | V::Whole(_) => String::new(),
+            V::Time | V::Step | V::Energy | V::Total(_) | V::Whole(_) | V::Position(..) => String::new(),
+            V::SurfaceNodes | V::SurfacePosition | V::SurfaceForce => String::new(),
+            V::SurfaceDisplacement | V::SurfaceVelocity => String::new(),
             V::BodyForce(_) | V::BodyPosition(_) | V::BodyAttitude(_) => String::new(),
             V::BodyVelocity(_) | V::BodySpin(_) => String::new(),
         }
@@ -142,6 +154,12 @@ impl<'a> VariableNames<'a> {
             V::Whole(1) => "Scale of the density of the whole body".into(),
             V::Whole(2) => "Rayleigh damping of the mass".into(),
             V::Whole(_) => "Rayleigh damping of the stiffness".into(),
+            V::SurfaceNodes => "Nodes of the loadable surface in use: rows of the arrays".into(),
+            V::SurfacePosition => "Positions of the surface nodes at rest".into(),
+            V::SurfaceForce => format!("Forces on the surface nodes{in_space}, held over a step"),
+            V::SurfaceDisplacement => format!("Displacements of the surface nodes{in_space}"),
+            V::SurfaceVelocity => format!("Velocities of the surface nodes{in_space}"),
+            V::Position(..) => String::new(),
             V::Total(index) => V::total(index).map_or("", Quantity::text).into(),
         }
     }
@@ -152,7 +170,7 @@ impl<'a> VariableNames<'a> {
             V::Parameter(index) => {
                 return self.parameter(index).map_or_else(String::new, |found| found.unit.into());
             }
-            V::Pattern(_) | V::BodyAttitude(_) => return String::new(),
+            V::Pattern(_) | V::BodyAttitude(_) | V::SurfaceNodes => return String::new(),
             V::Probe(probe) if self.is_gauge(probe) => return String::new(),
             V::ProbeVelocity(probe) if self.is_gauge(probe) => "1/s",
             V::Whole(0 | 1) => return String::new(),
@@ -160,10 +178,11 @@ impl<'a> VariableNames<'a> {
             V::Whole(2) => return "1/s".into(),
             V::Time | V::Step | V::Whole(_) => "s",
             V::Energy => "J",
-            V::Force(..) | V::ReactionForce(..) | V::BodyForce(_) => "N",
+            V::Force(..) | V::ReactionForce(..) | V::BodyForce(_) | V::SurfaceForce => "N",
             V::ReactionMoment(..) => "N.m",
             V::Displacement(..) | V::Probe(_) | V::BodyPosition(_) => "m",
-            V::Velocity(..) | V::ProbeVelocity(_) | V::BodyVelocity(_) => "m/s",
+            V::SurfacePosition | V::SurfaceDisplacement | V::Position(..) => "m",
+            V::Velocity(..) | V::ProbeVelocity(_) | V::BodyVelocity(_) | V::SurfaceVelocity => "m/s",
             V::VonMises(_) => "Pa",
             V::BodySpin(_) => "rad/s",
             V::Total(index) => {
@@ -178,7 +197,8 @@ impl<'a> VariableNames<'a> {
         use Variable as V;
         match variable {
             V::Step => Some(options.time_step.unwrap_or(self.file.metadata().time_step)),
-            V::Force(..) | V::Pattern(_) | V::BodyForce(_) | V::BodyVelocity(_) | V::BodySpin(_) => Some(0.0),
+            V::BodyVelocity(_) | V::BodySpin(_) => Some(0.0),
+            _ if variable.is_input() => Some(0.0),
             V::BodyPosition(c) => self.body.as_ref()?.centre.get(c as usize).copied(),
             V::BodyAttitude(c) => Some(f64::from(u8::from(c == 3))),
             _ => None,
@@ -190,10 +210,15 @@ impl<'a> VariableNames<'a> {
 /// for.
 fn full_name(variable: Variable, name: &str) -> String {
     let (kind, component) = variable.kind();
-    let name = if is_identifier(name) || !can_be_quoted(name) { name.into() } else { format!("'{name}'") };
+    let name = plain(name);
     let parts = [kind, &name, component.unwrap_or_default()];
     let parts: Vec<&str> = parts.into_iter().filter(|part| !part.is_empty()).collect();
     parts.join(".")
+}
+
+/// A name as a part of structured names: in quotes, unless it is an identifier.
+pub(super) fn plain(name: &str) -> String {
+    if is_identifier(name) || !can_be_quoted(name) { name.into() } else { format!("'{name}'") }
 }
 
 fn is_identifier(name: &str) -> bool {
@@ -212,7 +237,10 @@ const fn roles(variable: Variable) -> (&'static str, &'static str, Option<&'stat
     match variable {
         V::Time => ("independent", "continuous", None),
         V::Step => ("local", "constant", Some("exact")),
-        V::Force(..) | V::Pattern(_) | V::BodyForce(_) => ("input", "continuous", None),
+        V::Force(..) | V::Pattern(_) | V::BodyForce(_) | V::SurfaceForce => ("input", "continuous", None),
+        V::SurfaceNodes => ("structuralParameter", "fixed", Some("exact")),
+        V::SurfacePosition | V::Position(..) => ("calculatedParameter", "fixed", Some("calculated")),
+        V::SurfaceDisplacement | V::SurfaceVelocity => ("output", "continuous", Some("calculated")),
         V::Parameter(_) | V::Whole(_) => ("parameter", "tunable", Some("exact")),
         V::Energy | V::Displacement(..) | V::Velocity(..) | V::Probe(_) | V::ProbeVelocity(_) => {
             ("output", "continuous", Some("calculated"))
@@ -263,8 +291,23 @@ impl VariableDescription {
         self.common("ScalarVariable").around("ScalarVariable", &[real])
     }
 
-    pub(crate) fn float64(&self) -> String {
-        self.numbers(self.common("Float64")).closed()
+    /// The element of FMI 3.
+    pub(crate) fn typed(&self) -> String {
+        let is_count = self.variable == Variable::SurfaceNodes;
+        let element = self.common(if is_count { "UInt64" } else { "Float64" });
+        let Some((rows, reference)) = self.rows else { return self.numbers(element).closed() };
+        // Every element has a start value of its own.
+        let start = self.start.map(|start| vec![start.to_string(); 3 * rows as usize].join(" "));
+        let element = element.with("unit", &self.unit).with("start", &start.unwrap_or_default());
+        let by_reference = Element::new("Dimension").with("valueReference", &reference.to_string());
+        let fixed = Element::new("Dimension").with("start", "3");
+        element.around("Float64", &[by_reference.closed(), fixed.closed()])
+    }
+
+    /// True of what has no value before the initialization, and is listed as unknown there.
+    pub(crate) fn is_initial_unknown(&self) -> bool {
+        let (causality, ..) = roles(self.variable);
+        causality == "calculatedParameter" || self.variable.is_output() && self.start.is_none()
     }
 }
 
