@@ -373,6 +373,30 @@ impl Body {
         })
     }
 
+    /// Internal steps of the last communication step.
+    #[must_use]
+    pub const fn last_step(&self) -> LastStep {
+        self.last
+    }
+
+    /// Takes the last internal steps for one communication step.
+    pub const fn join_steps(&mut self, last: LastStep) {
+        self.last = last;
+    }
+
+    /// True of a body that bends far, whose file says how far it was trained.
+    #[must_use]
+    pub fn can_leave_training(&self) -> bool {
+        self.body.scene().training(self.body.state()).is_ok()
+    }
+
+    /// True if its state is one that the training has seen.
+    #[must_use]
+    pub fn is_inside_training(&self) -> bool {
+        let training = self.body.scene().training(self.body.state());
+        training.is_ok_and(|training| training.is_inside())
+    }
+
     /// Surface nodes in use.
     #[must_use]
     pub const fn surface(&self) -> u32 {

@@ -12,6 +12,7 @@ use core::ffi::{CStr, c_char, c_int, c_void};
 use crate::boundary::{
     deserialize, free_state, get_state, give, guard, lent, lent_mut, refuse, serialize, set_state, text, with,
 };
+use crate::course::Watch;
 use crate::instance::{Given, Instance, Mode, Modes};
 use crate::location::Location;
 use crate::logger::{Callback, Callback2, Category, Logger};
@@ -115,7 +116,14 @@ pub unsafe extern "C" fn fmi2Instantiate(
             return refused(name, "this FMU is for co-simulation");
         }
         let resources = Location::Uri(uri.to_bytes());
-        let given = Given { name, token: guid.to_bytes(), resources, logging: logging_on != 0 };
+        let given = Given {
+            name,
+            token: guid.to_bytes(),
+            resources,
+            logging: logging_on != 0,
+            watch: Watch::NONE,
+            watched: &[],
+        };
         Instance::make(&given, logger).map_or(core::ptr::null_mut(), |at| at.as_ptr().cast())
     })
 }

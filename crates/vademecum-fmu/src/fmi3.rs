@@ -13,9 +13,10 @@ use core::ffi::{CStr, c_char, c_int, c_void};
 use crate::boundary::{
     deserialize, free_state, get_state, give, guard, lent, lent_mut, refuse, serialize, set_state, text, with,
 };
+use crate::course::{IntermediateUpdate, Watch};
 use crate::instance::{Given, Instance, Mode, Modes};
 use crate::location::Location;
-use crate::logger::{Callback, Callback3, Category, Logger};
+use crate::logger::{Callback, Callback3, Category, Logger, status};
 use crate::refusal::{Refusal, Trouble};
 
 /// `bool` of C; any other byte than 0 is true.
@@ -73,12 +74,12 @@ pub unsafe extern "C" fn fmi3InstantiateCoSimulation(
     _visible: Bool,
     logging_on: Bool,
     event_mode_used: Bool,
-    _early_return_allowed: Bool,
-    _intermediate_variables: *const u32,
+    early_return_allowed: Bool,
+    intermediate_variables: *const u32,
     n_intermediate_variables: usize,
     environment: *mut c_void,
     log_message: Option<Callback3>,
-    _intermediate_update: *const c_void,
+    intermediate_update: Option<IntermediateUpdate>,
 ) -> *mut c_void {
     // SAFETY: as the module says.
     let (name, token, folder) = unsafe { (text(instance_name), text(token), text(resource_path)) };
@@ -97,13 +98,14 @@ pub unsafe extern "C" fn fmi3InstantiateCoSimulation(
         if event_mode_used != 0 {
             return refused(NO_EVENTS);
         }
-        if n_intermediate_variables != 0 {
-            return refused(
-                "variables change at the ends of steps only (providesIntermediateUpdate = false)",
-            );
-        }
+        // SAFETY: as the module says.
+        let watched = unsafe { lent(intermediate_variables, n_intermediate_variables) };
+        let Ok(watched) = watched else { return refused("the intermediate variables are missing") };
+        let (update, early_return) = (intermediate_update, early_return_allowed != 0);
+        let watch = Watch { update, environment, early_return };
         let resources = Location::Folder(folder.to_bytes());
-        let given = Given { name, token: token.to_bytes(), resources, logging: logging_on != 0 };
+        let (token, logging) = (token.to_bytes(), logging_on != 0);
+        let given = Given { name, token, resources, logging, watch, watched };
         Instance::make(&given, logger).map_or(core::ptr::null_mut(), |at| at.as_ptr().cast())
     })
 }
@@ -524,7 +526,8 @@ pub unsafe extern "C" fn fmi3DeserializeFMUState(
     }
 }
 
-/// Takes a communication step, a multiple of the internal step.
+/// Takes a communication step. A master that gave a callback is told of each internal step, and may end the
+/// communication step there; one that allows it gets a body that bends far back where this leaves its training.
 ///
 /// # Safety
 /// As the module says.
@@ -539,15 +542,48 @@ pub unsafe extern "C" fn fmi3DoStep(
     early_return: *mut Bool,
     last_successful_time: *mut f64,
 ) -> c_int {
+    let (mut watch, mut course) = (Watch::NONE, None);
     // SAFETY: as the module says.
-    unsafe {
+    let status = unsafe {
         with(i, "fmi3DoStep", Modes::only(Mode::Step), |instance| {
             for flag in [event_handling_needed, terminate_simulation, early_return] {
                 give(flag, 0)?;
             }
             give(last_successful_time, instance.time())?;
-            instance.advance(point, size)?;
+            watch = instance.watch();
+            course = instance.depart(point, size)?;
+            if course.is_none() {
+                instance.advance(point, size)?;
+            }
             Ok(give(last_successful_time, instance.time())?)
         })
+    };
+    let Some(mut course) = course else { return status };
+    loop {
+        // SAFETY: as the module says.
+        let status = unsafe {
+            with(i, "fmi3DoStep", Modes::only(Mode::Intermediate), |instance| {
+                instance.proceed(&mut course)?;
+                Ok(give(last_successful_time, instance.time())?)
+            })
+        };
+        if status != status::OK {
+            return status;
+        }
+        let ends = course.is_done();
+        // SAFETY: as the module says; the instance is not borrowed.
+        if let Some(time) = unsafe { watch.tell(course.time(), ends) } {
+            course.end_at(time);
+        }
+        let is_early = course.ends_here();
+        if ends || is_early {
+            // SAFETY: as the module says.
+            return unsafe {
+                with(i, "fmi3DoStep", Modes::only(Mode::Intermediate), |instance| {
+                    instance.go(Mode::Step);
+                    Ok(give(early_return, Bool::from(is_early))?)
+                })
+            };
+        }
     }
 }

@@ -9,6 +9,7 @@ use vademecum_eval::format::File;
 
 use crate::body::{Body, MAX_STEPS};
 use crate::bytes::{Cursor, Pen};
+use crate::course::Watch;
 use crate::location::{Location, text};
 use crate::logger::{Category, Logger, status};
 use crate::memory::{Block, Chain};
@@ -33,6 +34,8 @@ pub enum Mode {
     Terminated = 8,
     /// Between entering and leaving the configuration.
     Configuration = 16,
+    /// Within a step, while the master is told of it.
+    Intermediate = 32,
 }
 
 impl Mode {
@@ -43,6 +46,7 @@ impl Mode {
             Self::Step => "the instance steps",
             Self::Terminated => "the instance has terminated",
             Self::Configuration => "the instance is in its configuration",
+            Self::Intermediate => "the instance is within a step",
         }
     }
 
@@ -63,7 +67,7 @@ impl Mode {
 pub struct Modes(u8);
 
 impl Modes {
-    /// Always.
+    /// Always, but not within a step.
     pub const ALL: Self = Self(31);
     /// Before the first step.
     pub const START: Self = Self(Mode::Instantiated as u8 | Mode::Initialization as u8);
@@ -72,7 +76,7 @@ impl Modes {
     /// When derivatives are known.
     pub const DERIVE: Self = Self(Mode::Initialization as u8 | Mode::Step as u8);
     /// When there is something to read.
-    pub const GET: Self = Self(Mode::Initialization as u8 | Mode::Step as u8 | Mode::Terminated as u8);
+    pub const GET: Self = Self(Self::DERIVE.0 | Mode::Terminated as u8 | Mode::Intermediate as u8);
 
     /// One mode.
     #[must_use]
@@ -96,6 +100,10 @@ pub struct Given<'a> {
     pub resources: Location<'a>,
     /// True if the log shows more than refusals.
     pub logging: bool,
+    /// Watch of the master over steps.
+    pub watch: Watch,
+    /// Variables that it reads within steps.
+    pub watched: &'a [u32],
 }
 
 /// An instance.
@@ -111,6 +119,7 @@ pub struct Instance {
     stop: Option<f64>,
     logger: Logger,
     logging: bool,
+    watch: Watch,
     token: [u8; token::LENGTH],
     /// States that the master has not freed.
     states: Chain,
@@ -162,6 +171,13 @@ impl Instance {
         let mut numbers = Block::zeroed(length.saturating_mul(8)).ok_or(no_memory)?;
         // SAFETY: the same; the body alone uses them.
         let body = Body::new(&file, points, unsafe { numbers.lend_numbers() }).map_err(of_file)?;
+        let is_shown = |&reference: &u32| {
+            let variable = body.counts().variable(reference);
+            variable.is_some_and(Variable::is_output)
+        };
+        if !given.watched.iter().all(is_shown) {
+            return Err(("", "within a step outputs may be read, and nothing else (intermediateUpdate)"));
+        }
         let mut name = Block::zeroed(given.name.to_bytes_with_nul().len()).ok_or(no_memory)?;
         let copied = name.bytes_mut().iter_mut().zip(given.name.to_bytes_with_nul());
         copied.for_each(|(place, &byte)| *place = byte);
@@ -173,6 +189,7 @@ impl Instance {
             stop: None,
             logger,
             logging: given.logging,
+            watch: given.watch,
             token,
             states: Chain::new().ok_or(no_memory)?,
             name,
@@ -463,6 +480,17 @@ impl Instance {
     /// # Errors
     /// [`Refusal`]; the instance is then where it was.
     pub fn advance(&mut self, point: f64, size: f64) -> Result<(), Trouble> {
+        let (steps, length, end) = self.plan(point, size)?;
+        self.body.step(steps, length)?;
+        self.time = end;
+        Ok(())
+    }
+
+    /// Number and length \[s\] of the internal steps of a communication step, and its end \[s\].
+    ///
+    /// # Errors
+    /// [`Refusal`] of times.
+    pub fn plan(&self, point: f64, size: f64) -> Result<(u64, f64, f64), Refusal> {
         let step = self.body.internal_step();
         let any = self.body.takes_any_step();
         let end = point + size;
@@ -471,17 +499,17 @@ impl Instance {
         // A millionth of a step is no time at all, whatever it comes from.
         let apart = 1e-6 * step + rounding;
         if !(point.is_finite() && magnitude(point - self.time) <= apart) {
-            return Err(Refusal::OtherTime { point, time: self.time }.into());
+            return Err(Refusal::OtherTime { point, time: self.time });
         }
         let ratio = size / step;
         if any && !(ratio.is_finite() && ratio > 1e-6) {
-            return Err(Refusal::NoTime { size }.into());
+            return Err(Refusal::NoTime { size });
         }
         if !(ratio.is_finite() && ratio > 0.0) {
-            return Err(Refusal::NoMultiple { size, step }.into());
+            return Err(Refusal::NoMultiple { size, step });
         }
         if ratio > MAX_STEPS as f64 {
-            return Err(Refusal::TooManySteps { size, step, most: MAX_STEPS }.into());
+            return Err(Refusal::TooManySteps { size, step, most: MAX_STEPS });
         }
         let steps = (ratio + 0.5) as u64;
         // `Δt` times a whole number, but for its own rounding and that of the master's times.
@@ -493,14 +521,34 @@ impl Instance {
                 let steps = ratio as u64 + 1;
                 (steps, size / steps as f64)
             }
-            false => return Err(Refusal::NoMultiple { size, step }.into()),
+            false => return Err(Refusal::NoMultiple { size, step }),
         };
         if let Some(stop) = self.stop.filter(|&stop| end > stop + apart) {
-            return Err(Refusal::BeyondStop { end, stop }.into());
+            return Err(Refusal::BeyondStop { end, stop });
         }
-        self.body.step(steps, length)?;
-        self.time = end;
-        Ok(())
+        Ok((steps, length, end))
+    }
+
+    /// Comes to a time \[s\].
+    pub const fn arrive(&mut self, time: f64) {
+        self.time = time;
+    }
+
+    /// Watch of the master over steps.
+    #[must_use]
+    pub const fn watch(&self) -> Watch {
+        self.watch
+    }
+
+    /// The body.
+    #[must_use]
+    pub const fn body(&self) -> &Body {
+        &self.body
+    }
+
+    /// The body, to be stepped.
+    pub const fn body_mut(&mut self) -> &mut Body {
+        &mut self.body
     }
 
     /// Bytes of a saved state, always the same.

@@ -17,6 +17,7 @@ mod acting;
 mod body;
 mod boundary;
 mod bytes;
+pub mod course;
 mod flight;
 pub mod fmi2;
 pub mod fmi3;

@@ -5,6 +5,7 @@
 mod arrays;
 mod calls;
 mod derivatives;
+mod early_return;
 mod numbers;
 mod parameters;
 mod states;

@@ -2,11 +2,12 @@
 
 use std::ffi::{CStr, CString, c_char, c_int, c_void};
 use std::path::{Path, PathBuf};
-use std::ptr::{null, null_mut};
+use std::ptr::null_mut;
 use std::sync::Mutex;
 
 use vademecum_eval::format::{File, ParameterRole, SectionKind};
 use vademecum_eval::{Place, SceneOptions, Surface, SurfacePoint};
+use vademecum_fmu::course::IntermediateUpdate;
 use vademecum_fmu::fmi2::*;
 use vademecum_fmu::fmi3::*;
 use vademecum_fmu::points::{Point, StressPlace, table};
@@ -88,11 +89,23 @@ impl Unit {
     }
 
     pub fn three(&self, log: &Log) -> *mut c_void {
+        self.three_with(log, None, false, &[])
+    }
+
+    /// With a watch over steps.
+    pub fn three_with(
+        &self,
+        log: &Log,
+        update: Option<IntermediateUpdate>,
+        early_return: bool,
+        watched: &[u32],
+    ) -> *mut c_void {
         let folder = CString::new(format!("{}/", self.resources.display())).expect("a path");
         let (name, token, folder) = (c"beam".as_ptr(), self.token.as_ptr(), folder.as_ptr());
         let (environment, hear) = (log.environment(), Some(hear3 as _));
         unsafe {
-            fmi3InstantiateCoSimulation(name, token, folder, 0, 0, 0, 0, null(), 0, environment, hear, null())
+            let (early, at, n) = (u8::from(early_return), watched.as_ptr(), watched.len());
+            fmi3InstantiateCoSimulation(name, token, folder, 0, 0, 0, early, at, n, environment, hear, update)
         }
     }
 }

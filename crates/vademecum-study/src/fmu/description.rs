@@ -22,6 +22,8 @@ pub(super) struct Description<'a> {
     pub(crate) any_step: bool,
     /// True of a body whose step is linear, which has derivatives.
     pub(crate) linear: bool,
+    /// True of a body with large displacements, whose training has a limit.
+    pub(crate) bends_far: bool,
     /// Title of the problem; may be empty.
     pub(crate) title: String,
     pub(crate) variables: &'a [VariableDescription],
@@ -78,7 +80,9 @@ impl Description<'_> {
                 .with("providesDirectionalDerivatives", truth(self.linear))
                 .with("providesAdjointDerivatives", truth(self.linear))
                 .with("maxOutputDerivativeOrder", "0")
-                .with("providesIntermediateUpdate", "false")
+                .with("providesIntermediateUpdate", "true")
+                .with("mightReturnEarlyFromDoStep", truth(self.bends_far))
+                .with("canReturnEarlyAfterIntermediateUpdate", "true")
                 .with("hasEventMode", "false")
                 .number("fixedInternalStepSize", (!self.any_step).then_some(self.internal_step)),
         }

@@ -104,6 +104,7 @@ pub fn export(bytes: &[u8], request: &Request<'_>) -> Result<Fmu, FmuError> {
         internal_step,
         any_step: is_exact(&file),
         linear: is_linear(&file),
+        bends_far: file.section(SectionKind::StrainLimits).is_some(),
         title: title(&file),
         variables: &variables,
     };

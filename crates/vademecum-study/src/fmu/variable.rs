@@ -295,6 +295,8 @@ impl VariableDescription {
     pub(crate) fn typed(&self) -> String {
         let is_count = self.variable == Variable::SurfaceNodes;
         let element = self.common(if is_count { "UInt64" } else { "Float64" });
+        // What may be read within a step.
+        let element = element.with("intermediateUpdate", if self.variable.is_output() { "true" } else { "" });
         let Some((rows, reference)) = self.rows else { return self.numbers(element).closed() };
         // Every element has a start value of its own.
         let start = self.start.map(|start| vec![start.to_string(); 3 * rows as usize].join(" "));
