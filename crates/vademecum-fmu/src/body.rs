@@ -10,18 +10,17 @@
 #![allow(unsafe_code)]
 
 use vademecum_eval::format::{File, SectionKind};
-use vademecum_eval::{
-    BindError, BodyOptions, LiveMemory, RigidMotion, SceneOptions, StepError, StructureChoice,
-};
+use vademecum_eval::{BindError, LiveMemory, RigidMotion, SceneOptions, StepError};
 
 use crate::acting::{Acting, next_force};
 use crate::bytes::copy;
 use crate::flight::Flight;
 use crate::names::{Names, text};
-use crate::parameters::{ask, has_live, parameter, parameters, set_whole};
+use crate::parameters::{ask, has_live, parameter, set_whole};
 use crate::points::Points;
 use crate::refusal::Refusal;
-use crate::variables::{Counts, Variable, has_live_regions};
+use crate::room::{Lengths, body_options};
+use crate::variables::{Counts, Variable};
 
 /// Internal steps of one call at most: beyond that a caller has confused units, and would wait for hours.
 pub const MAX_STEPS: u64 = 1_000_000_000;
@@ -70,62 +69,6 @@ pub struct LastStep {
     pub is_first: bool,
     /// True if parameters have changed since.
     pub is_stale: bool,
-}
-
-/// Numbers that a body wants.
-struct Lengths {
-    body: usize,
-    parameters: usize,
-    inputs: usize,
-    saved: usize,
-}
-
-impl Lengths {
-    fn of(file: &File<'_>, options: &BodyOptions, points: &Points<'_>) -> Result<Self, BindError> {
-        let metadata = file.metadata();
-        let inputs =
-            points.len().saturating_mul(3).saturating_add(metadata.n_patterns as usize).saturating_add(3);
-        // With the filtered forces of all points and patterns.
-        let nodes = filtered_nodes(file, points.named(), points.surface());
-        let filtered = nodes.saturating_mul(4).saturating_add(metadata.n_patterns as usize);
-        let saved = filtered.saturating_add(3 + 3 * metadata.n_modes as usize);
-        let length =
-            if has_live(file) { LiveMemory::len_for::<f64> } else { vademecum_eval::Body::<f64>::len_for };
-        Ok(Self { body: length(file, options)?, parameters: parameters(file), inputs, saved })
-    }
-
-    fn sum(&self) -> usize {
-        let Self { body, parameters, inputs, saved } = *self;
-        let twice = [body, parameters, parameters, inputs, inputs, saved, saved];
-        twice.into_iter().fold(0, usize::saturating_add)
-    }
-}
-
-/// Options of the evaluator's body: no compliance is asked for.
-fn body_options(file: &File<'_>, points: &Points<'_>) -> BodyOptions {
-    let scene = options(file, points.named(), points.surface());
-    BodyOptions { scene, places: 0, ..BodyOptions::default() }
-}
-
-/// Nodes whose filtered forces a state keeps: those of the facets of named points, and the surface nodes.
-fn filtered_nodes(file: &File<'_>, named: usize, surface: usize) -> usize {
-    file.contact_nodes().saturating_mul(named.max(1)).saturating_add(surface)
-}
-
-/// Structure that a body of a file is bound with: that of `vademecum run`, except that a file with live
-/// regions takes the one that knows them from the start.
-#[must_use]
-pub fn options(file: &File<'_>, named: usize, surface: usize) -> SceneOptions {
-    let metadata = file.metadata();
-    let structure = if has_live_regions(metadata) && metadata.block {
-        StructureChoice::Block
-    } else {
-        StructureChoice::Auto
-    };
-    // Room for every point, whether it is loaded or not; without any, reactions would not remember patterns.
-    let contacts = named.saturating_add(surface).max(1);
-    let filtered_nodes = Some(filtered_nodes(file, named, surface));
-    SceneOptions { structure, contacts, filtered_nodes, ..SceneOptions::default() }
 }
 
 impl Body {
@@ -341,7 +284,10 @@ impl Body {
                 let _ = self.body.rebind(&options).map_err(refused)?;
             }
             match self.set_live() {
-                Ok(is_changed) => self.last.is_stale |= is_changed || options != before,
+                Ok(is_changed) => {
+                    let is_other = is_changed || options != before;
+                    self.last.is_stale |= is_other && self.last.steps > 0;
+                }
                 Err(error) => {
                     let _ = self.body.rebind(&before).map_err(refused)?;
                     return Err(refused(error));

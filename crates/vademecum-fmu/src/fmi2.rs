@@ -12,11 +12,12 @@ use core::ffi::{CStr, c_char, c_int, c_void};
 use crate::boundary::{
     deserialize, free_state, get_state, give, guard, lent, lent_mut, refuse, serialize, set_state, text, with,
 };
-use crate::course::Watch;
-use crate::instance::{Given, Instance, Mode, Modes};
+use crate::instance::{Given, Instance};
 use crate::location::Location;
 use crate::logger::{Callback, Callback2, Category, Logger};
+use crate::mode::{Mode, Modes};
 use crate::refusal::Refusal;
+use crate::watch::Watch;
 
 /// `fmi2CallbackFunctions`.
 #[repr(C)]

@@ -13,11 +13,12 @@ use core::ffi::{CStr, c_char, c_int, c_void};
 use crate::boundary::{
     deserialize, free_state, get_state, give, guard, lent, lent_mut, refuse, serialize, set_state, text, with,
 };
-use crate::course::{IntermediateUpdate, Watch};
-use crate::instance::{Given, Instance, Mode, Modes};
+use crate::instance::{Given, Instance};
 use crate::location::Location;
 use crate::logger::{Callback, Callback3, Category, Logger, status};
+use crate::mode::{Mode, Modes};
 use crate::refusal::{Refusal, Trouble};
+use crate::watch::{IntermediateUpdate, Watch};
 
 /// `bool` of C; any other byte than 0 is true.
 type Bool = u8;
@@ -526,8 +527,9 @@ pub unsafe extern "C" fn fmi3DeserializeFMUState(
     }
 }
 
-/// Takes a communication step. A master that gave a callback is told of each internal step, and may end the
-/// communication step there; one that allows it gets a body that bends far back where this leaves its training.
+/// Takes a communication step. A master that gave a callback hears of each internal step, and may end the
+/// communication step there. Where it allows early return, a body that bends far ends the step itself as it
+/// leaves its training.
 ///
 /// # Safety
 /// As the module says.

@@ -9,85 +9,16 @@ use vademecum_eval::format::File;
 
 use crate::body::{Body, MAX_STEPS};
 use crate::bytes::{Cursor, Pen};
-use crate::course::Watch;
 use crate::location::{Location, text};
 use crate::logger::{Category, Logger, status};
 use crate::memory::{Block, Chain};
-use crate::outputs::Seen;
+use crate::mode::{Mode, Modes};
 use crate::points::Points;
 use crate::refusal::{Refusal, Trouble, bind};
 use crate::token;
 use crate::variables::Variable;
+use crate::watch::Watch;
 use crate::words::{Say, Words, sentence};
-
-/// Phases of a simulation; one bit each, so that a set of them is a sum.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-#[repr(u8)]
-pub enum Mode {
-    /// Made; values at the start may be set.
-    Instantiated = 1,
-    /// Between entering and leaving the initialization.
-    Initialization = 2,
-    /// Stepping.
-    Step = 4,
-    /// Ended; outputs may still be read.
-    Terminated = 8,
-    /// Between entering and leaving the configuration.
-    Configuration = 16,
-    /// Within a step, while the master is told of it.
-    Intermediate = 32,
-}
-
-impl Mode {
-    const fn words(self) -> &'static str {
-        match self {
-            Self::Instantiated => "the instance was made and is not initialized",
-            Self::Initialization => "the instance is in its initialization",
-            Self::Step => "the instance steps",
-            Self::Terminated => "the instance has terminated",
-            Self::Configuration => "the instance is in its configuration",
-            Self::Intermediate => "the instance is within a step",
-        }
-    }
-
-    const fn of_number(number: u8) -> Option<Self> {
-        match number {
-            1 => Some(Self::Instantiated),
-            2 => Some(Self::Initialization),
-            4 => Some(Self::Step),
-            8 => Some(Self::Terminated),
-            16 => Some(Self::Configuration),
-            _ => None,
-        }
-    }
-}
-
-/// A set of modes.
-#[derive(Clone, Copy, Debug)]
-pub struct Modes(u8);
-
-impl Modes {
-    /// Always, but not within a step.
-    pub const ALL: Self = Self(31);
-    /// Before the first step.
-    pub const START: Self = Self(Mode::Instantiated as u8 | Mode::Initialization as u8);
-    /// When inputs and tunable parameters may be set.
-    pub const SET: Self = Self(Self::START.0 | Mode::Step as u8);
-    /// When derivatives are known.
-    pub const DERIVE: Self = Self(Mode::Initialization as u8 | Mode::Step as u8);
-    /// When there is something to read.
-    pub const GET: Self = Self(Self::DERIVE.0 | Mode::Terminated as u8 | Mode::Intermediate as u8);
-
-    /// One mode.
-    #[must_use]
-    pub const fn only(mode: Mode) -> Self {
-        Self(mode as u8)
-    }
-
-    const fn holds(self, mode: Mode) -> bool {
-        self.0 & mode as u8 != 0
-    }
-}
 
 /// Arguments of a master that makes an instance.
 #[derive(Clone, Copy, Debug)]
@@ -325,6 +256,12 @@ impl Instance {
         Ok(())
     }
 
+    /// True before the first step.
+    #[must_use]
+    pub fn is_starting(&self) -> bool {
+        self.mode != Mode::Step
+    }
+
     /// Goes to another mode.
     pub const fn go(&mut self, mode: Mode) {
         self.mode = mode;
@@ -346,64 +283,6 @@ impl Instance {
         self.time
     }
 
-    /// Values of variables.
-    ///
-    /// # Errors
-    /// [`Refusal::NoReference`], [`Refusal::Output`].
-    pub fn get(&self, references: &[u32], values: &mut [f64]) -> Result<(), Trouble> {
-        self.check(references, values.len())?;
-        let mut seen = Seen::default();
-        for (variable, value) in self.body.elements(references).zip(values) {
-            *value = match variable {
-                Variable::Time => self.time,
-                variable => self.body.value(variable, &mut seen).map_err(|refusal| (variable, refusal))?,
-            };
-        }
-        Ok(())
-    }
-
-    /// Sets variables, all of them or none.
-    ///
-    /// # Errors
-    /// [`Refusal`].
-    pub fn set(&mut self, references: &[u32], values: &[f64]) -> Result<(), Trouble> {
-        self.check(references, values.len())?;
-        let elements = self.body.elements(references);
-        let settings = || elements.clone().zip(values.iter().copied());
-        self.body.set(settings, self.mode != Mode::Step)?;
-        Ok(())
-    }
-
-    /// Values of structural parameters: of the surface nodes in use.
-    ///
-    /// # Errors
-    /// [`Refusal::NoReference`], [`Refusal::Values`].
-    pub fn get_counts(&self, references: &[u32], values: &mut [u64]) -> Result<(), Trouble> {
-        self.check_counts(references, values.len())?;
-        values.iter_mut().for_each(|value| *value = u64::from(self.body.surface()));
-        Ok(())
-    }
-
-    /// Sets structural parameters.
-    ///
-    /// # Errors
-    /// [`Refusal::SurfaceNodes`], [`Refusal::NoReference`], [`Refusal::Values`].
-    pub fn set_counts(&mut self, references: &[u32], values: &[u64]) -> Result<(), Trouble> {
-        self.check_counts(references, values.len())?;
-        // There is one, so that the last value is that of all of its references.
-        let Some(&nodes) = values.last() else { return Ok(()) };
-        self.body.set_surface(nodes).map_err(|refusal| (Variable::SurfaceNodes, refusal).into())
-    }
-
-    fn check_counts(&self, references: &[u32], found: usize) -> Result<(), Refusal> {
-        let is_count = |reference| self.body.counts().variable(reference) == Some(Variable::SurfaceNodes);
-        if let Some(&reference) = references.iter().find(|&&reference| !is_count(reference)) {
-            return Err(Refusal::NoReference { reference });
-        }
-        let expected = references.len();
-        if found == expected { Ok(()) } else { Err(Refusal::Values { found, expected }) }
-    }
-
     /// Goes to the configuration, in which structural parameters are set.
     ///
     /// # Errors
@@ -415,60 +294,6 @@ impl Instance {
         }
         self.mode = Mode::Configuration;
         Ok(())
-    }
-
-    /// Derivatives of unknowns along seeds of knowns ([`Body::directional`]).
-    ///
-    /// # Errors
-    /// [`Refusal`].
-    pub fn directional(
-        &self,
-        unknowns: &[u32],
-        knowns: &[u32],
-        seeds: &[f64],
-        sensitivity: &mut [f64],
-    ) -> Result<(), Trouble> {
-        self.check(unknowns, sensitivity.len())?;
-        self.check(knowns, seeds.len())?;
-        let mut memory = self.tangent_memory()?;
-        let seeds = self.body.elements(knowns).zip(seeds.iter().copied());
-        let unknowns = self.body.elements(unknowns);
-        self.body.directional(memory.numbers_mut(), seeds, unknowns, sensitivity)
-    }
-
-    /// Derivatives of the sum of seeded unknowns with respect to knowns ([`Body::adjoint`]).
-    ///
-    /// # Errors
-    /// [`Refusal`].
-    pub fn adjoint(
-        &self,
-        unknowns: &[u32],
-        knowns: &[u32],
-        seeds: &[f64],
-        sensitivity: &mut [f64],
-    ) -> Result<(), Trouble> {
-        self.check(unknowns, seeds.len())?;
-        self.check(knowns, sensitivity.len())?;
-        let mut memory = self.tangent_memory()?;
-        let unknowns = self.body.elements(unknowns);
-        let seeds = || unknowns.clone().zip(seeds.iter().copied());
-        self.body.adjoint(memory.numbers_mut(), seeds, self.body.elements(knowns), sensitivity)
-    }
-
-    fn tangent_memory(&self) -> Result<Block, Refusal> {
-        Block::zeroed(self.body.tangent_len().saturating_mul(8)).ok_or(Refusal::Memory)
-    }
-
-    /// Refuses a reference that no variable has, and another number of values than the variables have.
-    fn check(&self, references: &[u32], found: usize) -> Result<(), Refusal> {
-        let (counts, nodes, mut expected) = (self.body.counts(), self.body.surface(), 0_usize);
-        for &reference in references {
-            let number = |variable: &Variable| *variable != Variable::SurfaceNodes;
-            let variable = counts.variable(reference).filter(number);
-            let variable = variable.ok_or(Refusal::NoReference { reference })?;
-            expected = expected.saturating_add(variable.length(nodes) as usize);
-        }
-        if found == expected { Ok(()) } else { Err(Refusal::Values { found, expected }) }
     }
 
     /// Steps from a communication point by a communication step: a multiple of the internal step, or of a

@@ -99,7 +99,7 @@ impl Body {
         }
         if self.last.is_stale {
             return Err(Refusal::Unsupported(
-                "a parameter has changed since the last step, and the derivatives are those of a step: take one",
+                "a parameter has changed since the last step, whose derivatives these are: take a step",
             ));
         }
         let scene = self.body.scene();

@@ -199,6 +199,12 @@ fn derivatives_come_back_with_a_state_and_are_refused_by_name() {
     assert_eq!(one.step(2.0 * step, step), 0);
     assert_eq!(ask(outputs[0], inputs[0], 1.0), 0);
 
+    // A parameter that is set before the first step is no change since one.
+    assert_eq!(other.take(&unit.two(&log).serialized()), 0);
+    other.start();
+    assert_eq!(other.set(unit.reference(V::Parameter(parameter)), own.upper), 0);
+    assert_eq!(other.along(&outputs, &inputs, &seed), vec![0.0; outputs.len()]);
+
     let free = Unit::new("free.vdm");
     let one = free.two(&log);
     one.start();

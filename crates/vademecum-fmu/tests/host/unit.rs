@@ -7,12 +7,12 @@ use std::sync::Mutex;
 
 use vademecum_eval::format::{File, ParameterRole, SectionKind};
 use vademecum_eval::{Place, SceneOptions, Surface, SurfacePoint};
-use vademecum_fmu::course::IntermediateUpdate;
 use vademecum_fmu::fmi2::*;
 use vademecum_fmu::fmi3::*;
 use vademecum_fmu::points::{Point, StressPlace, table};
 use vademecum_fmu::token::token;
 use vademecum_fmu::variables::{Counts, Variable as V};
+use vademecum_fmu::watch::IntermediateUpdate;
 
 /// Resources of an FMU of a golden file, with two points.
 pub struct Unit {
