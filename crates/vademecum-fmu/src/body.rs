@@ -20,7 +20,7 @@ use crate::parameters::{ask, has_live, parameter, set_whole};
 use crate::points::Points;
 use crate::refusal::Refusal;
 use crate::room::{Lengths, body_options};
-use crate::variables::{Counts, Variable};
+use crate::variables::{Counts, Elements, References, Variable};
 
 /// Internal steps of one call at most: beyond that a caller has confused units, and would wait for hours.
 pub const MAX_STEPS: u64 = 1_000_000_000;
@@ -29,6 +29,7 @@ pub const MAX_STEPS: u64 = 1_000_000_000;
 #[derive(Debug)]
 pub struct Body {
     pub(crate) counts: Counts,
+    references: References,
     pub(crate) points: Points<'static>,
     pub(crate) names: Names,
     /// Start and last step of the flight of a body without supports.
@@ -120,6 +121,7 @@ impl Body {
         let (inputs, stale) = (own_inputs, false);
         Ok(Self {
             counts,
+            references: counts.references(),
             points,
             names,
             flight,
@@ -311,12 +313,15 @@ impl Body {
         Ok(())
     }
 
-    /// The variables of references, arrays element by element; unknown references are left out.
-    pub fn elements<'r>(&self, references: &'r [u32]) -> impl Iterator<Item = Variable> + Clone + use<'r> {
-        let (counts, nodes) = (self.counts, self.surface);
-        references.iter().filter_map(move |&reference| counts.variable(reference)).flat_map(move |variable| {
-            (0..variable.length(nodes)).map(move |index| variable.element(counts.points, index))
-        })
+    /// Meaning of each reference.
+    #[must_use]
+    pub const fn references(&self) -> &References {
+        &self.references
+    }
+
+    /// The variables of references, arrays row by row.
+    pub fn elements<'r>(&self, references: &'r [u32]) -> Elements<'r> {
+        self.references.elements(references, self.surface)
     }
 
     /// Internal steps of the last communication step.

@@ -23,9 +23,11 @@ pub struct Course {
     start: Block,
     /// The first internal step.
     first: LastStep,
-    /// True if the body was inside of its training.
+    /// True if the body was inside of its training before the last internal step.
     was_inside: bool,
-    /// Time from which on the step ends \[s\].
+    /// True if it left it in that step.
+    leaves: bool,
+    /// Time from which on the master wants the step to end \[s\].
     ends_at: f64,
 }
 
@@ -51,7 +53,7 @@ impl Course {
     /// True where the step ends before its end.
     #[must_use]
     pub fn ends_here(&self) -> bool {
-        !self.is_done() && self.time() >= self.ends_at
+        !self.is_done() && (self.leaves || self.time() >= self.ends_at)
     }
 }
 
@@ -70,8 +72,8 @@ impl Instance {
         let (start, first) = (self.save()?, LastStep::default());
         let was_inside = !has_limit || self.body().is_inside_training();
         self.go(Mode::Intermediate);
-        let ends_at = f64::INFINITY;
-        Ok(Some(Course { point, end, steps, taken: 0, length, start, first, was_inside, ends_at }))
+        let (taken, leaves, ends_at) = (0, false, f64::INFINITY);
+        Ok(Some(Course { point, end, steps, taken, length, start, first, was_inside, leaves, ends_at }))
     }
 
     /// Takes one internal step.
@@ -91,9 +93,7 @@ impl Instance {
         self.arrive(course.time());
         if self.watch().early_return && self.body().can_leave_training() {
             let is_inside = self.body().is_inside_training();
-            if course.was_inside && !is_inside {
-                course.end_at(course.time());
-            }
+            course.leaves = course.was_inside && !is_inside;
             course.was_inside = is_inside;
         }
         Ok(())

@@ -12,15 +12,16 @@ impl Instance {
     /// # Errors
     /// [`Refusal::NoReference`], [`Refusal::Output`].
     pub fn get(&self, references: &[u32], values: &mut [f64]) -> Result<(), Trouble> {
-        self.check(references, values.len())?;
+        let (mut elements, found) = (self.body().elements(references), values.len());
         let mut seen = Seen::default();
-        for (variable, value) in self.body().elements(references).zip(values) {
+        for value in values {
+            let Some(variable) = elements.next() else { return Ok(self.check(references, found)?) };
             *value = match variable {
                 Variable::Time => self.time(),
                 variable => self.body().value(variable, &mut seen).map_err(|refusal| (variable, refusal))?,
             };
         }
-        Ok(())
+        if elements.is_whole() { Ok(()) } else { Ok(self.check(references, found)?) }
     }
 
     /// Sets variables, all of them or none.
@@ -58,7 +59,8 @@ impl Instance {
     }
 
     fn check_counts(&self, references: &[u32], found: usize) -> Result<(), Refusal> {
-        let is_count = |reference| self.body().counts().variable(reference) == Some(Variable::SurfaceNodes);
+        let is_count =
+            |reference| self.body().references().variable(reference) == Some(Variable::SurfaceNodes);
         if let Some(&reference) = references.iter().find(|&&reference| !is_count(reference)) {
             return Err(Refusal::NoReference { reference });
         }
@@ -110,10 +112,9 @@ impl Instance {
 
     /// Refuses a reference that no variable has, and another number of values than the variables have.
     fn check(&self, references: &[u32], found: usize) -> Result<(), Refusal> {
-        let (counts, nodes, mut expected) = (self.body().counts(), self.body().surface(), 0_usize);
+        let (known, nodes, mut expected) = (self.body().references(), self.body().surface(), 0_usize);
         for &reference in references {
-            let number = |variable: &Variable| *variable != Variable::SurfaceNodes;
-            let variable = counts.variable(reference).filter(number);
+            let variable = known.variable(reference).filter(Variable::is_number);
             let variable = variable.ok_or(Refusal::NoReference { reference })?;
             expected = expected.saturating_add(variable.length(nodes) as usize);
         }

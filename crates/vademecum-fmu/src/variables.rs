@@ -30,6 +30,13 @@ pub struct Counts {
     pub linear: bool,
 }
 
+/// Meaning of each value reference: the number of references of each kind, counted once.
+#[derive(Clone, Copy, Debug)]
+pub struct References {
+    lengths: [u32; 25],
+    points: u32,
+}
+
 /// Meaning of a value reference. Points, patterns, probes and parameters are counted from 0.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Variable {
@@ -114,6 +121,12 @@ impl Variable {
             Self::BodyPosition(_) | Self::BodyAttitude(_) => true,
             Self::BodyVelocity(_) | Self::BodySpin(_) => true,
         }
+    }
+
+    /// True of variables of floating point; false of structural parameters, which are counts.
+    #[must_use]
+    pub const fn is_number(&self) -> bool {
+        !matches!(self, Self::SurfaceNodes)
     }
 
     /// True of inputs.
@@ -293,12 +306,39 @@ impl Counts {
         ]
     }
 
+    /// What each reference means.
+    #[must_use]
+    pub fn references(&self) -> References {
+        References { lengths: self.lengths(), points: self.points }
+    }
+
+    /// The variable of a reference.
+    #[must_use]
+    pub fn variable(&self, reference: u32) -> Option<Variable> {
+        self.references().variable(reference)
+    }
+
+    /// The reference of a variable.
+    #[must_use]
+    pub fn reference(&self, variable: Variable) -> Option<u32> {
+        (0..).zip(self.all()).find(|(_, known)| *known == variable).map(|(reference, _)| reference)
+    }
+
+    /// All variables in the order of their references, which count from 0.
+    pub fn all(&self) -> impl Iterator<Item = Variable> {
+        let references = self.references();
+        let count = references.lengths.into_iter().fold(0, u32::wrapping_add);
+        (0..count).filter_map(move |reference| references.variable(reference))
+    }
+}
+
+impl References {
     /// The variable of a reference.
     #[must_use]
     pub fn variable(&self, reference: u32) -> Option<Variable> {
         use Variable as V;
         let mut at = reference;
-        for (kind, length) in self.lengths().into_iter().enumerate() {
+        for (kind, &length) in self.lengths.iter().enumerate() {
             let Some(beyond) = at.checked_sub(length) else {
                 let (item, component) = (at / 3, at % 3);
                 return Some(match kind {
@@ -334,17 +374,54 @@ impl Counts {
         None
     }
 
-    /// The reference of a variable.
-    #[must_use]
-    pub fn reference(&self, variable: Variable) -> Option<u32> {
-        (0..).zip(self.all()).find(|(_, known)| *known == variable).map(|(reference, _)| reference)
+    /// The variables of references with so many surface nodes in use, arrays row by row; references of
+    /// anything else than numbers are left out.
+    pub fn elements(self, references: &[u32], nodes: u32) -> Elements<'_> {
+        let (array, rest) = (Variable::Time, references.iter());
+        Elements { known: self, nodes, rest, array, at: 0, length: 0, has_unknown: false }
     }
+}
 
-    /// All variables in the order of their references, which count from 0.
-    pub fn all(&self) -> impl Iterator<Item = Variable> {
-        let count = self.lengths().into_iter().fold(0, u32::wrapping_add);
-        let counts = *self;
-        (0..count).filter_map(move |reference| counts.variable(reference))
+/// Iterator of [`References::elements`].
+#[derive(Clone, Debug)]
+pub struct Elements<'r> {
+    known: References,
+    nodes: u32,
+    rest: core::slice::Iter<'r, u32>,
+    /// The array whose elements are next, the next one, and their number.
+    array: Variable,
+    at: u32,
+    length: u32,
+    /// True if a reference was left out.
+    has_unknown: bool,
+}
+
+impl Elements<'_> {
+    /// True at the end, if no reference was left out.
+    #[must_use]
+    pub fn is_whole(&self) -> bool {
+        !self.has_unknown && self.at >= self.length && self.rest.len() == 0
+    }
+}
+
+impl Iterator for Elements<'_> {
+    type Item = Variable;
+
+    fn next(&mut self) -> Option<Variable> {
+        while self.at >= self.length {
+            let variable = self.known.variable(*self.rest.next()?);
+            let Some(variable) = variable.filter(Variable::is_number) else {
+                self.has_unknown = true;
+                continue;
+            };
+            if !variable.is_array() {
+                return Some(variable);
+            }
+            (self.array, self.at, self.length) = (variable, 0, variable.length(self.nodes));
+        }
+        let element = self.array.element(self.known.points, self.at);
+        self.at += 1;
+        Some(element)
     }
 }
 

@@ -64,7 +64,7 @@ impl Three {
 
 #[test]
 fn arrays_are_the_nodes_of_the_evaluator_bit_for_bit() {
-    for name in ["exact-f64.vdm", "fixed-f64.vdm", "quadratic.vdm", "reactions.vdm"] {
+    for name in ["exact-f64.vdm", "fixed-f64.vdm", "quadratic.vdm", "reactions.vdm", "bent.vdm"] {
         let nodes = [3, 0, 4];
         let unit = Unit::with_surface(name, &nodes);
         let file = File::parse(&unit.bytes).expect("a file");
