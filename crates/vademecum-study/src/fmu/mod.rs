@@ -31,7 +31,7 @@ use archive::Files;
 pub use archive::{Library, LibraryError};
 pub use error::FmuError;
 pub use points::{NamedPoint, PlacedPoint, PlacedStress};
-pub use surface::SurfaceNodes;
+pub use surface::{Rows, SurfaceNodes};
 pub use version::FmiVersion;
 
 /// Contents of an FMU beside the file.
@@ -47,6 +47,8 @@ pub struct Request<'a> {
     pub stresses: &'a [NamedPoint],
     /// Nodes of the arrays, of FMI 3.
     pub surface: SurfaceNodes,
+    /// Their first dimension.
+    pub rows: Rows,
     /// One library for each platform.
     pub libraries: &'a [Library],
 }
@@ -92,7 +94,7 @@ pub fn export(bytes: &[u8], request: &Request<'_>) -> Result<Fmu, FmuError> {
     let stress_rows: Vec<StressPlace<'_>> = stresses.iter().map(PlacedStress::row).collect();
     let found = rows.len().max(stress_rows.len());
     let table = table(&rows, &surface, &stress_rows).ok_or(FmuError::TooManyPoints { found })?;
-    let variables = variables(&file, &points, &stresses, surface.len(), &options)?;
+    let variables = variables(&file, &points, &stresses, (surface.len(), request.rows), &options)?;
     let token = token(bytes, &table);
     let identifier = archive::identifier(request.name);
     let description = Description {
@@ -143,7 +145,7 @@ fn variables(
     file: &File<'_>,
     points: &[PlacedPoint],
     stresses: &[PlacedStress],
-    surface: usize,
+    (surface, rows): (usize, Rows),
     options: &SceneOptions,
 ) -> Result<Vec<VariableDescription>, FmuError> {
     let counts = Counts::of(file, points.len() as u32, stresses.len() as u32, surface as u32);
@@ -159,7 +161,10 @@ fn variables(
         body: RigidBody::of(file),
         any_step,
         surface: counts.surface,
-        surface_reference: counts.reference(Variable::SurfaceNodes).unwrap_or_default(),
+        surface_reference: match rows {
+            Rows::Structural => counts.reference(Variable::SurfaceNodes),
+            Rows::Fixed => None,
+        },
     };
     let named = |(reference, variable)| variable::describe(reference, variable, &named, options);
     let all: Vec<VariableDescription> = (0..).zip(counts.all()).filter_map(named).collect();

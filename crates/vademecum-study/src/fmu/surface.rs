@@ -20,6 +20,16 @@ pub enum SurfaceNodes {
     All,
 }
 
+/// First dimension of the arrays.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Rows {
+    /// A structural parameter, which the master may set.
+    #[default]
+    Structural,
+    /// A number, for masters without structural parameters.
+    Fixed,
+}
+
 /// Numbers of the nodes in file order: each is the one that lies furthest from those before it, so that any
 /// first part of the list is spread over the surface. `O(n k)` for `k` of `n` loadable nodes.
 ///

@@ -19,8 +19,9 @@ pub(super) struct VariableDescription {
     pub(crate) start: Option<f64>,
     /// Smallest and largest value, where there are such.
     range: [Option<f64>; 2],
-    /// Rows of an array at the start, and the reference of the structural parameter that has their number.
-    rows: Option<(u32, u32)>,
+    /// Rows of an array at the start, and the reference of the structural parameter that has their number,
+    /// unless it is fixed.
+    rows: Option<(u32, Option<u32>)>,
 }
 
 /// Name of an SI unit in a file of these units; empty in other units.
@@ -42,9 +43,10 @@ pub(super) struct VariableNames<'a> {
     pub(crate) body: Option<RigidBody>,
     /// True of a file with exact steps.
     pub(crate) any_step: bool,
-    /// Surface nodes of the arrays, and the reference of the structural parameter that has their number.
+    /// Surface nodes of the arrays, and the reference of the structural parameter that has their number,
+    /// unless it is fixed.
     pub(crate) surface: u32,
-    pub(crate) surface_reference: u32,
+    pub(crate) surface_reference: Option<u32>,
 }
 
 /// Name, text, unit, start and range of a variable; `None` for a parameter that an FMU does not offer.
@@ -65,6 +67,7 @@ pub(super) fn describe(
             (Some(start), [Some(0.0), None])
         }
         Variable::SurfaceNodes => {
+            named.surface_reference?;
             let most = Some(f64::from(named.surface));
             (most, [Some(1.0), most])
         }
@@ -301,9 +304,12 @@ impl VariableDescription {
         // Every element has a start value of its own.
         let start = self.start.map(|start| vec![start.to_string(); 3 * rows as usize].join(" "));
         let element = element.with("unit", &self.unit).with("start", &start.unwrap_or_default());
-        let by_reference = Element::new("Dimension").with("valueReference", &reference.to_string());
-        let fixed = Element::new("Dimension").with("start", "3");
-        element.around("Float64", &[by_reference.closed(), fixed.closed()])
+        let dimension = |name, value: u32| Element::new("Dimension").with(name, &value.to_string()).closed();
+        let first = match reference {
+            Some(reference) => dimension("valueReference", reference),
+            None => dimension("start", rows),
+        };
+        element.around("Float64", &[first, dimension("start", 3)])
     }
 
     /// True of what has no value before the initialization, and is listed as unknown there.

@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 
 use vademecum_build::store::{Kind, read_regular};
 use vademecum_study::fmu::{
-    FmiVersion, FmuError, Library, NamedPoint, PlacedPoint, PlacedStress, Request, SurfaceNodes, export,
+    FmiVersion, FmuError, Library, NamedPoint, PlacedPoint, PlacedStress, Request, Rows, SurfaceNodes, export,
 };
 
 use crate::arguments::{Limit, OutputArguments};
@@ -54,6 +54,9 @@ pub(crate) struct Fmu {
     /// fewer.
     #[arg(long, value_name = "COUNT", num_args = 0..=1)]
     surface: Option<Option<usize>>,
+    /// Arrays of a fixed number of rows, for masters without structural parameters.
+    #[arg(long, requires = "surface")]
+    fixed_rows: bool,
     /// The library for another platform, such as aarch64-linux, x86_64-windows or aarch64-darwin: what `cargo
     /// build --release -p vademecum-fmu` makes there. May be given several times. The one for x86_64-linux is
     /// inside the program.
@@ -139,8 +142,9 @@ impl Fmu {
             Some(None) => SurfaceNodes::All,
             Some(Some(count)) => SurfaceNodes::Spread(count),
         };
+        let rows = if self.fixed_rows { Rows::Fixed } else { Rows::Structural };
         let (version, libraries) = (self.fmi, &libraries);
-        let request = Request { version, name, points, stresses, surface, libraries };
+        let request = Request { version, name, points, stresses, surface, rows, libraries };
         let fmu = export(file.bytes(), &request).map_err(|error| self.failure(error))?;
         write_bytes(&outputs, &self.output, Kind::Fmu, &fmu.archive)?;
         let exported = FmuOutput {
