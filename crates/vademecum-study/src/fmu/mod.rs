@@ -31,7 +31,7 @@ use archive::Files;
 pub use archive::{Library, LibraryError};
 pub use error::FmuError;
 pub use points::{NamedPoint, PlacedPoint, PlacedStress};
-pub use surface::{Rows, SurfaceNodes};
+pub use surface::{ArrayRows, SurfaceNodes};
 pub use version::FmiVersion;
 
 /// Contents of an FMU beside the file.
@@ -48,7 +48,7 @@ pub struct Request<'a> {
     /// Nodes of the arrays, of FMI 3.
     pub surface: SurfaceNodes,
     /// Their first dimension.
-    pub rows: Rows,
+    pub rows: ArrayRows,
     /// One library for each platform.
     pub libraries: &'a [Library],
 }
@@ -145,7 +145,7 @@ fn variables(
     file: &File<'_>,
     points: &[PlacedPoint],
     stresses: &[PlacedStress],
-    (surface, rows): (usize, Rows),
+    (surface, rows): (usize, ArrayRows),
     options: &SceneOptions,
 ) -> Result<Vec<VariableDescription>, FmuError> {
     let counts = Counts::of(file, points.len() as u32, stresses.len() as u32, surface as u32);
@@ -162,8 +162,8 @@ fn variables(
         any_step,
         surface: counts.surface,
         surface_reference: match rows {
-            Rows::Structural => counts.reference(Variable::SurfaceNodes),
-            Rows::Fixed => None,
+            ArrayRows::Structural => counts.reference(Variable::SurfaceNodes),
+            ArrayRows::Fixed => None,
         },
     };
     let named = |(reference, variable)| variable::describe(reference, variable, &named, options);

@@ -22,7 +22,7 @@ pub enum SurfaceNodes {
 
 /// First dimension of the arrays.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum Rows {
+pub enum ArrayRows {
     /// A structural parameter, which the master may set.
     #[default]
     Structural,

@@ -4,7 +4,8 @@ use std::path::{Path, PathBuf};
 
 use vademecum_build::store::{Kind, read_regular};
 use vademecum_study::fmu::{
-    FmiVersion, FmuError, Library, NamedPoint, PlacedPoint, PlacedStress, Request, Rows, SurfaceNodes, export,
+    ArrayRows, FmiVersion, FmuError, Library, NamedPoint, PlacedPoint, PlacedStress, Request, SurfaceNodes,
+    export,
 };
 
 use crate::arguments::{Limit, OutputArguments};
@@ -142,7 +143,7 @@ impl Fmu {
             Some(None) => SurfaceNodes::All,
             Some(Some(count)) => SurfaceNodes::Spread(count),
         };
-        let rows = if self.fixed_rows { Rows::Fixed } else { Rows::Structural };
+        let rows = if self.fixed_rows { ArrayRows::Fixed } else { ArrayRows::Structural };
         let (version, libraries) = (self.fmi, &libraries);
         let request = Request { version, name, points, stresses, surface, rows, libraries };
         let fmu = export(file.bytes(), &request).map_err(|error| self.failure(error))?;
