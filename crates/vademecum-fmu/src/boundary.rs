@@ -5,9 +5,10 @@
 use core::ffi::{CStr, c_char, c_int, c_void};
 use core::ptr::NonNull;
 
-use crate::instance::{Instance, Modes};
+use crate::instance::Instance;
 use crate::logger::status;
 use crate::memory::Chain;
+use crate::mode::Modes;
 use crate::refusal::{Refusal, Trouble};
 
 /// Runs a call of the host. The bare library cannot panic, which its linking proves; in every other one a

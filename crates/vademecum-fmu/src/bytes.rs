@@ -74,3 +74,8 @@ impl<'a> Pen<'a> {
         Some(())
     }
 }
+
+/// Writes numbers over others.
+pub fn copy(from: &[f64], to: &mut [f64]) {
+    to.iter_mut().zip(from).for_each(|(to, &from)| *to = from);
+}

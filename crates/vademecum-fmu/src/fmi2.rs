@@ -12,10 +12,12 @@ use core::ffi::{CStr, c_char, c_int, c_void};
 use crate::boundary::{
     deserialize, free_state, get_state, give, guard, lent, lent_mut, refuse, serialize, set_state, text, with,
 };
-use crate::instance::{Given, Instance, Mode, Modes};
+use crate::instance::{Given, Instance};
 use crate::location::Location;
 use crate::logger::{Callback, Callback2, Category, Logger};
+use crate::mode::{Mode, Modes};
 use crate::refusal::Refusal;
+use crate::watch::Watch;
 
 /// `fmi2CallbackFunctions`.
 #[repr(C)]
@@ -115,7 +117,14 @@ pub unsafe extern "C" fn fmi2Instantiate(
             return refused(name, "this FMU is for co-simulation");
         }
         let resources = Location::Uri(uri.to_bytes());
-        let given = Given { name, token: guid.to_bytes(), resources, logging: logging_on != 0 };
+        let given = Given {
+            name,
+            token: guid.to_bytes(),
+            resources,
+            logging: logging_on != 0,
+            watch: Watch::NONE,
+            watched: &[],
+        };
         Instance::make(&given, logger).map_or(core::ptr::null_mut(), |at| at.as_ptr().cast())
     })
 }
@@ -331,23 +340,28 @@ pub unsafe extern "C" fn fmi2DeSerializeFMUstate(
     }
 }
 
-/// Refused: there are no directional derivatives.
+/// Derivatives of outputs along seeds of inputs, which the last step held.
 ///
 /// # Safety
 /// As the module says.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn fmi2GetDirectionalDerivative(
     c: *mut c_void,
-    _unknowns: *const u32,
-    _n_unknown: usize,
-    _knowns: *const u32,
-    _n_known: usize,
-    _seed: *const f64,
-    _sensitivity: *mut f64,
+    unknowns: *const u32,
+    n_unknown: usize,
+    knowns: *const u32,
+    n_known: usize,
+    seed: *const f64,
+    sensitivity: *mut f64,
 ) -> c_int {
-    const WHY: &str = "there are no directional derivatives (providesDirectionalDerivative = false)";
     // SAFETY: as the module says.
-    unsafe { refuse(c, "fmi2GetDirectionalDerivative", WHY) }
+    unsafe {
+        with(c, "fmi2GetDirectionalDerivative", Modes::DERIVE, |instance| {
+            let (unknowns, knowns) = (lent(unknowns, n_unknown)?, lent(knowns, n_known)?);
+            let (seed, sensitivity) = (lent(seed, n_known)?, lent_mut(sensitivity, n_unknown)?);
+            instance.directional(unknowns, knowns, seed, sensitivity)
+        })
+    }
 }
 
 /// Inputs are held over a step: only an empty list is accepted.

@@ -13,26 +13,29 @@ use core::ffi::{CStr, c_char, c_int, c_void};
 use crate::boundary::{
     deserialize, free_state, get_state, give, guard, lent, lent_mut, refuse, serialize, set_state, text, with,
 };
-use crate::instance::{Given, Instance, Mode, Modes};
+use crate::instance::{Given, Instance};
 use crate::location::Location;
-use crate::logger::{Callback, Callback3, Category, Logger};
+use crate::logger::{Callback, Callback3, Category, Logger, status};
+use crate::mode::{Mode, Modes};
 use crate::refusal::{Refusal, Trouble};
+use crate::watch::{IntermediateUpdate, Watch};
 
 /// `bool` of C; any other byte than 0 is true.
 type Bool = u8;
 
 /// Refusal of values other than numbers.
-const FLOAT64_ONLY: &str = "all variables are of type Float64";
+const FLOAT64_ONLY: &str = "all variables are of type Float64, but for the structural parameter";
 /// Refusal of clocks.
 const NO_CLOCKS: &str = "this FMU has no clocks";
 /// Refusal of events.
 const NO_EVENTS: &str = "this FMU has no events (hasEventMode = false)";
 /// Refusal of continuous states and their derivatives.
 const CO_SIMULATION_ONLY: &str = "this FMU is for co-simulation";
-/// Refusal of derivatives.
-const NO_DERIVATIVES: &str = "there are no derivatives, directional, adjoint or of outputs";
-/// Refusal of configuration.
-const NO_STRUCTURE: &str = "this FMU has no structural parameters";
+/// Refusal of derivatives in time.
+const NO_DERIVATIVES: &str = "outputs have no derivatives in time (maxOutputDerivativeOrder = 0)";
+/// Refusal of dependencies by element.
+const NO_ELEMENTS: &str =
+    "dependencies are those of the model description (providesPerElementDependencies = false)";
 
 /// Version of the interface.
 #[unsafe(no_mangle)]
@@ -72,12 +75,12 @@ pub unsafe extern "C" fn fmi3InstantiateCoSimulation(
     _visible: Bool,
     logging_on: Bool,
     event_mode_used: Bool,
-    _early_return_allowed: Bool,
-    _intermediate_variables: *const u32,
+    early_return_allowed: Bool,
+    intermediate_variables: *const u32,
     n_intermediate_variables: usize,
     environment: *mut c_void,
     log_message: Option<Callback3>,
-    _intermediate_update: *const c_void,
+    intermediate_update: Option<IntermediateUpdate>,
 ) -> *mut c_void {
     // SAFETY: as the module says.
     let (name, token, folder) = unsafe { (text(instance_name), text(token), text(resource_path)) };
@@ -96,13 +99,14 @@ pub unsafe extern "C" fn fmi3InstantiateCoSimulation(
         if event_mode_used != 0 {
             return refused(NO_EVENTS);
         }
-        if n_intermediate_variables != 0 {
-            return refused(
-                "variables change at the ends of steps only (providesIntermediateUpdate = false)",
-            );
-        }
+        // SAFETY: as the module says.
+        let watched = unsafe { lent(intermediate_variables, n_intermediate_variables) };
+        let Ok(watched) = watched else { return refused("the intermediate variables are missing") };
+        let (update, early_return) = (intermediate_update, early_return_allowed != 0);
+        let watch = Watch { update, environment, early_return };
         let resources = Location::Folder(folder.to_bytes());
-        let given = Given { name, token: token.to_bytes(), resources, logging: logging_on != 0 };
+        let (token, logging) = (token.to_bytes(), logging_on != 0);
+        let given = Given { name, token, resources, logging, watch, watched };
         Instance::make(&given, logger).map_or(core::ptr::null_mut(), |at| at.as_ptr().cast())
     })
 }
@@ -212,11 +216,6 @@ pub unsafe extern "C" fn fmi3Reset(i: *mut c_void) -> c_int {
     unsafe { with(i, "fmi3Reset", Modes::ALL, Instance::reset) }
 }
 
-/// As many values as value references: all variables are scalars.
-const fn scalars(values: usize, references: usize) -> Result<(), Refusal> {
-    if values == references { Ok(()) } else { Err(Refusal::Values { found: values, expected: references }) }
-}
-
 /// Values of variables.
 ///
 /// # Safety
@@ -231,10 +230,7 @@ pub unsafe extern "C" fn fmi3GetFloat64(
 ) -> c_int {
     // SAFETY: as the module says.
     unsafe {
-        with(i, "fmi3GetFloat64", Modes::GET, |instance| {
-            scalars(n, nvr)?;
-            instance.get(lent(vr, nvr)?, lent_mut(values, n)?)
-        })
+        with(i, "fmi3GetFloat64", Modes::GET, |instance| instance.get(lent(vr, nvr)?, lent_mut(values, n)?))
     }
 }
 
@@ -252,9 +248,71 @@ pub unsafe extern "C" fn fmi3SetFloat64(
 ) -> c_int {
     // SAFETY: as the module says.
     unsafe {
-        with(i, "fmi3SetFloat64", Modes::SET, |instance| {
-            scalars(n, nvr)?;
-            instance.set(lent(vr, nvr)?, lent(values, n)?)
+        with(i, "fmi3SetFloat64", Modes::SET, |instance| instance.set(lent(vr, nvr)?, lent(values, n)?))
+    }
+}
+
+/// Values of the structural parameter.
+///
+/// # Safety
+/// As the module says.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn fmi3GetUInt64(
+    i: *mut c_void,
+    vr: *const u32,
+    nvr: usize,
+    values: *mut u64,
+    n: usize,
+) -> c_int {
+    // SAFETY: as the module says.
+    unsafe {
+        with(i, "fmi3GetUInt64", Modes::ALL, |instance| {
+            instance.get_counts(lent(vr, nvr)?, lent_mut(values, n)?)
+        })
+    }
+}
+
+/// Sets the structural parameter.
+///
+/// # Safety
+/// As the module says.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn fmi3SetUInt64(
+    i: *mut c_void,
+    vr: *const u32,
+    nvr: usize,
+    values: *const u64,
+    n: usize,
+) -> c_int {
+    // SAFETY: as the module says.
+    unsafe {
+        with(i, "fmi3SetUInt64", Modes::only(Mode::Configuration), |instance| {
+            instance.set_counts(lent(vr, nvr)?, lent(values, n)?)
+        })
+    }
+}
+
+/// Goes to the configuration, in which the structural parameter is set.
+///
+/// # Safety
+/// As the module says.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn fmi3EnterConfigurationMode(i: *mut c_void) -> c_int {
+    // SAFETY: as the module says.
+    unsafe { with(i, "fmi3EnterConfigurationMode", Modes::only(Mode::Instantiated), Instance::configure) }
+}
+
+/// Ends the configuration.
+///
+/// # Safety
+/// As the module says.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn fmi3ExitConfigurationMode(i: *mut c_void) -> c_int {
+    // SAFETY: as the module says.
+    unsafe {
+        with(i, "fmi3ExitConfigurationMode", Modes::only(Mode::Configuration), |instance| {
+            instance.go(Mode::Instantiated);
+            Ok(())
         })
     }
 }
@@ -287,7 +345,6 @@ other_types! { FLOAT64_ONLY:
     fmi3GetInt32(*mut i32, usize);
     fmi3GetUInt32(*mut u32, usize);
     fmi3GetInt64(*mut i64, usize);
-    fmi3GetUInt64(*mut u64, usize);
     fmi3GetBoolean(*mut Bool, usize);
     fmi3GetString(*mut *const c_char, usize);
     fmi3GetBinary(*mut usize, *mut *const u8, usize);
@@ -299,7 +356,6 @@ other_types! { FLOAT64_ONLY:
     fmi3SetInt32(*const i32, usize);
     fmi3SetUInt32(*const u32, usize);
     fmi3SetInt64(*const i64, usize);
-    fmi3SetUInt64(*const u64, usize);
     fmi3SetBoolean(*const Bool, usize);
     fmi3SetString(*const *const c_char, usize);
     fmi3SetBinary(*const usize, *const *const u8, usize);
@@ -342,14 +398,8 @@ refused! {
     fmi3EnterStepMode, NO_EVENTS, ();
     fmi3EvaluateDiscreteStates, NO_EVENTS, ();
     fmi3UpdateDiscreteStates, NO_EVENTS, (*mut Bool, *mut Bool, *mut Bool, *mut Bool, *mut Bool, *mut f64);
-    fmi3EnterConfigurationMode, NO_STRUCTURE, ();
-    fmi3ExitConfigurationMode, NO_STRUCTURE, ();
-    fmi3GetNumberOfVariableDependencies, NO_STRUCTURE, (u32, *mut usize);
-    fmi3GetVariableDependencies, NO_STRUCTURE, (u32, *mut usize, *mut u32, *mut usize, *mut c_int, usize);
-    fmi3GetDirectionalDerivative, NO_DERIVATIVES,
-        (*const u32, usize, *const u32, usize, *const f64, usize, *mut f64, usize);
-    fmi3GetAdjointDerivative, NO_DERIVATIVES,
-        (*const u32, usize, *const u32, usize, *const f64, usize, *mut f64, usize);
+    fmi3GetNumberOfVariableDependencies, NO_ELEMENTS, (u32, *mut usize);
+    fmi3GetVariableDependencies, NO_ELEMENTS, (u32, *mut usize, *mut u32, *mut usize, *mut c_int, usize);
     fmi3EnterContinuousTimeMode, CO_SIMULATION_ONLY, ();
     fmi3CompletedIntegratorStep, CO_SIMULATION_ONLY, (Bool, *mut Bool, *mut Bool);
     fmi3SetTime, CO_SIMULATION_ONLY, (f64);
@@ -361,6 +411,42 @@ refused! {
     fmi3GetNumberOfEventIndicators, CO_SIMULATION_ONLY, (*mut usize);
     fmi3GetNumberOfContinuousStates, CO_SIMULATION_ONLY, (*mut usize);
     fmi3ActivateModelPartition, CO_SIMULATION_ONLY, (u32, f64);
+}
+
+/// Derivatives, whose seeds and sensitivities are as many as their variables have values.
+macro_rules! derivatives {
+    ($($name:ident, $of:ident;)*) => {$(
+        /// Derivatives of outputs with respect to inputs, which the last step held.
+        ///
+        /// # Safety
+        /// As the module says.
+        #[unsafe(no_mangle)]
+        pub unsafe extern "C" fn $name(
+            i: *mut c_void,
+            unknowns: *const u32,
+            n_unknowns: usize,
+            knowns: *const u32,
+            n_knowns: usize,
+            seed: *const f64,
+            n_seed: usize,
+            sensitivity: *mut f64,
+            n_sensitivity: usize,
+        ) -> c_int {
+            // SAFETY: as the module says.
+            unsafe {
+                with(i, stringify!($name), Modes::DERIVE, |instance| {
+                    let (unknowns, knowns) = (lent(unknowns, n_unknowns)?, lent(knowns, n_knowns)?);
+                    let (seed, sensitivity) = (lent(seed, n_seed)?, lent_mut(sensitivity, n_sensitivity)?);
+                    instance.$of(unknowns, knowns, seed, sensitivity)
+                })
+            }
+        }
+    )*};
+}
+
+derivatives! {
+    fmi3GetDirectionalDerivative, directional;
+    fmi3GetAdjointDerivative, adjoint;
 }
 
 /// Saves everything that can change.
@@ -441,7 +527,9 @@ pub unsafe extern "C" fn fmi3DeserializeFMUState(
     }
 }
 
-/// Takes a communication step, a multiple of the internal step.
+/// Takes a communication step. A master that gave a callback hears of each internal step, and may end the
+/// communication step there. Where it allows early return, a body that bends far ends the step itself as it
+/// leaves its training.
 ///
 /// # Safety
 /// As the module says.
@@ -456,15 +544,48 @@ pub unsafe extern "C" fn fmi3DoStep(
     early_return: *mut Bool,
     last_successful_time: *mut f64,
 ) -> c_int {
+    let (mut watch, mut course) = (Watch::NONE, None);
     // SAFETY: as the module says.
-    unsafe {
+    let status = unsafe {
         with(i, "fmi3DoStep", Modes::only(Mode::Step), |instance| {
             for flag in [event_handling_needed, terminate_simulation, early_return] {
                 give(flag, 0)?;
             }
             give(last_successful_time, instance.time())?;
-            instance.advance(point, size)?;
+            watch = instance.watch();
+            course = instance.depart(point, size)?;
+            if course.is_none() {
+                instance.advance(point, size)?;
+            }
             Ok(give(last_successful_time, instance.time())?)
         })
+    };
+    let Some(mut course) = course else { return status };
+    loop {
+        // SAFETY: as the module says.
+        let status = unsafe {
+            with(i, "fmi3DoStep", Modes::only(Mode::Intermediate), |instance| {
+                instance.proceed(&mut course)?;
+                Ok(give(last_successful_time, instance.time())?)
+            })
+        };
+        if status != status::OK {
+            return status;
+        }
+        let ends = course.is_done();
+        // SAFETY: as the module says; the instance is not borrowed.
+        if let Some(time) = unsafe { watch.tell(course.time(), ends) } {
+            course.end_at(time);
+        }
+        let is_early = course.ends_here();
+        if ends || is_early {
+            // SAFETY: as the module says.
+            return unsafe {
+                with(i, "fmi3DoStep", Modes::only(Mode::Intermediate), |instance| {
+                    instance.go(Mode::Step);
+                    Ok(give(early_return, Bool::from(is_early))?)
+                })
+            };
+        }
     }
 }

@@ -7,79 +7,18 @@ use core::ptr::NonNull;
 
 use vademecum_eval::format::File;
 
-use crate::body::{Body, Seen};
+use crate::body::{Body, MAX_STEPS};
 use crate::bytes::{Cursor, Pen};
 use crate::location::{Location, text};
 use crate::logger::{Category, Logger, status};
 use crate::memory::{Block, Chain};
+use crate::mode::{Mode, Modes};
 use crate::points::Points;
 use crate::refusal::{Refusal, Trouble, bind};
 use crate::token;
 use crate::variables::Variable;
-use crate::words::{Say, Words};
-
-/// Internal steps of one call at most: beyond that a caller has confused units, and would wait for hours.
-const MAX_STEPS: u64 = 1_000_000_000;
-
-/// Phases of a simulation; one bit each, so that a set of them is a sum.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-#[repr(u8)]
-pub enum Mode {
-    /// Made; values at the start may be set.
-    Instantiated = 1,
-    /// Between entering and leaving the initialization.
-    Initialization = 2,
-    /// Stepping.
-    Step = 4,
-    /// Ended; outputs may still be read.
-    Terminated = 8,
-}
-
-impl Mode {
-    const fn words(self) -> &'static str {
-        match self {
-            Self::Instantiated => "the instance was made and is not initialized",
-            Self::Initialization => "the instance is in its initialization",
-            Self::Step => "the instance steps",
-            Self::Terminated => "the instance has terminated",
-        }
-    }
-
-    const fn of_number(number: u8) -> Option<Self> {
-        match number {
-            1 => Some(Self::Instantiated),
-            2 => Some(Self::Initialization),
-            4 => Some(Self::Step),
-            8 => Some(Self::Terminated),
-            _ => None,
-        }
-    }
-}
-
-/// A set of modes.
-#[derive(Clone, Copy, Debug)]
-pub struct Modes(u8);
-
-impl Modes {
-    /// Always.
-    pub const ALL: Self = Self(15);
-    /// Before the first step.
-    pub const START: Self = Self(Mode::Instantiated as u8 | Mode::Initialization as u8);
-    /// When inputs and tunable parameters may be set.
-    pub const SET: Self = Self(Self::START.0 | Mode::Step as u8);
-    /// When there is something to read.
-    pub const GET: Self = Self(Mode::Initialization as u8 | Mode::Step as u8 | Mode::Terminated as u8);
-
-    /// One mode.
-    #[must_use]
-    pub const fn only(mode: Mode) -> Self {
-        Self(mode as u8)
-    }
-
-    const fn holds(self, mode: Mode) -> bool {
-        self.0 & mode as u8 != 0
-    }
-}
+use crate::watch::Watch;
+use crate::words::{Say, Words, sentence};
 
 /// Arguments of a master that makes an instance.
 #[derive(Clone, Copy, Debug)]
@@ -92,6 +31,10 @@ pub struct Given<'a> {
     pub resources: Location<'a>,
     /// True if the log shows more than refusals.
     pub logging: bool,
+    /// Watch of the master over steps.
+    pub watch: Watch,
+    /// Variables that it reads within steps.
+    pub watched: &'a [u32],
 }
 
 /// An instance.
@@ -107,6 +50,7 @@ pub struct Instance {
     stop: Option<f64>,
     logger: Logger,
     logging: bool,
+    watch: Watch,
     token: [u8; token::LENGTH],
     /// States that the master has not freed.
     states: Chain,
@@ -153,11 +97,18 @@ impl Instance {
         file.verify_all().map_err(|error| of_file(error.into()))?;
         let points = Points::parse(table, file.metadata().n_load_nodes)
             .ok_or(("resources/points.bin: ", "this is no table of points of this file"))?;
-        let length = Body::len_for(&file, points.len()).map_err(of_file)?;
+        let length = Body::len_for(&file, &points).map_err(of_file)?;
         let no_memory = ("", "the host has no memory left");
         let mut numbers = Block::zeroed(length.saturating_mul(8)).ok_or(no_memory)?;
         // SAFETY: the same; the body alone uses them.
         let body = Body::new(&file, points, unsafe { numbers.lend_numbers() }).map_err(of_file)?;
+        let is_shown = |&reference: &u32| {
+            let variable = body.counts().variable(reference);
+            variable.is_some_and(Variable::is_output)
+        };
+        if !given.watched.iter().all(is_shown) {
+            return Err(("", "within a step outputs may be read, and nothing else (intermediateUpdate)"));
+        }
         let mut name = Block::zeroed(given.name.to_bytes_with_nul().len()).ok_or(no_memory)?;
         let copied = name.bytes_mut().iter_mut().zip(given.name.to_bytes_with_nul());
         copied.for_each(|(place, &byte)| *place = byte);
@@ -169,6 +120,7 @@ impl Instance {
             stop: None,
             logger,
             logging: given.logging,
+            watch: given.watch,
             token,
             states: Chain::new().ok_or(no_memory)?,
             name,
@@ -304,6 +256,12 @@ impl Instance {
         Ok(())
     }
 
+    /// True before the first step.
+    #[must_use]
+    pub fn is_starting(&self) -> bool {
+        self.mode != Mode::Step
+    }
+
     /// Goes to another mode.
     pub const fn go(&mut self, mode: Mode) {
         self.mode = mode;
@@ -325,37 +283,16 @@ impl Instance {
         self.time
     }
 
-    /// Values of variables.
+    /// Goes to the configuration, in which structural parameters are set.
     ///
     /// # Errors
-    /// [`Refusal::NoReference`], [`Refusal::Output`].
-    pub fn get(&self, references: &[u32], values: &mut [f64]) -> Result<(), Trouble> {
-        let mut seen = Seen::default();
-        for (&reference, value) in references.iter().zip(values) {
-            let variable = self.body.counts().variable(reference);
-            *value = match variable.ok_or(Refusal::NoReference { reference })? {
-                Variable::Time => self.time,
-                variable => self.body.value(variable, &mut seen).map_err(|refusal| (variable, refusal))?,
-            };
+    /// [`Refusal::Unsupported`]: an FMU without arrays.
+    pub fn configure(&mut self) -> Result<(), Trouble> {
+        if self.body.counts().surface == 0 {
+            const NONE: &str = "this FMU has no structural parameters; export it with --surface";
+            return Err(Refusal::Unsupported(NONE).into());
         }
-        Ok(())
-    }
-
-    /// Sets variables, all of them or none.
-    ///
-    /// # Errors
-    /// [`Refusal`].
-    pub fn set(&mut self, references: &[u32], values: &[f64]) -> Result<(), Trouble> {
-        let counts = *self.body.counts();
-        let unknown = references.iter().find(|&&reference| counts.variable(reference).is_none());
-        if let Some(&reference) = unknown {
-            return Err(Refusal::NoReference { reference }.into());
-        }
-        let settings = || {
-            let variables = references.iter().filter_map(|&reference| counts.variable(reference));
-            variables.zip(values.iter().copied())
-        };
-        self.body.set(settings, self.mode != Mode::Step)?;
+        self.mode = Mode::Configuration;
         Ok(())
     }
 
@@ -368,6 +305,17 @@ impl Instance {
     /// # Errors
     /// [`Refusal`]; the instance is then where it was.
     pub fn advance(&mut self, point: f64, size: f64) -> Result<(), Trouble> {
+        let (steps, length, end) = self.plan(point, size)?;
+        self.body.step(steps, length)?;
+        self.time = end;
+        Ok(())
+    }
+
+    /// Number and length \[s\] of the internal steps of a communication step, and its end \[s\].
+    ///
+    /// # Errors
+    /// [`Refusal`] of times.
+    pub fn plan(&self, point: f64, size: f64) -> Result<(u64, f64, f64), Refusal> {
         let step = self.body.internal_step();
         let any = self.body.takes_any_step();
         let end = point + size;
@@ -376,17 +324,17 @@ impl Instance {
         // A millionth of a step is no time at all, whatever it comes from.
         let apart = 1e-6 * step + rounding;
         if !(point.is_finite() && magnitude(point - self.time) <= apart) {
-            return Err(Refusal::OtherTime { point, time: self.time }.into());
+            return Err(Refusal::OtherTime { point, time: self.time });
         }
         let ratio = size / step;
         if any && !(ratio.is_finite() && ratio > 1e-6) {
-            return Err(Refusal::NoTime { size }.into());
+            return Err(Refusal::NoTime { size });
         }
         if !(ratio.is_finite() && ratio > 0.0) {
-            return Err(Refusal::NoMultiple { size, step }.into());
+            return Err(Refusal::NoMultiple { size, step });
         }
         if ratio > MAX_STEPS as f64 {
-            return Err(Refusal::TooManySteps { size, step, most: MAX_STEPS }.into());
+            return Err(Refusal::TooManySteps { size, step, most: MAX_STEPS });
         }
         let steps = (ratio + 0.5) as u64;
         // `Δt` times a whole number, but for its own rounding and that of the master's times.
@@ -398,14 +346,34 @@ impl Instance {
                 let steps = ratio as u64 + 1;
                 (steps, size / steps as f64)
             }
-            false => return Err(Refusal::NoMultiple { size, step }.into()),
+            false => return Err(Refusal::NoMultiple { size, step }),
         };
         if let Some(stop) = self.stop.filter(|&stop| end > stop + apart) {
-            return Err(Refusal::BeyondStop { end, stop }.into());
+            return Err(Refusal::BeyondStop { end, stop });
         }
-        self.body.step(steps, length)?;
-        self.time = end;
-        Ok(())
+        Ok((steps, length, end))
+    }
+
+    /// Comes to a time \[s\].
+    pub const fn arrive(&mut self, time: f64) {
+        self.time = time;
+    }
+
+    /// Watch of the master over steps.
+    #[must_use]
+    pub const fn watch(&self) -> Watch {
+        self.watch
+    }
+
+    /// The body.
+    #[must_use]
+    pub const fn body(&self) -> &Body {
+        &self.body
+    }
+
+    /// The body, to be stepped.
+    pub const fn body_mut(&mut self) -> &mut Body {
+        &mut self.body
     }
 
     /// Bytes of a saved state, always the same.
@@ -476,7 +444,7 @@ impl Instance {
 }
 
 /// First bytes of a saved state.
-const STATE: [u8; 8] = *b"VDMSTAT1";
+const STATE: [u8; 8] = *b"VDMSTAT2";
 /// Bytes before the numbers of the body.
 const HEAD: usize = STATE.len() + token::LENGTH + 2 + 16;
 /// Bytes behind them.
@@ -492,6 +460,12 @@ struct Name<'a> {
 
 impl Say for Name<'_> {
     fn say(&self, words: &mut Words) {
+        if let Some((array, row, column)) = self.variable.in_array(self.body.counts().points) {
+            // Elements are counted from 1, as FMI does.
+            let [row, column] = [row, column].map(|index| u64::from(index).saturating_add(1));
+            sentence!(words, array.kind().0, "[", row, ",", column, "]");
+            return;
+        }
         let (kind, component) = self.variable.kind();
         let name = self.body.name(self.variable);
         let parts = [kind, name, component.unwrap_or_default()];

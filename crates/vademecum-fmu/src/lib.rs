@@ -13,9 +13,11 @@
 //! platform or a test, a panic would be caught at the boundary.
 #![cfg_attr(feature = "bare", no_std)]
 
+mod acting;
 mod body;
 mod boundary;
 mod bytes;
+mod course;
 mod flight;
 pub mod fmi2;
 pub mod fmi3;
@@ -23,13 +25,23 @@ pub mod instance;
 pub mod location;
 pub mod logger;
 mod memory;
+pub mod mode;
+mod names;
+mod outputs;
+mod parameters;
 pub mod points;
 pub mod refusal;
+mod room;
+mod saved;
+mod sensitivity;
 pub mod token;
+mod values;
 pub mod variables;
+pub mod watch;
 pub mod words;
 
-pub use body::{options, parameter, whole};
+pub use parameters::{parameter, whole};
+pub use room::options;
 
 #[cfg(feature = "bare")]
 mod bare {

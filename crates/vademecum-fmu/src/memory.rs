@@ -81,6 +81,13 @@ impl Block {
         unsafe { core::slice::from_raw_parts_mut(self.at.as_ptr().cast::<f64>(), self.length / 8) }
     }
 
+    /// The block as numbers.
+    #[must_use]
+    pub const fn numbers_mut(&mut self) -> &mut [f64] {
+        // SAFETY: the borrow of the block is that of its numbers.
+        unsafe { self.lend_numbers() }
+    }
+
     /// Gives the block away; [`Block::of_raw`] takes it back.
     #[must_use]
     pub fn into_raw(self) -> NonNull<u8> {

@@ -39,12 +39,19 @@ pub enum Refusal {
     },
     /// A null pointer.
     Null,
-    /// Not as many values as value references.
+    /// Another number of values than the variables have.
     Values {
-        /// Values.
+        /// Values that were given.
         found: usize,
-        /// Value references.
+        /// Values of the variables.
         expected: usize,
+    },
+    /// Another number of surface nodes than the FMU has.
+    SurfaceNodes {
+        /// The number that was asked for.
+        found: u64,
+        /// Those that there are.
+        most: u32,
     },
     /// A communication step that is no multiple of the internal step.
     NoMultiple {
@@ -118,13 +125,10 @@ impl Say for Refusal {
             Self::Null => words.add("a null pointer was given"),
             Self::Values { found, expected } => {
                 let (found, expected) = (found as u64, expected as u64);
-                sentence!(
-                    words,
-                    found,
-                    " values for ",
-                    expected,
-                    " value references; all variables are scalars"
-                );
+                sentence!(words, found, " values for variables that have ", expected);
+            }
+            Self::SurfaceNodes { found, most } => {
+                sentence!(words, found, " surface nodes; expected 1 to ", u64::from(most));
             }
             Self::NoMultiple { size, step } => {
                 sentence!(

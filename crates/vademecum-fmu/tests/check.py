@@ -216,6 +216,37 @@ def states_come_back():
     return len(saved)
 
 
+def derivatives_are_those_of_a_step():
+    """Along a force and a load pattern, of all outputs that are linear or quadratic in them, by central differences."""
+    unit = Unit()
+    inputs = ["force.tip.x", "force.tip.z", "pattern.gravity"]
+    outputs = [v.name for v in description.modelVariables if v.causality == "output" and not v.name.startswith("von_mises")]
+    held, seed = numpy.array([3.0, -20.0, 0.5]), numpy.array([1.0, 4.0, -0.3])
+    unit.put(dict(zip(inputs, held)))
+    unit.step(7)
+    state, time = unit.unit.getFMUState(), unit.time
+
+    def outputs_at(share):
+        unit.unit.setFMUState(state)
+        unit.time = time
+        unit.put(dict(zip(inputs, held + share * seed)))
+        unit.step(3)
+        return numpy.array(unit.get(*outputs))
+
+    above, below = outputs_at(0.5), outputs_at(-0.5)
+    outputs_at(0.0)
+    knowns, unknowns = ([references[name] for name in names] for names in (inputs, outputs))
+    found = numpy.array(unit.unit.getDirectionalDerivative(unknowns, knowns, list(seed)))
+    kinds = [name.split(".")[0] for name in outputs]
+    for kind in set(kinds):
+        chosen = numpy.array([other == kind for other in kinds])
+        largest = numpy.abs(found[chosen]).max()
+        apart = numpy.abs(found - (above - below))[chosen].max()
+        assert largest > 0.0 and apart <= 1e-7 * largest, (kind, apart, largest)
+    unit.unit.freeFMUState(state)
+    unit.end()
+
+
 def what_is_wrong_is_refused():
     unit = Unit()
     for size in (0.0, -1e-3, math.nan):
@@ -269,6 +300,7 @@ as_the_program_throws()
 several_steps_are_one()
 any_step_will_do()
 size = states_come_back()
+derivatives_are_those_of_a_step()
 what_is_wrong_is_refused()
 largest, final, late = coupled()
 print(

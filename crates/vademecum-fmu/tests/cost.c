@@ -50,6 +50,7 @@ int main(int argc, char **argv) {
     int (*enter)(Component), (*leave)(Component), (*step)(Component, double, double, int);
     int (*set)(Component, const unsigned *, size_t, const double *);
     int (*get)(Component, const unsigned *, size_t, double *);
+    int (*along)(Component, const unsigned *, size_t, const unsigned *, size_t, const double *, double *);
     void (*release)(Component);
     *(void **)&instantiate = entry("fmi2Instantiate");
     *(void **)&setup = entry("fmi2SetupExperiment");
@@ -58,6 +59,7 @@ int main(int argc, char **argv) {
     *(void **)&step = entry("fmi2DoStep");
     *(void **)&set = entry("fmi2SetReal");
     *(void **)&get = entry("fmi2GetReal");
+    *(void **)&along = entry("fmi2GetDirectionalDerivative");
     *(void **)&release = entry("fmi2FreeInstance");
 
     char uri[4096];
@@ -73,7 +75,7 @@ int main(int argc, char **argv) {
     const char *what = argv[5];
     /* The variables of one point: force, displacement and velocity follow time, internal step and energy. */
     const unsigned forces[3] = {3, 4, 5}, shown[6] = {6, 7, 8, 9, 10, 11};
-    int push = !strcmp(what, "push"), look = !strcmp(what, "look");
+    int push = !strcmp(what, "push"), look = !strcmp(what, "look"), derive = !strcmp(what, "derive");
     if (!strcmp(what, "ten")) size *= 11.0;
     must(set(unit, forces, 3, force));
     for (long i = 0, count = atol(argv[6]); i < count; i++) {
@@ -84,6 +86,7 @@ int main(int argc, char **argv) {
         must(step(unit, time, size, 1));
         time += size;
         if (look) must(get(unit, shown, 6, moved));
+        if (derive) must(along(unit, shown, 6, forces, 3, force, moved));
     }
     release(unit);
     return 0;

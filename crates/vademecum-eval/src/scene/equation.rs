@@ -147,6 +147,21 @@ impl Equation<'_, '_> {
         })
     }
 
+    /// Derivative of [`Equation::energy`] at `y` along `direction` \[J\]; both have the same `Δt`.
+    pub fn energy_along<T: Scalar>(
+        &self,
+        y: &Coordinates<'_, T>,
+        direction: &Coordinates<'_, T>,
+    ) -> Option<Energy> {
+        let (zeta, rates, per_second) = (y.part(0), y.part(1), 1.0 / y.time_step);
+        let kinetic = form(direction.part(1), |k| self.mass_row(k, rates))? * per_second * per_second;
+        let elastic = form(direction.part(0), |k| self.stiffness_row(k, zeta))?;
+        Some(Energy {
+            kinetic: self.parameters.density * kinetic,
+            elastic: self.parameters.stiffness * elastic,
+        })
+    }
+
     /// Solves `M_r a = f` by conjugate gradients: `f` in `residual` on entry, three vectors in all. `M_r` is
     /// between the smallest and the largest region density times the identity, so the count of iterations
     /// goes with the root of their ratio.

@@ -136,6 +136,11 @@ impl<'m> Residual<'m> {
         0.5 * work.sum::<f64>()
     }
 
+    /// Derivative of [`Residual::energy`] along other forces: `F'ᵀ R F` \[J\].
+    pub fn energy_along<T: Scalar>(&self, acting: &Statics<'_, T>, direction: &Statics<'_, T>) -> f64 {
+        direction.forces().map(|(node, force)| dot(force, self.of_forces(node, acting))).sum()
+    }
+
     /// Adds `R F` to the loadable nodes of a surface, `out` of shape `(any, 3)`.
     pub fn add_to_surface<T: Scalar>(&self, acting: &Statics<'_, T>, scale: f64, out: &mut [T]) {
         if acting.is_empty() {

@@ -172,6 +172,28 @@ impl<T: Scalar> Scene<'_, T> {
         Ok(self.energy_of_modes(state)?.elastic + self.residual_energy(state))
     }
 
+    /// Derivatives of the kinetic and of the strain energy at `state` along `direction`, a state of the same
+    /// scene: the answer to a change of the loads, for one \[J\]. The other outputs of the linear structures
+    /// are linear in the state, so that their derivative is their value at `direction`. `O(r)`, or `O(r²)`
+    /// for dense matrices.
+    ///
+    /// # Errors
+    /// [`OutputError::Mismatch`]; [`OutputError::NotWithStrain`].
+    pub fn energies_along(
+        &self,
+        state: &State<'_, T>,
+        direction: &State<'_, T>,
+    ) -> Result<[f64; 2], OutputError> {
+        self.check(state)?;
+        self.check(direction)?;
+        if self.shape.is_strain() {
+            return Err(OutputError::NotWithStrain);
+        }
+        let modes = self.equation().energy_along(&state.y, &direction.y).ok_or(OutputError::Mismatch)?;
+        let residual = self.sections.residual.energy_along(state.shown(), direction.shown());
+        Ok([modes.kinetic, modes.elastic + residual / self.parameters.stiffness])
+    }
+
     pub(crate) fn energy_of_modes(&self, state: &State<'_, T>) -> Result<Energy, OutputError> {
         self.check(state)?;
         if self.shape.is_strain() {

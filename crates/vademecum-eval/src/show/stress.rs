@@ -12,6 +12,7 @@
 use crate::base::error::OutputError;
 use crate::base::principal::principal;
 use crate::base::scalar::Scalar;
+use crate::base::vec3::dot;
 use crate::scene::scene::Scene;
 use crate::scene::state::State;
 use crate::sections::rows::{Field, factors};
@@ -39,6 +40,28 @@ impl Tensor {
         let [xx, yy, zz, xy, yz, zx] = self.0;
         let [a, b, c] = [xx - yy, yy - zz, zz - xx];
         libm::sqrt(0.5 * (a * a + b * b + c * c) + 3.0 * (xy * xy + yz * yz + zx * zx))
+    }
+
+    /// Derivative of [`Tensor::von_mises`] along `direction`; 0 where the equivalent stress is 0, which has
+    /// none.
+    ///
+    /// ```
+    /// use vademecum_eval::Tensor;
+    ///
+    /// let pull = Tensor([3.0, 0.0, 0.0, 0.0, 0.0, 0.0]);
+    /// let more = Tensor([2.0, 0.0, 0.0, 9.0, 0.0, 0.0]);
+    /// assert_eq!(pull.von_mises_along(&more), 2.0);
+    /// ```
+    #[must_use]
+    pub fn von_mises_along(&self, direction: &Self) -> f64 {
+        let differences = |Tensor([xx, yy, zz, ..]): &Self| [xx - yy, yy - zz, zz - xx];
+        let shears = |Tensor([.., xy, yz, zx]): &Self| [*xy, *yz, *zx];
+        let value = self.von_mises();
+        if value == 0.0 {
+            return 0.0;
+        }
+        let normal = dot(differences(self), differences(direction));
+        (0.5 * normal + 3.0 * dot(shears(self), shears(direction))) / value
     }
 
     /// Principal values, largest first, by Jacobi's rotations.

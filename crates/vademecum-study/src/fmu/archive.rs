@@ -93,17 +93,23 @@ pub(super) fn identifier(name: &str) -> String {
     identifier
 }
 
+/// Files of the archive beside the libraries.
+pub(super) struct Files<'a> {
+    pub(crate) description: Description<'a>,
+    /// Terminals, of FMI 3.
+    pub(crate) terminals: Option<String>,
+    /// The vademecum file.
+    pub(crate) vademecum: &'a [u8],
+    /// The table of points.
+    pub(crate) points: &'a [u8],
+}
+
 /// Writes the archive. Its entries are stored as they are, and bear no time: the same input gives the same
 /// bytes.
 ///
 /// # Errors
 /// [`FmuError::NoPlatform`], [`FmuError::Archive`].
-pub(super) fn write(
-    description: &Description<'_>,
-    libraries: &[Library],
-    file: &[u8],
-    points: &[u8],
-) -> Result<Vec<u8>, FmuError> {
+pub(super) fn write(files: &Files<'_>, libraries: &[Library]) -> Result<Vec<u8>, FmuError> {
     if libraries.is_empty() {
         return Err(FmuError::NoPlatform);
     }
@@ -116,6 +122,7 @@ pub(super) fn write(
         zip.start_file(name, options)?;
         zip.write_all(bytes).map_err(zip::result::ZipError::from)
     };
+    let Files { description, terminals, vademecum, points } = files;
     // The description comes first: that is what tells an FMU from other archives.
     put("modelDescription.xml", description.xml().as_bytes(), 0o644)?;
     for library in libraries {
@@ -123,8 +130,11 @@ pub(super) fn write(
         let name = format!("binaries/{folder}/{}.{extension}", description.identifier);
         put(&name, &library.bytes, 0o755)?;
     }
+    if let Some(terminals) = terminals {
+        put("terminalsAndIcons/terminalsAndIcons.xml", terminals.as_bytes(), 0o644)?;
+    }
     put("resources/points.bin", points, 0o644)?;
-    put("resources/body.vdm", file, 0o644)?;
+    put("resources/body.vdm", vademecum, 0o644)?;
     Ok(zip.finish()?.into_inner())
 }
 

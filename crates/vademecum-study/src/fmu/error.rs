@@ -67,6 +67,23 @@ pub enum FmuError {
         /// Requested number.
         found: usize,
     },
+    /// Arrays in FMI 2.
+    #[error("arrays need FMI 3; export with `--fmi 3 --surface`, or name points with `--point` for FMI 2")]
+    ArraysOfThree,
+    /// A number of surface nodes that the file does not have.
+    #[error("{found} surface nodes; the loadable surface of the file has {known}, expected 1 to {known}")]
+    SurfaceNodes {
+        /// Requested number.
+        found: usize,
+        /// Nodes of the loadable surface.
+        known: usize,
+    },
+    /// More surface nodes than an FMU holds.
+    #[error("{found} surface nodes; an FMU holds at most {most}: ask for fewer, such as `--surface {most}`", most = MOST)]
+    TooManySurfaceNodes {
+        /// Requested number.
+        found: usize,
+    },
     /// There is nothing to put into the archive for some platform.
     #[error("an FMU needs a library for at least one platform")]
     NoPlatform,

@@ -8,7 +8,11 @@ mod archive;
 mod description;
 mod error;
 mod points;
+mod surface;
+mod terminals;
+mod variable;
 mod version;
+mod xml;
 
 use std::path::PathBuf;
 
@@ -16,15 +20,18 @@ use vademecum_build::input::Problem;
 use vademecum_eval::{BodyOptions, LiveMemory, Precision, RigidBody, SceneOptions};
 use vademecum_fmu::points::{Point, StressPlace, table};
 use vademecum_fmu::token::token;
-use vademecum_fmu::variables::{Counts, Variable, is_exact};
+use vademecum_fmu::variables::{Counts, Variable, is_exact, is_linear};
 use vademecum_format::{File, SectionKind};
 
 use crate::contents::lines;
-use description::{Description, VariableDescription, VariableNames};
+use description::Description;
+use variable::{VariableDescription, VariableNames};
 
+use archive::Files;
 pub use archive::{Library, LibraryError};
 pub use error::FmuError;
 pub use points::{NamedPoint, PlacedPoint, PlacedStress};
+pub use surface::{ArrayRows, SurfaceNodes};
 pub use version::FmiVersion;
 
 /// Contents of an FMU beside the file.
@@ -38,6 +45,10 @@ pub struct Request<'a> {
     pub points: &'a [NamedPoint],
     /// Named places whose equivalent stress is reported: the nearest nodes that the file knows the stress of.
     pub stresses: &'a [NamedPoint],
+    /// Nodes of the arrays, of FMI 3.
+    pub surface: SurfaceNodes,
+    /// Their first dimension.
+    pub rows: ArrayRows,
     /// One library for each platform.
     pub libraries: &'a [Library],
 }
@@ -51,6 +62,8 @@ pub struct Fmu {
     pub points: Vec<PlacedPoint>,
     /// The places of its stresses.
     pub stresses: Vec<PlacedStress>,
+    /// Nodes of its arrays.
+    pub surface_nodes: usize,
     /// Names of its inputs.
     pub inputs: Vec<String>,
     /// Names of its outputs.
@@ -69,7 +82,8 @@ pub fn export(bytes: &[u8], request: &Request<'_>) -> Result<Fmu, FmuError> {
     let file = File::parse(bytes)?;
     let points = points::place(&file, request.points)?;
     // What the instance will do with it, so that a file that cannot be stepped is refused here.
-    let options = vademecum_fmu::options(&file, points.len());
+    let surface = surface::place_surface(&file, request.surface, request.version)?;
+    let options = vademecum_fmu::options(&file, points.len(), surface.len());
     let of_body = BodyOptions { scene: options, places: 0, ..BodyOptions::default() };
     let mut memory = vec![0.0; LiveMemory::any_len(&file, &of_body, Precision::Double)?];
     let (_, body) = LiveMemory::bind_any(&file, &of_body, Precision::Double, &mut memory)?;
@@ -79,8 +93,8 @@ pub fn export(bytes: &[u8], request: &Request<'_>) -> Result<Fmu, FmuError> {
     let stresses = points::place_stresses(&file, request.stresses)?;
     let stress_rows: Vec<StressPlace<'_>> = stresses.iter().map(PlacedStress::row).collect();
     let found = rows.len().max(stress_rows.len());
-    let table = table(&rows, &stress_rows).ok_or(FmuError::TooManyPoints { found })?;
-    let variables = variables(&file, &points, &stresses, &options)?;
+    let table = table(&rows, &surface, &stress_rows).ok_or(FmuError::TooManyPoints { found })?;
+    let variables = variables(&file, &points, &stresses, (surface.len(), request.rows), &options)?;
     let token = token(bytes, &table);
     let identifier = archive::identifier(request.name);
     let description = Description {
@@ -91,10 +105,18 @@ pub fn export(bytes: &[u8], request: &Request<'_>) -> Result<Fmu, FmuError> {
         metadata: file.metadata(),
         internal_step,
         any_step: is_exact(&file),
+        linear: is_linear(&file),
+        bends_far: file.section(SectionKind::StrainLimits).is_some(),
         title: title(&file),
         variables: &variables,
     };
-    let archive = archive::write(&description, request.libraries, bytes, &table)?;
+    let names: Vec<String> = points.iter().map(|point| point.name.clone()).collect();
+    let terminals = match request.version {
+        FmiVersion::Two => None,
+        FmiVersion::Three => terminals::terminals(&variables, &names),
+    };
+    let files = Files { description, terminals, vademecum: bytes, points: &table };
+    let archive = archive::write(&files, request.libraries)?;
     let names = |wanted: fn(Variable) -> bool| {
         let of_kind = variables.iter().filter(|described| wanted(described.variable));
         of_kind.map(|described| described.name.clone()).collect()
@@ -102,11 +124,12 @@ pub fn export(bytes: &[u8], request: &Request<'_>) -> Result<Fmu, FmuError> {
     use Variable as V;
     Ok(Fmu {
         archive,
-        inputs: names(|variable| matches!(variable, V::Force(..) | V::Pattern(_) | V::BodyForce(_))),
-        outputs: names(description::is_output),
+        inputs: names(|variable| variable.is_input()),
+        outputs: names(Variable::is_output),
         parameters: names(|variable| matches!(variable, V::Parameter(_) | V::Whole(_))),
         points,
         stresses,
+        surface_nodes: surface.len(),
         internal_step,
     })
 }
@@ -122,9 +145,10 @@ fn variables(
     file: &File<'_>,
     points: &[PlacedPoint],
     stresses: &[PlacedStress],
+    (surface, rows): (usize, ArrayRows),
     options: &SceneOptions,
 ) -> Result<Vec<VariableDescription>, FmuError> {
-    let counts = Counts::of(file, points.len() as u32, stresses.len() as u32);
+    let counts = Counts::of(file, points.len() as u32, stresses.len() as u32, surface as u32);
     let any_step = counts.exact != 0;
     let named = VariableNames {
         points: points.iter().map(|point| point.name.clone()).collect(),
@@ -136,8 +160,13 @@ fn variables(
         file,
         body: RigidBody::of(file),
         any_step,
+        surface: counts.surface,
+        surface_reference: match rows {
+            ArrayRows::Structural => counts.reference(Variable::SurfaceNodes),
+            ArrayRows::Fixed => None,
+        },
     };
-    let named = |(reference, variable)| description::describe(reference, variable, &named, options);
+    let named = |(reference, variable)| variable::describe(reference, variable, &named, options);
     let all: Vec<VariableDescription> = (0..).zip(counts.all()).filter_map(named).collect();
     let mut names: Vec<&str> = all.iter().map(|described| described.name.as_str()).collect();
     names.sort_unstable();

@@ -4,7 +4,8 @@ use std::path::{Path, PathBuf};
 
 use vademecum_build::store::{Kind, read_regular};
 use vademecum_study::fmu::{
-    FmiVersion, FmuError, Library, NamedPoint, PlacedPoint, PlacedStress, Request, export,
+    ArrayRows, FmiVersion, FmuError, Library, NamedPoint, PlacedPoint, PlacedStress, Request, SurfaceNodes,
+    export,
 };
 
 use crate::arguments::{Limit, OutputArguments};
@@ -22,11 +23,15 @@ use crate::print::print_json;
   vademecum export fmu body.vdm --point tip=1,0.04,0.1 --point middle=0.5,0.04,0.1 -o body.fmu
   vademecum export fmu body.vdm --stress root=0,0.04,0.1 -o body.fmu
   vademecum export fmu body.vdm --fmi 3 -o body.fmu
+  vademecum export fmu body.vdm --fmi 3 --surface -o body.fmu       arrays over the loadable surface
+  vademecum export fmu body.vdm --fmi 3 --surface 40 -o body.fmu    over 40 nodes, spread over it
   vademecum export fmu body.vdm --library x86_64-windows=vademecum_fmu.dll -o body.fmu
 Inputs: force.POINT.x, .y, .z and pattern.NAME. Outputs: displacement.POINT.x, velocity.POINT.x, probe.NAME,
 probe_velocity.NAME, energy, von_mises.NAME, and reaction_force.SUPPORT.x and reaction_moment.SUPPORT.x of a
 file with reactions. Of a free body also body_force.x, body_position.x, body_attitude.w, body_velocity.x and
-body_angular_velocity.x. Tunable: parameter.NAME. Communication steps are multiples of internal_step.
+body_angular_velocity.x. With --surface the arrays surface_force, surface_displacement, surface_velocity and
+surface_position, with surface_nodes rows. Tunable: parameter.NAME. Communication steps are multiples of
+internal_step.
 More: docs/how-to/fmu.md")]
 pub(crate) struct Fmu {
     /// The vademecum file, or an assembly file (TOML), which is joined in memory.
@@ -45,6 +50,14 @@ pub(crate) struct Fmu {
     /// of (`[output] stress`); may be given several times.
     #[arg(long, value_name = "NAME=X,Y,Z", value_parser = point, allow_hyphen_values = true)]
     stress: Vec<NamedPoint>,
+    /// Arrays over the nodes of the loadable surface, of FMI 3: nodal forces in, displacements and velocities
+    /// out, one row for each node. All nodes, or COUNT of them, spread over the surface; the master may use
+    /// fewer.
+    #[arg(long, value_name = "COUNT", num_args = 0..=1)]
+    surface: Option<Option<usize>>,
+    /// Arrays of a fixed number of rows, for masters without structural parameters.
+    #[arg(long, requires = "surface")]
+    fixed_rows: bool,
     /// The library for another platform, such as aarch64-linux, x86_64-windows or aarch64-darwin: what `cargo
     /// build --release -p vademecum-fmu` makes there. May be given several times. The one for x86_64-linux is
     /// inside the program.
@@ -102,6 +115,7 @@ struct FmuOutput {
     internal_step: f64,
     points: Vec<PlacedPoint>,
     stresses: Vec<PlacedStress>,
+    surface_nodes: usize,
     inputs: Vec<String>,
     outputs: Vec<String>,
     parameters: Vec<String>,
@@ -124,7 +138,14 @@ impl Fmu {
         refuse_chapter(&self.file, &file, "an FMU")?;
         let name = self.output.file_stem().and_then(|stem| stem.to_str()).unwrap_or("vademecum");
         let (points, stresses) = (&self.point, &self.stress);
-        let request = Request { version: self.fmi, name, points, stresses, libraries: &libraries };
+        let surface = match self.surface {
+            None => SurfaceNodes::None,
+            Some(None) => SurfaceNodes::All,
+            Some(Some(count)) => SurfaceNodes::Spread(count),
+        };
+        let rows = if self.fixed_rows { ArrayRows::Fixed } else { ArrayRows::Structural };
+        let (version, libraries) = (self.fmi, &libraries);
+        let request = Request { version, name, points, stresses, surface, rows, libraries };
         let fmu = export(file.bytes(), &request).map_err(|error| self.failure(error))?;
         write_bytes(&outputs, &self.output, Kind::Fmu, &fmu.archive)?;
         let exported = FmuOutput {
@@ -137,6 +158,7 @@ impl Fmu {
             internal_step: fmu.internal_step,
             points: fmu.points,
             stresses: fmu.stresses,
+            surface_nodes: fmu.surface_nodes,
             inputs: fmu.inputs,
             outputs: fmu.outputs,
             parameters: fmu.parameters,
@@ -180,13 +202,17 @@ impl Fmu {
 
 impl FmuOutput {
     fn print(&self) {
-        let Self { file, bytes, fmi, internal_step, points, stresses, inputs, outputs, parameters } = self;
+        let Self { file, bytes, fmi, internal_step, points, stresses, inputs, outputs, parameters, .. } =
+            self;
         println!("{file}: FMI {fmi}, {bytes} bytes, internal step {internal_step} s");
         for PlacedPoint { name, position: [x, y, z], distance, .. } in points {
             println!("point {name}: ({x}, {y}, {z}), {distance:.1e} from the place given");
         }
         for PlacedStress { name, position: [x, y, z], distance, .. } in stresses {
             println!("stress {name}: ({x}, {y}, {z}), {distance:.1e} from the place given");
+        }
+        if self.surface_nodes > 0 {
+            println!("arrays: {} nodes of the loadable surface", self.surface_nodes);
         }
         for (what, names) in [("inputs", inputs), ("outputs", outputs), ("tunable", parameters)] {
             println!("{what}: {}", if names.is_empty() { "none".into() } else { names.join(", ") });
