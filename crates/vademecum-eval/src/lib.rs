@@ -154,9 +154,20 @@ mod parametric;
 
 mod body;
 
+#[cfg(feature = "full")]
+mod adjoint;
+
 #[cfg(feature = "world")]
 mod world;
 
+#[cfg(feature = "full")]
+pub use adjoint::{
+    batch::BatchAdjoint,
+    cotangents::Cotangents,
+    error::AdjointError,
+    march::{Adjoint, AdjointSizes},
+    surface::gradient_on_triangle,
+};
 #[cfg(feature = "assembly")]
 pub use assembly::assembly::{Assembly, AssemblyNumbers, AssemblyOptions, AssemblySizes};
 #[cfg(feature = "assembly")]

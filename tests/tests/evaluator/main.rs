@@ -1,5 +1,6 @@
 //! Stepping a file: structures, loads, contacts, outputs, states, and what the numbers are compared with.
 
+mod adjoint;
 mod batch;
 mod bind;
 mod bits;

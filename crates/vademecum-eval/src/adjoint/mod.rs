@@ -1,0 +1,10 @@
+//! Gradients of a march: its adjoint, the same step by the transposed map, backwards in time.
+
+pub(crate) mod batch;
+pub(crate) mod body;
+pub(crate) mod cotangents;
+pub(crate) mod error;
+pub(crate) mod march;
+pub(crate) mod shown;
+pub(crate) mod surface;
+pub(crate) mod transposed;
