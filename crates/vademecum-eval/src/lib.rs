@@ -168,6 +168,8 @@ pub use adjoint::{
     march::{Adjoint, AdjointSizes},
     surface::gradient_on_triangle,
 };
+#[cfg(feature = "parametric")]
+pub use adjoint::{modal::MarchRows, parameters::CheckpointedMarch};
 #[cfg(feature = "assembly")]
 pub use assembly::assembly::{Assembly, AssemblyNumbers, AssemblyOptions, AssemblySizes};
 #[cfg(feature = "assembly")]

@@ -13,6 +13,7 @@ mod finite;
 mod free;
 mod free_attached;
 mod golden;
+mod gradients;
 mod histories;
 mod hostile;
 mod increment;

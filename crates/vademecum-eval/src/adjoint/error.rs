@@ -3,6 +3,8 @@
 use crate::base::error::{BindError, LoadError, OutputError, StepError};
 use crate::base::lend::Short;
 use crate::base::options::Structure;
+#[cfg(feature = "parametric")]
+use crate::parametric::error::ParametricError;
 use thiserror::Error;
 
 /// Why an adjoint march is refused.
@@ -51,6 +53,15 @@ pub enum AdjointError {
         /// Numbers needed.
         needed: usize,
     },
+    /// Modes that dashpots couple, which have no gradients with respect to parameters.
+    #[error(
+        "dashpots couple the modes of this scene: gradients with respect to loads and the start are there, \
+         with respect to parameters they are not"
+    )]
+    Coupled,
+    /// A gradient of a march that was not taken, or was refused.
+    #[error("there is no march to go back over: take one first")]
+    NoMarch,
     /// No instance of this number in a batch.
     #[error("the batch has no instance of this number")]
     NoInstance,
@@ -63,6 +74,10 @@ pub enum AdjointError {
     /// Memory that is too short.
     #[error(transparent)]
     Bind(#[from] BindError),
+    /// A parametric model that is refused.
+    #[cfg(feature = "parametric")]
+    #[error(transparent)]
+    Parametric(#[from] ParametricError),
 }
 
 impl From<Short> for AdjointError {

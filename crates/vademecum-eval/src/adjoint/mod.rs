@@ -5,6 +5,11 @@ pub(crate) mod body;
 pub(crate) mod cotangents;
 pub(crate) mod error;
 pub(crate) mod march;
+#[cfg(feature = "parametric")]
+pub(crate) mod modal;
+#[cfg(feature = "parametric")]
+pub(crate) mod parameters;
+pub(crate) mod rows;
 pub(crate) mod shown;
 pub(crate) mod surface;
 pub(crate) mod transposed;

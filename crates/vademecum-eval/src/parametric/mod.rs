@@ -2,6 +2,7 @@
 //! memory, each time as the bytes of an ordinary file.
 
 pub(crate) mod coupling;
+pub(crate) mod damped;
 pub(crate) mod error;
 pub(crate) mod memory;
 pub(crate) mod model;
