@@ -2,15 +2,19 @@
 //! against complex steps of a march by its definition.
 
 use vademecum_eval::{
-    Adjoint, AdjointError, BaseMotion, Batch, BatchAdjoint, Body, BodyOptions, Contact, Cotangents, Field,
-    Loads, Place, Scene, SceneOptions, State, Structure, StructureChoice, gradient_on_triangle,
+    Adjoint, AdjointError, Assembly, AssemblyOptions, BaseMotion, Batch, BatchAdjoint, Body, BodyOptions,
+    Contact, Cotangents, End, Field, Joint, Loads, Part, Place, Pose, Scene, SceneOptions, State, Structure,
+    StructureChoice, gradient_on_triangle,
 };
+use vademecum_format::File;
 use vademecum_format::scheme::StepParameters;
-use vademecum_format::{Element, File, SectionKind};
 use vademecum_tests::complex_step::{Complex, March, Matrix};
 use vademecum_tests::golden::{named, with_dashpots};
 use vademecum_tests::stage::with_scene;
 use vademecum_tests::synthetic::{Body as Synthetic, Layout, Random, bathe};
+
+// With the kinds and elements of a file.
+include!("../../../crates/vademecum-eval/doc/masses.rs");
 
 const STEPS: usize = 25;
 
@@ -51,22 +55,38 @@ struct Weights {
     probe: [f64; 2],
     point: [[f64; 3]; 2],
     stress: Option<[f64; 6]>,
+    reaction: Option<[f64; 6]>,
 }
 
+/// Outputs beside those that every file has.
+#[derive(Clone, Copy, Default)]
+struct More {
+    stress: bool,
+    reaction: bool,
+}
+
+const PLAIN: More = More { stress: false, reaction: false };
+const STRESS: More = More { stress: true, reaction: false };
+const REACTION: More = More { stress: false, reaction: true };
+
 impl Weights {
-    fn random(stress: bool, steps: usize) -> Vec<Self> {
+    fn random(more: More, steps: usize) -> Vec<Self> {
         let mut random = Random::new(77);
         let mut triple = || [random.number(), random.number(), random.number()];
         let mut one = || Self {
             probe: [triple()[0], 1e-2 * triple()[0]],
             point: [triple(), triple().map(|x| 1e-2 * x)],
-            stress: stress.then(|| {
-                let ([a, b, c], [d, e, f]) = (triple(), triple());
-                [a, b, c, d, e, f].map(|x| 1e-4 * x)
-            }),
+            stress: more.stress.then(|| six(&mut triple, 1e-4)),
+            reaction: more.reaction.then(|| six(&mut triple, 1e-3)),
         };
         (0..steps).map(|_| one()).collect()
     }
+}
+
+/// Six numbers of a size.
+fn six(triple: &mut impl FnMut() -> [f64; 3], size: f64) -> [f64; 6] {
+    let ([a, b, c], [d, e, f]) = (triple(), triple());
+    [a, b, c, d, e, f].map(|x| size * x)
 }
 
 /// Where outputs are read: it shares nodes with the place of the force, or neighbours it.
@@ -108,6 +128,10 @@ fn scalar(
             let stress = scene.stress(state, 1).expect("a stress").0;
             sum += stress.iter().zip(own).map(|(a, b)| a * b).sum::<f64>();
         }
+        if let Some(own) = weights.reaction {
+            let reaction = scene.reaction(state, 0).expect("a reaction").total();
+            sum += reaction.iter().zip(own).map(|(a, b)| a * b).sum::<f64>();
+        }
     }
     sum
 }
@@ -145,6 +169,9 @@ fn gradient(scene: &Scene<'_, f64>, inputs: &Inputs, weights: &[Weights]) -> Fou
         if let Some(own) = weights.stress {
             cotangents.add_stress(scene, 1, own).expect("a stress");
         }
+        if let Some(own) = weights.reaction {
+            cotangents.add_reaction(scene, 0, own).expect("a reaction");
+        }
         adjoint.back(scene, &cotangents).expect("a step back");
         found.forces[step] = adjoint.force(scene, &inputs.place).expect("a force");
         found.amplitudes[step] = adjoint.pattern(scene, 0).expect("a pattern");
@@ -158,9 +185,9 @@ fn gradient(scene: &Scene<'_, f64>, inputs: &Inputs, weights: &[Weights]) -> Fou
 
 /// Compares every number of the gradient with a central difference of marches. They are linear in each input
 /// but for the product of force and place, so a difference has no error but rounding.
-fn compare(bytes: &[u8], options: &SceneOptions, stress: bool) {
+fn compare(bytes: &[u8], options: &SceneOptions, more: More) {
     with_scene::<f64, ()>(bytes, options, |scene, state, loads| {
-        let (r, weights) = (scene.n_modes(), Weights::random(stress, STEPS));
+        let (r, weights) = (scene.n_modes(), Weights::random(more, STEPS));
         let inputs = Inputs::random(r, STEPS, 5);
         let found = gradient(scene, &inputs, &weights);
         let mut difference = |change: &dyn Fn(&mut Inputs, f64)| {
@@ -221,10 +248,13 @@ fn compare(bytes: &[u8], options: &SceneOptions, stress: bool) {
 /// Files whose steps are exact, with residual flexibility, stresses, reactions, a moving base.
 #[test]
 fn gradients_of_loads_places_and_starts_are_those_of_marches() {
-    for (name, stress) in
-        [("exact-f64.vdm", false), ("stress.vdm", true), ("anisotropic.vdm", true), ("reactions.vdm", false)]
-    {
-        compare(&named(name), &exact(), stress);
+    for (name, more) in [
+        ("exact-f64.vdm", PLAIN),
+        ("stress.vdm", STRESS),
+        ("anisotropic.vdm", STRESS),
+        ("reactions.vdm", REACTION),
+    ] {
+        compare(&named(name), &exact(), more);
     }
 }
 
@@ -232,10 +262,11 @@ fn gradients_of_loads_places_and_starts_are_those_of_marches() {
 fn residual_flexibility_under_damping_has_its_gradient() {
     for beta in [0.0, 1e-4, 3e-3] {
         let options = SceneOptions { beta: Some(beta), ..exact() };
-        compare(&named("stress.vdm"), &options, true);
+        compare(&named("stress.vdm"), &options, STRESS);
+        compare(&named("reactions.vdm"), &SceneOptions { density: 1.5, ..options }, REACTION);
     }
-    compare(&named("stress.vdm"), &SceneOptions { residual: false, ..exact() }, true);
-    compare(&named("stress.vdm"), &SceneOptions { stiffness: 2.5, density: 0.7, ..exact() }, true);
+    compare(&named("stress.vdm"), &SceneOptions { residual: false, ..exact() }, STRESS);
+    compare(&named("stress.vdm"), &SceneOptions { stiffness: 2.5, density: 0.7, ..exact() }, STRESS);
 }
 
 fn synthetic(r: usize, alpha: f64) -> Vec<u8> {
@@ -247,9 +278,11 @@ fn synthetic(r: usize, alpha: f64) -> Vec<u8> {
 #[test]
 fn dashpots_that_couple_the_modes_have_their_gradient() {
     let rows: Vec<f64> = Random::new(2).numbers(2 * 15).iter().map(|x| 3.0 * x).collect();
-    compare(&with_dashpots(&synthetic(15, 0.5), &rows), &exact(), false);
+    compare(&with_dashpots(&synthetic(15, 0.5), &rows), &exact(), PLAIN);
+    let rows: Vec<f64> = Random::new(4).numbers(2 * 3).iter().map(|x| 3.0 * x).collect();
+    compare(&with_dashpots(&named("reactions.vdm"), &rows), &exact(), REACTION);
     // Without dashpots, more modes than a block of the kernel.
-    compare(&synthetic(19, 0.5), &exact(), false);
+    compare(&synthetic(19, 0.5), &exact(), PLAIN);
 }
 
 #[test]
@@ -414,6 +447,84 @@ fn the_gradient_of_a_batch_is_that_of_each_instance_bit_for_bit() {
             assert!(matches!(BatchAdjoint::new(scene, N, &mut short), Err(AdjointError::Bind(_))));
         });
     }
+}
+
+/// Outputs of a batch show forces at once, also where a filter would delay them.
+#[test]
+fn a_batch_under_damping_has_the_gradient_of_what_it_shows() {
+    let options = SceneOptions { beta: Some(3e-3), ..exact() };
+    with_scene::<f64, ()>(&named("stress.vdm"), &options, |scene, state, loads| {
+        let sizes = scene.adjoint_sizes().expect("sizes");
+        let (mut lent, mut of_outputs) = (vec![0.0; sizes.adjoint], vec![0.0; sizes.cotangents]);
+        let mut adjoint = Adjoint::new(scene, &mut lent).expect("an adjoint");
+        let mut cotangents = Cotangents::new(scene, &mut of_outputs).expect("cotangents");
+        let own = [0.3, -1.0, 0.7];
+        cotangents.add_point(scene, &read_at(), Field::Displacement, own).expect("a point");
+        let mut memory = vec![0.0; BatchAdjoint::len_for(scene, 2).expect("a length")];
+        let mut backwards = BatchAdjoint::new(scene, 2, &mut memory).expect("a batch");
+        backwards.set(scene, 1, &cotangents).expect("set");
+        backwards.back(scene).expect("a step back");
+        backwards.get(scene, 1, &cotangents, &mut adjoint).expect("an instance");
+        let [start, end] = adjoint.force(scene, &place()).expect("a force");
+
+        let mut memory = vec![0.0; Batch::len_for(scene, 2)];
+        let mut batch = Batch::new(scene, 2, &mut memory).expect("a batch");
+        for component in 0..3 {
+            let mut force = [0.0; 3];
+            force[component] = 1.0;
+            loads.clear();
+            loads.add_contact(scene, &Contact::new(place(), force)).expect("a contact");
+            state.rest();
+            batch.set(1, state).expect("at rest");
+            batch.load(scene, 1, loads).expect("loaded");
+            batch.step(scene).expect("a step");
+            batch.get_under(1, state, loads).expect("an instance");
+            let moved = scene.point(state, &read_at(), Field::Displacement).expect("a point");
+            let expected: f64 = moved.iter().zip(own).map(|(a, b)| a * b).sum();
+            let found = start[component] + end[component];
+            assert!((found - expected).abs() < 1e-12 * expected.abs(), "{component}: {found} {expected}");
+        }
+    });
+}
+
+/// Two masses on springs, joined by a bushing: a body like any other.
+#[test]
+fn a_body_joined_of_two_has_its_gradient() {
+    let (first, second) = (mass_on_spring(1.0), mass_on_spring(3.0));
+    let [first, second] = [&first, &second].map(|bytes| File::parse(bytes).expect("a file"));
+    let parts = [("a", first), ("b", second)];
+    let parts = parts.map(|(name, file)| Part::new(name, file, Pose::IDENTITY).expect("a part"));
+    let [a, b] = ["a.end", "b.end"].map(|name| End::find(&parts, name).expect("a port"));
+    let joints = [Joint::bushing(a, b, &[2.0, 0.0, 0.0, 0.0, 0.0, 0.0])];
+    let options = AssemblyOptions::default();
+    let sizes = Assembly::sizes(&parts, &joints, &options).expect("sizes");
+    let (mut bytes, mut memory, mut work) =
+        (vec![0; sizes.bytes], vec![0.0; sizes.memory], vec![0.0; sizes.work]);
+    let joined =
+        Assembly::bind(&parts, &joints, &options, &mut bytes, &mut memory, &mut work).expect("joined");
+    with_scene::<f64, ()>(joined.bytes(), &SceneOptions::default(), |scene, state, loads| {
+        let sizes = scene.adjoint_sizes().expect("sizes");
+        let (mut lent, mut of_outputs) = (vec![0.0; sizes.adjoint], vec![0.0; sizes.cotangents]);
+        let mut adjoint = Adjoint::new(scene, &mut lent).expect("an adjoint");
+        let mut cotangents = Cotangents::new(scene, &mut of_outputs).expect("cotangents");
+        cotangents.add_coordinates(scene, &[1.0, 0.5], &[-2.0, 0.25]).expect("coordinates");
+        let start = ([0.3, -0.7], [1.1, 0.4]);
+        for _ in 0..20 {
+            adjoint.back(scene, &cotangents).expect("a step back");
+            cotangents.clear();
+        }
+        let (mut zeta, mut rates) = ([0.0; 2], [0.0; 2]);
+        adjoint.initial_into(scene, &mut zeta, &mut rates).expect("the start");
+        let along = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>();
+        scene.set(state, &start.0, &start.1, loads).expect("set");
+        for _ in 0..20 {
+            scene.step(state, loads).expect("a step");
+        }
+        let speed: Vec<f64> = state.scaled_velocity().iter().map(|v| v / state.time_step()).collect();
+        let expected = along(state.zeta(), &[1.0, 0.5]) + along(&speed, &[-2.0, 0.25]);
+        let found = along(&zeta, &start.0) + along(&rates, &start.1);
+        assert!((found - expected).abs() < 1e-12 * expected.abs(), "{found} beside {expected}");
+    });
 }
 
 #[test]

@@ -457,6 +457,8 @@ fn a_checkpointed_march_is_refused_by_name() {
     let mut out = [0.0; 4];
     assert!(march.parameters_into(&mut out, &mut work[1..]).is_err());
     assert_eq!(march.parameters_into(&mut out, &mut work), Ok(()));
+    assert!(march.of_load_row(0, &row).is_ok_and(f64::is_finite));
+    assert_eq!(march.of_load_row(1, &row), Err(AdjointError::NoLoad { index: 1, count: 1 }));
 }
 
 const FORCE: [f64; 3] = [0.2, -0.7, 1.0];

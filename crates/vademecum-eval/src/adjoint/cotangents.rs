@@ -24,6 +24,8 @@ pub struct Cotangents<'m, T> {
     pub(crate) state: &'m mut [T],
     /// Of what outputs show of the forces at the end of the step.
     pub(crate) shown: Shown<'m, T>,
+    /// Of these forces along the modes, which accelerations follow at once; `r` numbers.
+    pub(crate) force: &'m mut [T],
     time_step: f64,
 }
 
@@ -42,7 +44,7 @@ impl<'m, T: Scalar> Cotangents<'m, T> {
     /// [`AdjointError::Structure`].
     pub fn len_for(scene: &Scene<'_, T>) -> Result<usize, AdjointError> {
         check_exact(scene)?;
-        Ok(scene.shape.padded() + Shown::len(scene, scene.shape.statics[0]))
+        Ok(scene.shape.padded() + Shown::len(scene, scene.shape.statics[0]) + scene.shape.r)
     }
 
     /// None. `memory` holds at least [`Cotangents::len_for`] numbers; what is in it does not matter.
@@ -55,13 +57,16 @@ impl<'m, T: Scalar> Cotangents<'m, T> {
         let state = memory.take(scene.shape.padded())?;
         state.fill(T::ZERO);
         let shown = Shown::new(scene, scene.shape.statics[0], &mut memory)?;
-        Ok(Self { shape: scene.shape, state, shown, time_step: scene.parameters.time_step })
+        let force = memory.take(scene.shape.r)?;
+        force.fill(T::ZERO);
+        Ok(Self { shape: scene.shape, state, shown, force, time_step: scene.parameters.time_step })
     }
 
     /// Takes all of them away.
     pub fn clear(&mut self) {
         self.state.fill(T::ZERO);
         self.shown.clear();
+        self.force.fill(T::ZERO);
     }
 
     fn check(&self, scene: &Scene<'_, T>, own: &[f64]) -> Result<(), AdjointError> {
@@ -184,6 +189,46 @@ impl<'m, T: Scalar> Cotangents<'m, T> {
         for (sum, own) in place.into_iter().flatten().zip(own) {
             *sum += T::from_f64(own);
         }
+        Ok(())
+    }
+
+    /// Adds those of the force and the moment that a support exerts, as [`Reaction::total`] of
+    /// [`Scene::reaction`]. `O(r)` for each row of dashpots.
+    ///
+    /// [`Reaction::total`]: crate::Reaction::total
+    ///
+    /// # Errors
+    /// [`AdjointError`].
+    pub fn add_reaction(
+        &mut self,
+        scene: &Scene<'_, T>,
+        support: usize,
+        own: [f64; 6],
+    ) -> Result<(), AdjointError> {
+        self.check(scene, &own)?;
+        let (stride, r) = (self.shape.stride(), self.shape.r);
+        scene.check_reaction(support)?;
+        let (displacement, rates) = self.state.split_at_mut_checked(stride).ok_or(AdjointError::Mismatch)?;
+        let share = |mode: usize| scene.reaction_share(support, mode, &own);
+        for (mode, ((of_zeta, of_rate), of_force)) in
+            displacement.iter_mut().zip(&mut *rates).zip(&mut *self.force).enumerate().take(r)
+        {
+            // The acceleration is f/ρ − decay ζ̇ − λ ζ, and the drag of the mass α ζ̇.
+            let [lambda, decay] = scene.mode_equation(mode);
+            let scale = share(mode) * scene.parameters.density;
+            let drag = (scene.parameters.alpha - decay) / self.time_step;
+            *of_zeta += T::from_f64(-scale * lambda);
+            *of_rate += T::from_f64(scale * drag);
+            *of_force += T::from_f64(share(mode));
+        }
+        for row in scene.sections.damping_rows.unwrap_or(&[]).chunks_exact(r.max(1)) {
+            let along: f64 = row.iter().enumerate().map(|(k, &d)| f64::from_le_bytes(d) * share(k)).sum();
+            for (of_rate, &d) in rates.iter_mut().zip(row) {
+                *of_rate += T::from_f64(-along * f64::from_le_bytes(d) / self.time_step);
+            }
+        }
+        let place = self.shown.reactions.as_chunks_mut::<6>().0.get_mut(support);
+        place.into_iter().flatten().zip(own).for_each(|(sum, own)| *sum += T::from_f64(own));
         Ok(())
     }
 

@@ -62,6 +62,14 @@ pub enum AdjointError {
     /// A gradient of a march that was not taken, or was refused.
     #[error("there is no march to go back over: take one first")]
     NoMarch,
+    /// No load of this number in a march that is kept.
+    #[error("load {index} of {count}")]
+    NoLoad {
+        /// The number asked for.
+        index: usize,
+        /// Loads of the march.
+        count: usize,
+    },
     /// No instance of this number in a batch.
     #[error("the batch has no instance of this number")]
     NoInstance,

@@ -80,6 +80,8 @@ pub struct Adjoint<'m, T> {
     /// Zeros in the place of cotangents.
     none: &'m mut [T],
     shown: Shown<'m, T>,
+    /// Outputs show forces at once, without the filter of the residual.
+    at_once: bool,
     /// A load whose answer is asked for.
     unit: Statics<'m, T>,
 }
@@ -132,7 +134,7 @@ impl<'m, T: Scalar> Adjoint<'m, T> {
         none.fill(T::ZERO);
         let shown = Shown::new(scene, room(scene), &mut memory)?;
         let unit = Statics::new(unit_room(scene), &mut memory)?;
-        Ok(Self { transposed, lambda, loads, none, shown, unit })
+        Ok(Self { transposed, lambda, loads, none, shown, at_once: false, unit })
     }
 
     /// Begins again at the end of a march of the same parameters.
@@ -162,7 +164,8 @@ impl<'m, T: Scalar> Adjoint<'m, T> {
         let size = self.transposed.step_into(lambda.now, cotangents.state, lambda.next)?;
         // Held as if it were loaded: cotangents do not come to rest.
         lambda.settle(size, true, T::ZERO)?;
-        scene.loads_of_cotangents(self.lambda.now, self.loads)?;
+        self.take_loads(scene, cotangents)?;
+        self.at_once = false;
         let keep = T::from_f64(if scene.shape.is_filtered() { scene.filter.keep } else { 0.0 });
         if self.shown.keep_and_add(keep, &cotangents.shown) {
             return Ok(());
@@ -185,9 +188,22 @@ impl<'m, T: Scalar> Adjoint<'m, T> {
                 *out = number(part, k).ok_or(AdjointError::Mismatch)?;
             }
         }
-        scene.loads_of_cotangents(self.lambda.now, self.loads)?;
+        self.take_loads(scene, cotangents)?;
+        self.at_once = true;
         let fits = self.shown.keep_and_add(T::ZERO, &cotangents.shown);
         if fits { Ok(()) } else { Err(AdjointError::TooManyNodes { nodes: room(scene) }) }
+    }
+
+    /// `Lᵀ λ`, and what accelerations follow at once at the end.
+    fn take_loads(
+        &mut self,
+        scene: &Scene<'_, T>,
+        cotangents: &Cotangents<'_, T>,
+    ) -> Result<(), AdjointError> {
+        scene.loads_of_cotangents(self.lambda.now, self.loads)?;
+        let ends = self.loads.iter_mut().skip(self.transposed.shape.r);
+        ends.zip(&*cotangents.force).for_each(|(end, &own)| *end += own);
+        Ok(())
     }
 
     /// Part of the modes, for the amplitudes at the start and at the end of the step.
@@ -198,15 +214,15 @@ impl<'m, T: Scalar> Adjoint<'m, T> {
     }
 
     /// Adds what outputs show of the load in `unit`.
-    fn with_shown(&self, scene: &Scene<'_, T>, [start, end]: [f64; 2]) -> [f64; 2] {
+    fn with_shown(&self, scene: &Scene<'_, T>, [start, end]: [f64; 2]) -> Result<[f64; 2], AdjointError> {
         if self.unit.is_empty() {
-            return [start, end];
+            return Ok([start, end]);
         }
-        let answer = self.shown.answer(scene, &self.unit);
-        let filtered = scene.shape.is_filtered();
+        let (answer, held) = (self.shown.answer(scene, &self.unit), self.shown.held(scene, &self.unit)?);
+        let filtered = scene.shape.is_filtered() && !self.at_once;
         let (at_start, at_end) =
             if filtered { (scene.filter.drive(1.0, 0.0), scene.filter.drive(0.0, 1.0)) } else { (0.0, 1.0) };
-        [start + at_start * answer, end + at_end * answer]
+        Ok([start + at_start * answer, end + at_end * answer + held])
     }
 
     /// Gradient with respect to the force \[N\] at a node in the step that was gone back over: at its start
@@ -227,7 +243,7 @@ impl<'m, T: Scalar> Adjoint<'m, T> {
             force.iter_mut().skip(component).take(1).for_each(|one| *one = 1.0);
             self.unit.clear();
             self.unit.add_contact(&Contact::new(place, force), 1.0);
-            [*start, *end] = self.with_shown(scene, self.of_modes(row));
+            [*start, *end] = self.with_shown(scene, self.of_modes(row))?;
         }
         self.unit.clear();
         Ok(gradient)
@@ -297,7 +313,7 @@ impl<'m, T: Scalar> Adjoint<'m, T> {
         let row = scene.sections.pattern_basis.and_then(|basis| basis.row(index * r, r)).ok_or(missing)?;
         self.unit.clear();
         self.unit.add_pattern(index, 1.0);
-        let gradient = self.with_shown(scene, self.of_modes(row));
+        let gradient = self.with_shown(scene, self.of_modes(row))?;
         self.unit.clear();
         Ok(gradient)
     }

@@ -1,6 +1,8 @@
 //! Gradients of a march: its adjoint, the same step by the transposed map, backwards in time.
 
 pub(crate) mod batch;
+#[cfg(feature = "parametric")]
+pub(crate) mod blocks;
 pub(crate) mod body;
 pub(crate) mod cotangents;
 pub(crate) mod error;

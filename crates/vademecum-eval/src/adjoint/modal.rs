@@ -11,24 +11,15 @@
 //!
 //! States are computed again from checkpoints, `√N` of them for `N` steps, segment by segment and always
 //! forwards: a damped mode that is stepped backwards grows.
-//!
-//! Note: modes lie in blocks of [`LANES`], so that a loop over a block has vectors of fixed length; those
-//! beyond the last are zeros.
 
+use crate::adjoint::blocks::{
+    Advance, Back, LANES, STEP, along, copy, forces, in_blocks, pairs, pairs_mut, part_of,
+};
 use crate::adjoint::error::AdjointError;
 use crate::base::lend::{Lender, Short};
 use crate::base::vectors::{Kernel, vectorised};
 use crate::kernels::dense::{at, row, row_mut, set};
 use crate::sections::rows::Field;
-
-/// Modes in a block.
-pub(crate) const LANES: usize = 8;
-/// Numbers of a step of a mode, and of its sums `G`.
-pub(crate) const STEP: usize = 8;
-
-type Lane = [f64; LANES];
-/// Two numbers of each mode of a block: `q` and `q̇`, or loads at the start and at the end.
-type Pair = [Lane; 2];
 
 /// The outputs and the loads of a march, and its length.
 #[derive(Clone, Copy, Debug)]
@@ -350,82 +341,6 @@ impl<'m> ModalMarch<'m> {
     }
 }
 
-/// Place of number `place` of `count` of a mode.
-const fn in_blocks(mode: usize, place: usize, count: usize) -> usize {
-    (mode / LANES * count + place) * LANES + mode % LANES
-}
-
-const fn part_of(field: Field) -> usize {
-    match field {
-        Field::Displacement => 0,
-        Field::Velocity => 1,
-    }
-}
-
-fn pairs(numbers: &[f64]) -> &[Pair] {
-    numbers.as_chunks().0.as_chunks().0
-}
-
-fn pairs_mut(numbers: &mut [f64]) -> &mut [Pair] {
-    numbers.as_chunks_mut().0.as_chunks_mut().0
-}
-
-fn copy(from: &[f64], to: &mut [f64]) {
-    to.iter_mut().zip(from).for_each(|(to, from)| *to = *from);
-}
-
-/// Displacement or velocity along a row.
-#[inline(always)]
-fn along(row: &[f64], state: &[f64], field: Field) -> f64 {
-    let (mut sums, part) = ([0.0; LANES], part_of(field));
-    for (row, state) in row.as_chunks::<LANES>().0.iter().zip(pairs(state)) {
-        for k in 0..LANES {
-            sums[k] += row[k] * state[part][k];
-        }
-    }
-    sums.iter().sum()
-}
-
-/// Loads along the modes at the start and at the end of a step.
-#[inline(always)]
-fn forces(rows: &[f64], amplitudes: &[f64], out: &mut [f64]) {
-    out.fill(0.0);
-    let (starts, ends) = amplitudes.split_at(amplitudes.len() / 2);
-    let m = out.len() / 2;
-    for (row, (&start, &end)) in rows.chunks_exact(m.max(1)).zip(starts.iter().zip(ends)) {
-        for (row, out) in row.as_chunks::<LANES>().0.iter().zip(pairs_mut(out)) {
-            for k in 0..LANES {
-                out[0][k] += start * row[k];
-                out[1][k] += end * row[k];
-            }
-        }
-    }
-}
-
-/// A step of all modes.
-struct Advance<'a> {
-    steps: &'a [f64],
-    state: &'a [f64],
-    force: &'a [f64],
-    out: &'a mut [f64],
-}
-
-impl Kernel for Advance<'_> {
-    type Output = ();
-
-    #[inline(always)]
-    fn run(self) {
-        let steps: &[[Lane; STEP]] = self.steps.as_chunks().0.as_chunks().0;
-        let inputs = pairs(self.state).iter().zip(pairs(self.force));
-        for ((e, (y, f)), out) in steps.iter().zip(inputs).zip(pairs_mut(self.out)) {
-            for k in 0..LANES {
-                out[0][k] = e[0][k] * y[0][k] + e[1][k] * y[1][k] + (e[2][k] * f[0][k] + e[3][k] * f[1][k]);
-                out[1][k] = e[4][k] * y[0][k] + e[5][k] * y[1][k] + (e[6][k] * f[0][k] + e[7][k] * f[1][k]);
-            }
-        }
-    }
-}
-
 /// All steps of a march.
 struct Forwards<'a, 'm> {
     march: &'a mut ModalMarch<'m>,
@@ -497,41 +412,5 @@ impl Kernel for Segment<'_, '_> {
             march.take_loads(now, row_mut(of_loads, step, amplitudes));
         }
         copy(row(march.segment, 0, width), march.next);
-    }
-}
-
-/// A step back of all modes, with the sums of each.
-struct Back<'a> {
-    steps: &'a [f64],
-    state: &'a [f64],
-    force: &'a [f64],
-    lambda: &'a mut [f64],
-    sums: &'a mut [f64],
-    of_force: &'a mut [f64],
-}
-
-impl Kernel for Back<'_> {
-    type Output = ();
-
-    #[inline(always)]
-    fn run(self) {
-        let steps: &[[Lane; STEP]] = self.steps.as_chunks().0.as_chunks().0;
-        let sums: &mut [[Lane; STEP]] = self.sums.as_chunks_mut().0.as_chunks_mut().0;
-        let inputs = pairs(self.state).iter().zip(pairs(self.force));
-        let outputs = pairs_mut(self.lambda).iter_mut().zip(pairs_mut(self.of_force));
-        for (((e, sums), (y, f)), (lambda, of_force)) in steps.iter().zip(sums).zip(inputs).zip(outputs) {
-            for k in 0..LANES {
-                let (a, b) = (lambda[0][k], lambda[1][k]);
-                let pushed = [y[0][k], y[1][k], f[0][k], f[1][k]];
-                for c in 0..4 {
-                    sums[c][k] += a * pushed[c];
-                    sums[4 + c][k] += b * pushed[c];
-                }
-                lambda[0][k] = e[0][k] * a + e[4][k] * b;
-                lambda[1][k] = e[1][k] * a + e[5][k] * b;
-                of_force[0][k] = e[2][k] * a + e[6][k] * b;
-                of_force[1][k] = e[3][k] * a + e[7][k] * b;
-            }
-        }
     }
 }

@@ -46,8 +46,41 @@ const HALVES: usize = STEP * 49;
 /// amplitudes: instants move. Modes of one frequency and different damping ratios beside Rayleigh's damping
 /// have no derivative; the mean of the ratios is taken.
 ///
-/// A march and its gradient cost about four marches of the modes, for any number of parameters, beside
-/// `O(P m r²)` once.
+/// A march and its gradients cost less than four marches of a [`Body`](crate::Body), for any number of
+/// parameters, beside `O(P m r²)` once.
+///
+/// ```
+/// use vademecum_eval::format::File;
+/// use vademecum_eval::{CheckpointedMarch, Field, MarchRows, Parametric};
+///
+/// # fn main() -> Result<(), Box<dyn std::error::Error>> {
+/// # let bytes = include_bytes!(concat!(env!("CARGO_MANIFEST_DIR"), "/../../fixtures/golden/parametric.vdm"));
+/// let file = File::parse(bytes)?;
+/// let model = Parametric::new(&file)?;
+/// let (r, steps) = (model.n_basis(), 100);
+/// let (mut probe, mut load) = (vec![0.0; r], vec![0.0; r]);
+/// model.probe_row(0, &mut probe)?;
+/// model.node_row(4, [0.0, 0.0, 1.0], &mut load)?;
+/// let rows = MarchRows { outputs: &probe, fields: &[Field::Displacement], loads: &load, steps };
+///
+/// // The modes at values of the parameters, and the march.
+/// let sizes = model.sizes(r)?;
+/// let (mut memory, mut work) = (vec![0.0; sizes.memory], vec![0.0; sizes.work]);
+/// let tuned = model.solve(&[1.0, 1.0, 1.0, 4e-5], r, &mut memory, &mut work)?;
+/// let sizes = model.adjoint_sizes(r, &rows)?;
+/// let (mut memory, mut work) = (vec![0.0; sizes.memory], vec![0.0; sizes.work]);
+/// let mut march = CheckpointedMarch::new(&model, tuned, &rows, &mut memory)?;
+///
+/// // A scalar: half the sum of the squares of the output, whose cotangents are the output itself.
+/// let (loads, mut outputs) = (vec![1.0; 2 * steps], vec![0.0; steps]);
+/// march.march([&[]; 2], &loads, &mut outputs)?;
+/// march.back(&loads, &outputs, &mut [])?;
+/// let mut gradient = vec![0.0; model.n_parameters()];
+/// march.parameters_into(&mut gradient, &mut work)?;
+/// assert!(gradient.iter().all(|slope| *slope != 0.0));
+/// # Ok(())
+/// # }
+/// ```
 #[derive(Debug)]
 pub struct CheckpointedMarch<'m, 'f> {
     march: ModalMarch<'m>,
@@ -276,15 +309,16 @@ impl<'m, 'f> CheckpointedMarch<'m, 'f> {
     /// the weights of its place. After [`CheckpointedMarch::back`]. `O(m r)`.
     ///
     /// # Errors
-    /// [`AdjointError::Length`]: a row of another length; no such load.
+    /// [`AdjointError::Length`]: a row of another length; [`AdjointError::NoLoad`].
     pub fn of_load_row(&self, load: usize, gained: &[f64]) -> Result<f64, AdjointError> {
         let needed = self.model.as_ref().map_or(self.n_modes(), |(model, _)| model.n_basis());
         let found = gained.len();
         if found != needed {
             return Err(AdjointError::Length { found, needed });
         }
-        if load >= self.march.lengths.loads {
-            return Err(AdjointError::Length { found: load, needed: self.march.lengths.loads });
+        let count = self.march.lengths.loads;
+        if load >= count {
+            return Err(AdjointError::NoLoad { index: load, count });
         }
         let own = |k: usize| self.march.of_load(load, k);
         if let Some((_, tuned)) = &self.model {

@@ -1,9 +1,10 @@
-//! Cotangents of what outputs show of forces beside the modes: residual flexibility, and stress that the
-//! modes leave out.
+//! Cotangents of what outputs show of forces beside the modes: residual flexibility, stress that the modes
+//! leave out, and reactions of supports.
 //!
 //! These outputs are linear in the forces at the end of a step, so their gradient is what the cotangents read
 //! of the answer to a unit load.
 
+use crate::base::error::OutputError;
 use crate::base::lend::{Lender, Short};
 use crate::base::scalar::Scalar;
 use crate::base::vec3::dot;
@@ -18,28 +19,30 @@ pub(crate) struct Shown<'m, T> {
     pub probes: &'m mut [T],
     /// Six numbers for each point.
     pub stress: &'m mut [T],
+    /// Six numbers for each support. Reactions follow forces at once, without the filter of the residual.
+    pub reactions: &'m mut [T],
 }
 
-/// Numbers of cotangents of probes and of stresses; none where forces show nothing beside the modes.
-fn counts<T: Scalar>(scene: &Scene<'_, T>) -> [usize; 2] {
+/// Numbers of cotangents of probes, of stresses and of reactions; none where forces show nothing beside the modes.
+fn counts<T: Scalar>(scene: &Scene<'_, T>) -> [usize; 3] {
     if scene.shape.statics == [0; 2] {
-        return [0; 2];
+        return [0; 3];
     }
-    [scene.metadata.n_probes as usize, 6 * scene.n_stress_points()]
+    [scene.metadata.n_probes as usize, 6 * scene.n_stress_points(), 6 * scene.sections.supports.count]
 }
 
 impl<'m, T: Scalar> Shown<'m, T> {
     /// Numbers of memory, with room for so many nodes.
     pub fn len(scene: &Scene<'_, T>, nodes: usize) -> usize {
-        let [probes, stress] = counts(scene);
-        4 * nodes + probes + stress
+        counts(scene).into_iter().fold(4 * nodes, usize::saturating_add)
     }
 
     /// No cotangents.
     pub fn new(scene: &Scene<'_, T>, nodes: usize, memory: &mut Lender<&'m mut [T]>) -> Result<Self, Short> {
-        let [probes, stress] = counts(scene);
+        let [probes, stress, reactions] = counts(scene);
         let nodes = Statics::new([nodes, 0], memory)?;
-        let mut shown = Self { nodes, probes: memory.take(probes)?, stress: memory.take(stress)? };
+        let (probes, stress) = (memory.take(probes)?, memory.take(stress)?);
+        let mut shown = Self { nodes, probes, stress, reactions: memory.take(reactions)? };
         shown.clear();
         Ok(shown)
     }
@@ -49,6 +52,7 @@ impl<'m, T: Scalar> Shown<'m, T> {
         self.nodes.clear();
         self.probes.fill(T::ZERO);
         self.stress.fill(T::ZERO);
+        self.reactions.fill(T::ZERO);
     }
 
     /// `c ← keep c + other`: what a step of the filter of the residual makes of cotangents, backwards. False
@@ -62,6 +66,7 @@ impl<'m, T: Scalar> Shown<'m, T> {
         };
         add(self.probes, other.probes);
         add(self.stress, other.stress);
+        self.reactions.iter_mut().zip(&*other.reactions).for_each(|(to, &from)| *to = from);
         self.nodes.scale(keep);
         self.nodes.add_all(&other.nodes)
     }
@@ -80,5 +85,19 @@ impl<'m, T: Scalar> Shown<'m, T> {
             own.iter().zip(stress).map(|(own, stress)| own.to_f64() * stress).sum::<f64>()
         });
         moved + stresses.sum::<f64>()
+    }
+
+    /// What the cotangents of reactions read of forces at the end of a step, at rest.
+    pub fn held(&self, scene: &Scene<'_, T>, acting: &Statics<'_, T>) -> Result<f64, OutputError> {
+        let mut sum = 0.0;
+        for (support, own) in self.reactions.as_chunks::<6>().0.iter().enumerate() {
+            if *own == [T::ZERO; 6] {
+                continue;
+            }
+            let mut reaction = [0.0; 6];
+            scene.sections.supports.hold(support, acting, &mut reaction)?;
+            sum += own.iter().zip(reaction).map(|(own, part)| own.to_f64() * part).sum::<f64>();
+        }
+        Ok(sum)
     }
 }
