@@ -91,9 +91,9 @@
 //! - **Bodies are joined.** [`Assembly`] (feature `assembly`) joins files at their ports while a program
 //!   runs, to the bytes of one file: welds, bushings, springs, hinges, ball joints, sliders; glued while they
 //!   move, and broken.
-//! - **Gradients.** [`Body::adjoint`] goes back over a march with [`Cotangents`] of its outputs, and gives the
-//!   gradient with respect to all loads and the start, without its states; a [`CheckpointedMarch`] (feature
-//!   `parametric`) gives that with respect to parameters.
+//! - **Gradients.** [`Body::adjoint`] goes back over a march with [`Cotangents`] of its outputs, and gives
+//!   the gradient with respect to all loads and the start, without its states; a [`CheckpointedMarch`]
+//!   (feature `parametric`) gives that with respect to parameters.
 //! - **A state is kept.** [`Body::save_into`] and [`Body::restore`]: tagged bytes, every bit.
 //!
 //! # Features

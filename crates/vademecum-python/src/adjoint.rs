@@ -5,23 +5,7 @@ use pyo3::exceptions::{PyTypeError, PyValueError};
 use pyo3::prelude::*;
 use vademecum_eval::{AdjointError, Cotangents, Field, Simulation, SurfacePoint};
 
-use crate::live::of_parametric;
-use crate::refusal::{Refusal, of_bind, of_load, of_output};
 use crate::simulation::Number;
-
-/// A gradient that was refused.
-pub fn of_adjoint(error: AdjointError) -> PyErr {
-    match error {
-        AdjointError::Output(error) => of_output(error),
-        AdjointError::Load(error) => of_load(error),
-        AdjointError::Bind(error) => of_bind(error),
-        AdjointError::Parametric(error) => of_parametric(error),
-        AdjointError::Structure { .. } | AdjointError::Flies | AdjointError::Coupled => {
-            Refusal::file(error.to_string()).into()
-        }
-        error => PyValueError::new_err(error.to_string()),
-    }
-}
 
 /// Cotangents of displacements and of velocities of the probes after each step.
 pub fn of_probes(given: &Bound<'_, PyAny>, probes: usize) -> PyResult<Vec<[Vec<f64>; 2]>> {

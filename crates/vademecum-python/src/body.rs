@@ -11,13 +11,13 @@ use vademecum_eval::{
     BaseMotion, Field, FreeBody, Quantity, Restored, Simulation, Status, StepError, Structure, SurfacePoint,
 };
 
-use crate::adjoint::{self, of_adjoint};
+use crate::adjoint;
 use crate::arrays::{filled, owned};
 use crate::motion::PyMotion;
 use crate::names::{Names, field};
 use crate::options::pairs;
 use crate::point::{Count, PyPoint, Target, Vector};
-use crate::refusal::{busy, of_load, of_locate, of_output, of_saved, of_step};
+use crate::refusal::{busy, of_adjoint, of_load, of_locate, of_output, of_saved, of_step};
 use crate::simulation::{
     AnySimulation, Number, Out, change, either, quantities, quantity, shown, surface, values, whole,
 };
@@ -549,10 +549,10 @@ impl PyBody {
     }
 
     /// Computes the gradient of a scalar of a march that ends now, by its adjoint, which needs no states.
-    /// `cotangents` are the derivatives of the scalar with respect to the probes after each step, shape (steps,
-    /// probes), or (steps, 2, probes) for displacements and velocities. Gives that with respect to forces at
-    /// these places, to amplitudes of these load patterns, and to the coordinates at the start. Loads of the
-    /// march may be any; parameters are those of now.
+    /// `cotangents` are the derivatives of the scalar with respect to the probes after each step, shape
+    /// (steps, probes), or (steps, 2, probes) for displacements and velocities. Gives that with respect to
+    /// forces at these places, to amplitudes of these load patterns, and to the coordinates at the start.
+    /// Loads of the march may be any; parameters are those of now.
     #[pyo3(signature = (cotangents, places=vec![], patterns=vec![]))]
     #[pyo3(text_signature = "($self, cotangents, places=(), patterns=())")]
     fn adjoint<'py>(

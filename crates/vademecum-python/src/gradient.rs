@@ -13,13 +13,12 @@ use vademecum_eval::{
 };
 use vademecum_format::{File, SectionKind};
 
-use crate::adjoint::of_adjoint;
 use crate::arrays::owned;
 use crate::content::{Content, Shared};
 use crate::file::PyFile;
-use crate::live::{UnitLoad, Values, model, of_parametric, values};
+use crate::live::{UnitLoad, Values, model, values};
 use crate::names::{Names, field};
-use crate::refusal::{busy, of_bind, of_load, of_output, of_simulation, unknown};
+use crate::refusal::{busy, of_adjoint, of_bind, of_load, of_output, of_parametric, of_simulation, unknown};
 
 /// Parameters of a file without live regions, in the order of their gradients.
 const UNIFORM: [&str; 5] = ["stiffness", "density", "alpha", "beta", "time_step"];

@@ -20,22 +20,12 @@ use crate::file::PyFile;
 use crate::names::{Names, field};
 use crate::options::keyword;
 use crate::point::{Target, Vector, wrong};
-use crate::refusal::{Refusal, busy, of_simulation, of_study, unknown};
+use crate::refusal::{busy, of_parametric, of_simulation, of_study, unknown};
 
 /// Values of parameters, by name.
 pub type Values = Vec<(String, f64)>;
 /// An array, and one for each parameter by its name.
 type WithSlopes<'py> = (Bound<'py, PyAny>, Bound<'py, PyDict>);
-
-pub fn of_parametric(error: ParametricError) -> PyErr {
-    match error {
-        ParametricError::Modes { .. } | ParametricError::Parameter(_) | ParametricError::Row { .. } => {
-            PyValueError::new_err(error.to_string())
-        }
-        ParametricError::NotParametric => Refusal::file(error.to_string()).into(),
-        error => of_study(StudyError::from(error)),
-    }
-}
 
 /// The model of a file.
 pub fn model<'a>(file: &File<'a>) -> PyResult<Parametric<'a>> {

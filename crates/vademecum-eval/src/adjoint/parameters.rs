@@ -305,8 +305,8 @@ impl<'m, 'f> CheckpointedMarch<'m, 'f> {
     }
 
     /// Derivative of the scalar as the row of a load gains this row, over the basis of the model or the modes
-    /// of the scene: with rows of nodes it gives the gradient with respect to the direction of a force, and to
-    /// the weights of its place. After [`CheckpointedMarch::back`]. `O(m r)`.
+    /// of the scene: with rows of nodes it gives the gradient with respect to the direction of a force, and
+    /// to the weights of its place. After [`CheckpointedMarch::back`]. `O(m r)`.
     ///
     /// # Errors
     /// [`AdjointError::Length`]: a row of another length; [`AdjointError::NoLoad`].

@@ -23,7 +23,8 @@ pub(crate) struct Shown<'m, T> {
     pub reactions: &'m mut [T],
 }
 
-/// Numbers of cotangents of probes, of stresses and of reactions; none where forces show nothing beside the modes.
+/// Numbers of cotangents of probes, of stresses and of reactions; none where forces show nothing beside the
+/// modes.
 fn counts<T: Scalar>(scene: &Scene<'_, T>) -> [usize; 3] {
     if scene.shape.statics == [0; 2] {
         return [0; 3];
