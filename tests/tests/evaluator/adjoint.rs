@@ -443,7 +443,7 @@ fn the_gradient_of_a_batch_is_that_of_each_instance_bit_for_bit() {
             }
             // A batch steps what its scene steps.
             let mut short = [0.0; 3];
-            assert!(matches!(Batch::new(scene, N, &mut short), Err(_)));
+            assert!(Batch::new(scene, N, &mut short).is_err());
             assert!(matches!(BatchAdjoint::new(scene, N, &mut short), Err(AdjointError::Bind(_))));
         });
     }
