@@ -73,9 +73,7 @@ def test_a_place_has_its_gradient(beam):
         return (own * kept.values).sum(), kept
 
     found = scalar(at)[1].gradient(own)
-    if len(at.nodes) != 3:
-        assert np.isnan(found.places[0]).all()
-        return
+    assert len(at.nodes) == 3
     for axis in (0, 1):
         move = 1e-5 * np.eye(3)[axis]
         above, below = (scalar(np.array(at.position) + sign * move)[0] for sign in (1.0, -1.0))
