@@ -6,6 +6,7 @@ pub mod bending;
 pub mod by_hand;
 pub mod calibration;
 pub mod canonical;
+pub mod complex_step;
 pub mod denormals;
 pub mod exact_beam;
 pub mod fused;

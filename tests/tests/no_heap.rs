@@ -5,9 +5,10 @@
 use std::alloc::{GlobalAlloc, Layout as Memory, System};
 use std::cell::Cell;
 use vademecum_eval::{
-    Anchor, Assembly, AssemblyOptions, Body as Bound, BodyOptions, Contact, End, Field, Joint, JointKind,
-    LiveMemory, Loads, LoadsAfter, Member, Part, PartState, Place, Pose, RigidMotion, RigidShape, Scene,
-    SceneOptions, State, StructureChoice, Surface, Touching, World, WorldBuffers, WorldJoint, WorldOptions,
+    Anchor, Assembly, AssemblyOptions, Body as Bound, BodyOptions, CheckpointedMarch, Contact, Cotangents,
+    End, Field, Joint, JointKind, LiveMemory, Loads, LoadsAfter, MarchRows, Member, Parametric, Part,
+    PartState, Place, Pose, RigidMotion, RigidShape, Scene, SceneOptions, State, StructureChoice, Surface,
+    Touching, World, WorldBuffers, WorldJoint, WorldOptions,
 };
 use vademecum_format::File;
 use vademecum_format::scheme::StepParameters;
@@ -48,6 +49,42 @@ fn nothing_is_allocated_from_opening_to_reading() {
     a_life_in_a_world();
     bodies_joined_and_taken_apart();
     live_regions_while_the_body_moves();
+    gradients_of_a_march();
+}
+
+fn gradients_of_a_march() {
+    let bytes = golden::named("parametric.vdm");
+    let file = File::parse(&bytes).expect("a file");
+    let model = Parametric::new(&file).expect("a model");
+    let (r, row, fields) = (model.n_basis(), [1.0; 3], [Field::Displacement]);
+    let rows = MarchRows { outputs: &row, fields: &fields, loads: &row, steps: 40 };
+    let (sizes, lent) = (model.sizes(r).expect("sizes"), model.adjoint_sizes(r, &rows).expect("sizes"));
+    let (mut memory, mut work) = (vec![0.0; sizes.memory], vec![0.0; sizes.work.max(lent.work)]);
+    let (mut kept, loads) = (vec![0.0; lent.memory], [1.0; 80]);
+    let (mut outputs, mut of_loads, mut slopes) = ([0.0; 40], [0.0; 80], [0.0; 4]);
+    let options = BodyOptions::default();
+    let mut of_body = vec![0.0; Bound::<f64>::len_for(&file, &options).expect("a length")];
+    let mut lent = vec![0.0; 4096];
+    let before = ALLOCATIONS.get();
+    let tuned = model.solve(&[1.0, 1.0, 1.0, 1e-5], r, &mut memory, &mut work).expect("solved");
+    let mut march = CheckpointedMarch::new(&model, tuned, &rows, &mut kept).expect("a march");
+    march.march([&[]; 2], &loads, &mut outputs).expect("a march");
+    march.back(&loads, &outputs, &mut of_loads).expect("a march back");
+    march.parameters_into(&mut slopes, &mut work).expect("parameters");
+    let body = Bound::<f64>::bind(&file, &options, &mut of_body).expect("bound");
+    let sizes = body.adjoint_sizes().expect("sizes");
+    let (of_adjoint, of_outputs) = lent.split_at_mut(sizes.adjoint);
+    let mut adjoint = body.adjoint(of_adjoint).expect("an adjoint");
+    let mut cotangents = Cotangents::new(body.scene(), of_outputs).expect("cotangents");
+    cotangents.add_probe(body.scene(), 0, Field::Displacement, 1.0).expect("a probe");
+    let mut gradient = [[0.0; 3]; 2];
+    for _ in 0..40 {
+        adjoint.back(body.scene(), &cotangents).expect("a step back");
+        gradient = adjoint.force(body.scene(), &Place::node(0)).expect("a force");
+    }
+    let after = ALLOCATIONS.get();
+    assert_eq!(after - before, 0);
+    assert!(slopes.iter().chain(gradient.as_flattened()).all(|x| x.is_finite() && *x != 0.0));
 }
 
 fn live_regions_while_the_body_moves() {

@@ -91,6 +91,9 @@
 //! - **Bodies are joined.** [`Assembly`] (feature `assembly`) joins files at their ports while a program
 //!   runs, to the bytes of one file: welds, bushings, springs, hinges, ball joints, sliders; glued while they
 //!   move, and broken.
+//! - **Gradients.** [`Body::adjoint`] goes back over a march with [`Cotangents`] of its outputs, and gives
+//!   the gradient with respect to all loads and the start, without its states; a [`CheckpointedMarch`]
+//!   (feature `parametric`) gives that with respect to parameters.
 //! - **A state is kept.** [`Body::save_into`] and [`Body::restore`]: tagged bytes, every bit.
 //!
 //! # Features
@@ -154,9 +157,22 @@ mod parametric;
 
 mod body;
 
+#[cfg(feature = "full")]
+mod adjoint;
+
 #[cfg(feature = "world")]
 mod world;
 
+#[cfg(feature = "full")]
+pub use adjoint::{
+    batch::BatchAdjoint,
+    cotangents::Cotangents,
+    error::AdjointError,
+    march::{Adjoint, AdjointSizes},
+    surface::gradient_on_triangle,
+};
+#[cfg(feature = "parametric")]
+pub use adjoint::{modal::MarchRows, parameters::CheckpointedMarch};
 #[cfg(feature = "assembly")]
 pub use assembly::assembly::{Assembly, AssemblyNumbers, AssemblyOptions, AssemblySizes};
 #[cfg(feature = "assembly")]

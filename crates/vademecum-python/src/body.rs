@@ -11,12 +11,13 @@ use vademecum_eval::{
     BaseMotion, Field, FreeBody, Quantity, Restored, Simulation, Status, StepError, Structure, SurfacePoint,
 };
 
+use crate::adjoint;
 use crate::arrays::{filled, owned};
 use crate::motion::PyMotion;
 use crate::names::{Names, field};
 use crate::options::pairs;
 use crate::point::{Count, PyPoint, Target, Vector};
-use crate::refusal::{busy, of_load, of_locate, of_output, of_saved, of_step};
+use crate::refusal::{busy, of_adjoint, of_load, of_locate, of_output, of_saved, of_step};
 use crate::simulation::{
     AnySimulation, Number, Out, change, either, quantities, quantity, shown, surface, values, whole,
 };
@@ -545,6 +546,38 @@ impl PyBody {
             out
         });
         owned(py, moved.into_flattened(), &[places.len(), 3])
+    }
+
+    /// Computes the gradient of a scalar of a march that ends now, by its adjoint, which needs no states.
+    /// `cotangents` are the derivatives of the scalar with respect to the probes after each step, shape
+    /// (steps, probes), or (steps, 2, probes) for displacements and velocities. Gives that with respect to
+    /// forces at these places, to amplitudes of these load patterns, and to the coordinates at the start.
+    /// Loads of the march may be any; parameters are those of now.
+    #[pyo3(signature = (cotangents, places=vec![], patterns=vec![]))]
+    #[pyo3(text_signature = "($self, cotangents, places=(), patterns=())")]
+    fn adjoint<'py>(
+        &self,
+        py: Python<'py>,
+        cotangents: &Bound<'py, PyAny>,
+        places: Vec<Target>,
+        patterns: Vec<String>,
+    ) -> PyResult<Bound<'py, PyAny>> {
+        let indices: Vec<usize> =
+            patterns.iter().map(|name| self.names.pattern(name)).collect::<PyResult<_>>()?;
+        let cotangents = adjoint::of_probes(cotangents, self.names.probes.len())?;
+        let steps = cotangents.len();
+        let found = either!(&*self.lock()?, AnySimulation, one => {
+            let places = self::places(one, &places)?;
+            py.detach(|| adjoint::of_body(one, &cotangents, (&places, &indices))).map_err(of_adjoint)?
+        });
+        let modes = found.zeta.len();
+        let class = py.import("vademecum._data")?.getattr("BodyGradient")?;
+        class.call1((
+            owned(py, found.forces, &[steps, places.len(), 2, 3])?,
+            owned(py, found.patterns, &[steps, indices.len(), 2])?,
+            owned(py, found.zeta, &[modes])?,
+            owned(py, found.velocity, &[modes])?,
+        ))
     }
 
     /// Mass, centre and moments of inertia of a body without supports, at its density; `None` of any other.

@@ -4,11 +4,13 @@
 //! errors as exceptions, and lets other threads of Python run while they work. What is plain Python (data
 //! classes, names, defaults) is written in Python, in `python/vademecum`.
 
+mod adjoint;
 mod arrays;
 mod batch;
 mod body;
 mod content;
 mod file;
+mod gradient;
 mod jobs;
 mod live;
 mod motion;
@@ -34,6 +36,8 @@ mod _native {
     use crate::body::PyBody;
     #[pymodule_export]
     use crate::file::PyFile;
+    #[pymodule_export]
+    use crate::gradient::{PyKeptMarch, vjp};
     #[pymodule_export]
     use crate::jobs::{build, check, frf, init, mesh, modes, program, report, run, state_space, verify};
     #[pymodule_export]

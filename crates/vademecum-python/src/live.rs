@@ -20,25 +20,15 @@ use crate::file::PyFile;
 use crate::names::{Names, field};
 use crate::options::keyword;
 use crate::point::{Target, Vector, wrong};
-use crate::refusal::{Refusal, busy, of_simulation, of_study, unknown};
+use crate::refusal::{busy, of_parametric, of_simulation, of_study, unknown};
 
 /// Values of parameters, by name.
-type Values = Vec<(String, f64)>;
+pub type Values = Vec<(String, f64)>;
 /// An array, and one for each parameter by its name.
 type WithSlopes<'py> = (Bound<'py, PyAny>, Bound<'py, PyDict>);
 
-fn of_parametric(error: ParametricError) -> PyErr {
-    match error {
-        ParametricError::Modes { .. } | ParametricError::Parameter(_) | ParametricError::Row { .. } => {
-            PyValueError::new_err(error.to_string())
-        }
-        ParametricError::NotParametric => Refusal::file(error.to_string()).into(),
-        error => of_study(StudyError::from(error)),
-    }
-}
-
 /// The model of a file.
-fn model<'a>(file: &File<'a>) -> PyResult<Parametric<'a>> {
+pub fn model<'a>(file: &File<'a>) -> PyResult<Parametric<'a>> {
     Parametric::new(file).map_err(of_parametric)
 }
 
@@ -58,7 +48,7 @@ fn parameter(model: &Parametric<'_>, name: &str) -> PyResult<usize> {
 }
 
 /// Values of all parameters: those as built, and those given.
-fn values(model: &Parametric<'_>, given: Values) -> PyResult<Vec<f64>> {
+pub fn values(model: &Parametric<'_>, given: Values) -> PyResult<Vec<f64>> {
     let mut values = vec![0.0; model.n_parameters()];
     model.nominal_into(&mut values);
     for (name, value) in given {

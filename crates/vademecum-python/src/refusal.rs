@@ -7,8 +7,8 @@ use pyo3::exceptions::{PyKeyboardInterrupt, PyRuntimeError, PyValueError};
 use pyo3::prelude::*;
 use vademecum_cli::{Cause, Failure};
 use vademecum_eval::{
-    BindError, LoadError, LocateError, OutputError, PlaceError, Quantity, SavedError, SimulationError,
-    StepError,
+    AdjointError, BindError, LoadError, LocateError, OutputError, ParametricError, PlaceError, Quantity,
+    SavedError, SimulationError, StepError,
 };
 use vademecum_study::{FileError, StudyError};
 
@@ -138,6 +138,31 @@ pub fn of_missing(refusal: Refusal, path: &Path) -> PyErr {
 /// A study's error.
 pub fn of_study(error: StudyError) -> PyErr {
     Refusal::from(error).into()
+}
+
+/// A parametric model that was refused.
+pub fn of_parametric(error: ParametricError) -> PyErr {
+    match error {
+        ParametricError::Modes { .. } | ParametricError::Parameter(_) | ParametricError::Row { .. } => {
+            PyValueError::new_err(error.to_string())
+        }
+        ParametricError::NotParametric => Refusal::file(error.to_string()).into(),
+        error => of_study(StudyError::from(error)),
+    }
+}
+
+/// A gradient that was refused.
+pub fn of_adjoint(error: AdjointError) -> PyErr {
+    match error {
+        AdjointError::Output(error) => of_output(error),
+        AdjointError::Load(error) => of_load(error),
+        AdjointError::Bind(error) => of_bind(error),
+        AdjointError::Parametric(error) => of_parametric(error),
+        AdjointError::Structure { .. } | AdjointError::Flies | AdjointError::Coupled => {
+            Refusal::file(error.to_string()).into()
+        }
+        error => PyValueError::new_err(error.to_string()),
+    }
 }
 
 /// A value in use by another thread.

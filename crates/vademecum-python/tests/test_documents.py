@@ -6,7 +6,8 @@ from pathlib import Path
 import pytest
 
 CRATE = Path(__file__).parents[1]
-PAGES = [CRATE / "README.md", CRATE.parents[1] / "docs/how-to/python.md"]
+HOW_TO = CRATE.parents[1] / "docs/how-to"
+PAGES = [CRATE / "README.md", HOW_TO / "python.md", HOW_TO / "gradients.md"]
 
 
 @pytest.mark.parametrize("page", PAGES, ids=lambda page: page.name)

@@ -1,5 +1,6 @@
 //! Stepping a file: structures, loads, contacts, outputs, states, and what the numbers are compared with.
 
+mod adjoint;
 mod batch;
 mod bind;
 mod bits;
@@ -12,6 +13,7 @@ mod finite;
 mod free;
 mod free_attached;
 mod golden;
+mod gradients;
 mod histories;
 mod hostile;
 mod increment;

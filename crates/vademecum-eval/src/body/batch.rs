@@ -13,7 +13,7 @@
 //! each, over the same scene.
 
 use crate::base::error::{BindError, LoadError, StepError};
-use crate::base::lend::{Lender, put};
+use crate::base::lend::{Lender, Short, put};
 use crate::base::options::{Status, Structure};
 use crate::base::scalar::Scalar;
 use crate::base::vectors::{Kernel, vectorised};
@@ -179,13 +179,43 @@ impl<'m, T: Scalar> Batch<'m, T> {
         self.n_loaded += usize::from(loads.active);
         *loaded = T::from_f32(f32::from(u8::from(loads.active)));
         self.generation = if loads.active { scene.generation } else { self.generation };
+        Ok(self.put_increment(instance, loads.increment)?)
+    }
+
+    /// Writes `ℓ` of an instance.
+    fn put_increment(&mut self, instance: usize, increment: &[T]) -> Result<(), Short> {
         for third in 0..self.shape.n_parts() {
-            let from = loads.increment.iter().skip(third * self.shape.stride()).take(self.shape.r);
+            let from = increment.iter().skip(third * self.shape.stride()).take(self.shape.r);
             for (k, &value) in from.enumerate() {
                 put(self.loads, place(self.shape, instance, third, k), value)?;
             }
         }
         Ok(())
+    }
+
+    /// Loads an instance with what is added to its state in a step, laid out like one.
+    #[cfg(feature = "full")]
+    pub(crate) fn load_increment(
+        &mut self,
+        scene: &Scene<'_, T>,
+        instance: usize,
+        increment: &[T],
+    ) -> Result<(), StepError> {
+        if instance >= self.n_instances {
+            return Err(StepError::NoInstance);
+        }
+        self.put_increment(instance, increment)?;
+        let loaded = self.loaded.get_mut(instance).ok_or(StepError::Mismatch)?;
+        self.n_loaded += usize::from(*loaded == T::ZERO);
+        *loaded = T::from_f32(1.0);
+        self.generation = scene.generation;
+        Ok(())
+    }
+
+    /// Number `k` of a part of the state of an instance.
+    #[cfg(feature = "full")]
+    pub(crate) fn number(&self, instance: usize, part: usize, k: usize) -> Option<T> {
+        self.states.get(place(self.shape, instance, part, k)).copied()
     }
 
     /// Takes the loads of all instances away.

@@ -80,17 +80,22 @@ impl<T: Scalar> Scene<'_, T> {
         if filters {
             state.filtered.check(&loads.drive)?;
         }
-        let (old, new, load) = (&*state.y.now, &mut *state.y.next, &*loads.increment);
-        let magnitude = match self.shape.structure() {
+        let magnitude = self.step_into(state.y.now, loads.increment, state.y.next)?;
+        let status = state.y.settle(magnitude, loads.active, self.rest_below)?;
+        state.statics.copy(&loads.statics);
+        Ok(if filters { self.follow(state, loads, status) } else { status })
+    }
+
+    /// The coordinates after a step, for the structures whose step is a map; `Σ|y|`.
+    #[inline(always)]
+    pub(crate) fn step_into(&self, old: &[T], load: &[T], new: &mut [T]) -> Result<T, StepError> {
+        Ok(match self.shape.structure() {
             Structure::Diagonal => step_diagonal(blocks(self.map), old, load, new)?,
             Structure::Exact if self.shape.is_coupled() => self.step_together(old, load, new),
             Structure::Exact => step_exact(blocks(self.map), old, load, new)?,
             Structure::Block => self.step_together(old, load, new),
             Structure::Strain => return Err(StepError::Mismatch),
-        };
-        let status = state.y.settle(magnitude, loads.active, self.rest_below)?;
-        state.statics.copy(&loads.statics);
-        Ok(if filters { self.follow(state, loads, status) } else { status })
+        })
     }
 
     /// A step of all coordinates together.

@@ -2,7 +2,8 @@
 //! memory, each time as the bytes of an ordinary file.
 
 pub(crate) mod coupling;
-pub(crate) mod damping;
+pub(crate) mod damped;
+pub(crate) mod dissipation;
 pub(crate) mod error;
 pub(crate) mod memory;
 pub(crate) mod model;

@@ -12,16 +12,12 @@
 
 use crate::base::lend::Lender;
 use crate::kernels::dense::{at, dot, row};
-use crate::parametric::coupling::{
-    Mode, STEP, coupling, doublings, of_ends, step_of_ends, steps_into, store,
-};
+use crate::parametric::coupling::{STEP, coupling, doublings, of_ends, step_of_ends, steps_into, store};
+use crate::parametric::damped::Damped;
 use crate::parametric::error::ParametricError;
 use crate::parametric::model::Parametric;
 use crate::parametric::tuned::Tuned;
 use vademecum_format::{ParameterRole, SectionKind};
-
-/// Eigenvalues closer than this share are equal to a divided difference.
-const CLOSE: f64 = 1e-6;
 
 /// Parameters of each kind.
 #[derive(Clone, Copy)]
@@ -85,12 +81,7 @@ impl<'m> SlopeStep<'m> {
         m: usize,
         lender: &mut Lender<&'m mut [f64]>,
     ) -> Result<Self, ParametricError> {
-        if model.has_loss() {
-            return Err(ParametricError::LossFactors);
-        }
-        if model.has_dashpots() {
-            return Err(ParametricError::Dashpots);
-        }
+        model.check_derivatives()?;
         let Kinds { coupled, dense } = kinds(model);
         let mut take = |n| lender.take(n).map_err(|_| ParametricError::NoConvergence);
         Ok(Self {
@@ -118,15 +109,11 @@ impl<'m> SlopeStep<'m> {
         let work = work.get_mut(..needed).ok_or(short)?;
         self.eigenvalues.copy_from_slice(tuned.eigenvalues.get(..m).ok_or(short)?);
         let scales = model.scales(tuned.values);
-        let (h, alpha, beta) = (scales.time_step, scales.alpha, scales.beta);
+        let h = scales.time_step;
         let ratios = model.file.section(SectionKind::DampingRatios).and_then(|own| own.numbers().ok());
         let ratio = |k: usize| ratios.and_then(|ratios| ratios.get(k)).unwrap_or(0.0);
-        let values = &*self.eigenvalues;
-        let omega = |k: usize| libm::sqrt(at(values, k));
-        let mode = |k: usize| {
-            let lambda = at(values, k);
-            Mode { lambda, damping: alpha + beta * lambda + 2.0 * ratio(k) * omega(k) }
-        };
+        let damped = Damped { eigenvalues: self.eigenvalues, ratio, alpha: scales.alpha, beta: scales.beta };
+        let mode = |k: usize| damped.mode(k);
         let count = doublings((0..m).map(mode), h);
         let length = STEP * (count as usize + 1);
         for (k, steps) in work.chunks_exact_mut(length).take(m).enumerate() {
@@ -141,13 +128,8 @@ impl<'m> SlopeStep<'m> {
         }
         for (place, out) in self.couplings.chunks_exact_mut(STEP).enumerate() {
             let (i, j) = (place / m.max(1), place % m.max(1));
-            let (a, b) = (at(values, i), at(values, j));
-            let added = if (a - b).abs() <= CLOSE * a.max(b) {
-                (ratio(i) + ratio(j)) / (omega(i) + omega(j))
-            } else {
-                2.0 * (ratio(i) * omega(i) - ratio(j) * omega(j)) / (a - b)
-            };
-            let l = coupling((mode(i), steps(i)), (mode(j), steps(j)), [1.0, beta + added], h, count);
+            let source = [1.0, damped.rate(i, j)];
+            let l = coupling((mode(i), steps(i)), (mode(j), steps(j)), source, h, count);
             store(&of_ends(&l, h), out);
         }
         let (mut of_stiffness, mut of_mass) =

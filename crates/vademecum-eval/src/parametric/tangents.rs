@@ -9,7 +9,8 @@ use crate::parametric::slope_step::SlopeStep;
 use crate::parametric::tuned::Tuned;
 use crate::sections::rows::Field;
 
-/// Memory to lend for [`Tangents`].
+/// Memory to lend for a march with derivatives: [`Tangents`], or a
+/// [`CheckpointedMarch`](crate::CheckpointedMarch).
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct TangentSizes {
     /// Numbers that the march keeps.

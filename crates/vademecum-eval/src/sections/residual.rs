@@ -292,6 +292,30 @@ impl<'m, T: Scalar> Statics<'m, T> {
         }
     }
 
+    /// Multiplies all of it.
+    #[cfg(feature = "full")]
+    pub fn scale(&mut self, factor: T) {
+        for [_, force @ ..] in self.forces.iter_mut().take(self.used) {
+            force.iter_mut().for_each(|force| *force = factor * *force);
+        }
+        self.patterns.iter_mut().for_each(|amplitude| *amplitude = factor * *amplitude);
+    }
+
+    /// Adds the forces of another; false, and some are left out, where there is no room for them.
+    #[cfg(feature = "full")]
+    pub fn add_all(&mut self, other: &Statics<'_, T>) -> bool {
+        for &[node, ref added @ ..] in other.forces.iter().take(other.used) {
+            let known = self.place(node);
+            let Some([at, sum @ ..]) = self.forces.get_mut(known.unwrap_or(self.used)) else { return false };
+            if known.is_none() {
+                (*at, *sum) = (node, [T::ZERO; 3]);
+                self.used += 1;
+            }
+            sum.iter_mut().zip(added).for_each(|(sum, &added)| *sum += added);
+        }
+        true
+    }
+
     /// Amplitudes of all patterns.
     pub fn all_amplitudes(&self) -> impl Iterator<Item = f64> {
         self.patterns.iter().map(|amplitude| amplitude.to_f64())

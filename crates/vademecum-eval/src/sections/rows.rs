@@ -50,12 +50,28 @@ impl<'m> Rows<'m> {
         }
     }
 
-    /// Value of probe `index`.
-    pub fn probe<T: Scalar>(&self, index: usize, (x, scale): Factors<'_, T>) -> Result<f64, OutputError> {
+    /// Row of probe `index`.
+    pub fn probe_row(&self, index: usize) -> Result<Numbers<'m>, OutputError> {
         let rows = self.probes.ok_or(OutputError::Missing { kind: SectionKind::ProbeRows })?;
         let row = rows.row(index.saturating_mul(self.r), self.r).filter(|_| index < self.n_probes);
-        let row = row.ok_or(OutputError::OutOfRange { index, count: self.n_probes })?;
-        Ok(dot(row, x) * scale)
+        row.ok_or(OutputError::OutOfRange { index, count: self.n_probes })
+    }
+
+    /// Value of probe `index`.
+    pub fn probe<T: Scalar>(&self, index: usize, (x, scale): Factors<'_, T>) -> Result<f64, OutputError> {
+        Ok(dot(self.probe_row(index)?, x) * scale)
+    }
+
+    /// Row of a component at `node`.
+    #[cfg(feature = "full")]
+    pub fn node_row(&self, node: usize, component: usize) -> Result<Numbers<'m>, OutputError> {
+        let beyond = OutputError::OutOfRange { index: node, count: self.n_nodes };
+        let (rows, place) = match node.checked_sub(self.n_surface_nodes) {
+            None => (self.surface()?, node),
+            Some(place) => (self.interior()?, place),
+        };
+        let at = place.saturating_mul(3).saturating_add(component).saturating_mul(self.r);
+        rows.row(at, self.r).filter(|_| node < self.n_nodes).ok_or(beyond)
     }
 
     /// Three components at `node`.

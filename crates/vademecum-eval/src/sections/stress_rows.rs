@@ -56,21 +56,25 @@ impl<'m> StressRows<'m> {
         Some(StressPoint { node, region })
     }
 
+    /// Row of a component of one of them over the modes, with the moduli as built.
+    pub fn row(&self, index: usize, component: usize) -> Result<Numbers<'m>, OutputError> {
+        let basis = self.basis.ok_or(OutputError::Missing { kind: SectionKind::StressBasis })?;
+        let beyond = OutputError::OutOfRange { index, count: self.points.len() };
+        if index >= self.points.len() {
+            return Err(beyond);
+        }
+        basis.row((6 * index + component) * self.r, self.r).ok_or(beyond)
+    }
+
     /// The part of the modes, with the moduli as built.
     pub fn moving<T: Scalar>(
         &self,
         index: usize,
         (x, scale): Factors<'_, T>,
     ) -> Result<[f64; 6], OutputError> {
-        let basis = self.basis.ok_or(OutputError::Missing { kind: SectionKind::StressBasis })?;
-        let beyond = OutputError::OutOfRange { index, count: self.points.len() };
-        if index >= self.points.len() {
-            return Err(beyond);
-        }
         let mut stress = [0.0; 6];
         for (component, stress) in stress.iter_mut().enumerate() {
-            let row = basis.row((6 * index + component) * self.r, self.r).ok_or(beyond)?;
-            *stress = dot(row, x) * scale;
+            *stress = dot(self.row(index, component)?, x) * scale;
         }
         Ok(stress)
     }

@@ -116,22 +116,47 @@ impl<T: Scalar> Scene<'_, T> {
     fn acceleration(&self, state: &State<'_, T>, mode: usize) -> Result<f64, OutputError> {
         let dt = state.y.time_step;
         let at = |part: usize| state.y.part(part).get(mode).map_or(0.0, |x| x.to_f64());
-        let (Structure::Exact, Stiffness::Diagonal(lambdas)) =
-            (self.shape.structure(), self.sections.matrices.stiffness)
-        else {
+        if self.shape.structure() != Structure::Exact {
             return Ok(at(2) / (dt * dt));
-        };
+        }
+        let [lambda, decay] = self.mode_equation(mode);
+        let rows = self.sections.damping_rows.unwrap_or(&[]).chunks_exact(self.shape.r.max(1));
+        let coupled: f64 = rows.map(|row| along(row, state.y.part(1)) * entry(row, mode)).sum();
+        let force = self.modal_force(&state.statics, mode)?;
+        let damped = decay * at(1) + coupled / self.parameters.density;
+        Ok(force / self.parameters.density - damped / dt - lambda * at(0))
+    }
+
+    /// Stiffness and damping rate of a mode, without what couples modes.
+    pub(crate) fn mode_equation(&self, mode: usize) -> [f64; 2] {
         let parameters = &self.parameters;
+        let Stiffness::Diagonal(lambdas) = self.sections.matrices.stiffness else { return [0.0; 2] };
         let lambda = lambdas.get(mode).map_or(0.0, |&lambda| f64::from_le_bytes(lambda));
         let lambda = lambda * parameters.stiffness / parameters.density;
         let ratio = self.sections.damping_ratios.and_then(|ratios| ratios.get(mode));
         let ratio = ratio.map_or(0.0, |&ratio| f64::from_le_bytes(ratio));
-        let rows = self.sections.damping_rows.unwrap_or(&[]).chunks_exact(self.shape.r.max(1));
-        let coupled: f64 = rows.map(|row| along(row, state.y.part(1)) * entry(row, mode)).sum();
-        let decay = parameters.alpha + parameters.beta * lambda + 2.0 * ratio * libm::sqrt(lambda);
-        let force = self.modal_force(&state.statics, mode)?;
-        let damped = decay * at(1) + coupled / parameters.density;
-        Ok(force / parameters.density - damped / dt - lambda * at(0))
+        [lambda, parameters.alpha + parameters.beta * lambda + 2.0 * ratio * libm::sqrt(lambda)]
+    }
+
+    /// A weighted sum of the shares of a mode in a reaction.
+    #[cfg(feature = "full")]
+    pub(crate) fn reaction_share(&self, support: usize, mode: usize, weights: &[f64; 6]) -> f64 {
+        let basis = self.sections.supports.basis.unwrap_or(&[]);
+        let share = |component: usize| basis.get((6 * support + component) * self.shape.r + mode);
+        let shares = weights.iter().enumerate().map(|(component, weight)| {
+            weight * share(component).map_or(0.0, |&share| f64::from_le_bytes(share))
+        });
+        shares.sum()
+    }
+
+    /// Refuses a reaction that there is not.
+    #[cfg(feature = "full")]
+    pub(crate) fn check_reaction(&self, support: usize) -> Result<(), OutputError> {
+        let no_room = self.shape.statics[0] == 0 && self.sections.supports.n_load_nodes > 0;
+        if no_room {
+            return Err(OutputError::ForcesForgotten);
+        }
+        self.check_support(support)
     }
 
     /// `BᵀF` of the forces of the last step, in one mode.

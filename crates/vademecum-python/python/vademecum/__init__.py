@@ -31,6 +31,7 @@ from . import _native
 from ._arrays import blocks_of_meshio, write_mesh
 from ._data import (
     Axis,
+    BodyGradient,
     Bound,
     Certificate,
     Contacts,
@@ -38,6 +39,7 @@ from ._data import (
     DiscretisationEstimate,
     ElementCount,
     FreeBody,
+    Gradient,
     Group,
     Info,
     MeshReport,
@@ -69,14 +71,15 @@ from ._errors import (
     NumericsError,
     ToleranceMissed,
 )
-from ._native import Batch, Body, Motion, SurfacePoint, Tracker, World
+from ._native import Batch, Body, KeptMarch, Motion, SurfacePoint, Tracker, World
 
 __version__ = _native.__version__
 
 __all__ = [
-    "Axis", "Batch", "Body", "Bound", "Certificate", "Contacts", "DiscDisplacement",
+    "Axis", "Batch", "Body", "BodyGradient", "Bound", "Certificate", "Contacts", "DiscDisplacement",
     "DiscretisationEstimate", "ElementCount", "Error", "File", "FileError", "FreeBody", "FrequencyResponse",
-    "Group", "Info", "InputError", "MachineError", "MeshError", "MeshReport", "MissingFile", "Motion",
+    "Gradient", "Group", "Info", "InputError", "KeptMarch", "MachineError", "MeshError", "MeshReport",
+    "MissingFile", "Motion",
     "NaturalModes", "Note", "NumericsError", "Page", "Parameter", "ParameterValue", "Peak", "Played",
     "Quality", "Quantity", "RefinedValue", "Region", "Section", "Slopes", "Soundness", "Starter",
     "StateSpace", "StepReport", "Structure", "Support", "SurfacePoint", "ToleranceMissed", "Tracker",
@@ -333,6 +336,32 @@ class File:
         given = list((parameters or {}).items())
         rows = np.ascontiguousarray(amplitudes, np.float64)
         return Slopes(*_native.tangents(self._native, list(loads), rows, field, modes, given))
+
+    def vjp(
+        self,
+        loads: Sequence[Load],
+        amplitudes: Any,
+        *,
+        held: bool = False,
+        field: str = "displacement",
+        modes: Optional[int] = None,
+        start: Optional[tuple[Sequence[float], Sequence[float]]] = None,
+        parameters: Optional[Mapping[str, float]] = None,
+    ) -> KeptMarch:
+        """Steps the modes, and keeps the march for the gradient of any scalar of its probes.
+
+        Loads are those of `tangents`. `amplitudes` has a row for each instant from the start on, shape (steps + 1,
+        loads), and is linear between them; with `held` a row for each step, shape (steps, loads). `start` are the
+        coordinates of the modes and their velocity; at rest without. `parameters` are live ones, by name, of a file
+        with live regions, of which all modes of the basis are stepped unless `modes` are given; of any other file
+        stiffness, density, alpha, beta and time_step of the whole body. The march is that of the modes, in float64,
+        without residual flexibility.
+        """
+        given = list((parameters or {}).items())
+        rows = np.ascontiguousarray(amplitudes, np.float64)
+        pair = None if start is None else tuple(np.asarray(part, np.float64).tolist() for part in start)
+        settings = {"field": field, "held": held, "modes": modes, "start": pair}
+        return _native.vjp(self._native, list(loads), rows, settings, given)
 
     def tracker(
         self,

@@ -12,7 +12,7 @@ import types
 import typing
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, Optional, TypeVar, Union
+from typing import Any, NamedTuple, Optional, TypeVar, Union
 
 import numpy as np
 from numpy.typing import NDArray
@@ -138,6 +138,35 @@ class FreeBody:
     centre: tuple[float, float, float]
     principal_moments: tuple[float, float, float]
     principal_axes: tuple[tuple[float, float, float], ...]
+
+
+class Gradient(NamedTuple):
+    """Derivatives of a scalar of a kept march with respect to all that the march depends on."""
+
+    #: To the amplitudes of the loads, in the shape that they were given in.
+    amplitudes: NDArray[np.float64]
+    #: To the parameters, by name: live ones, or stiffness, density, alpha, beta and time_step of the whole body.
+    parameters: dict[str, float]
+    #: To the force of each load, shape (loads, 3); not a number for load patterns.
+    forces: NDArray[np.float64]
+    #: To the place of each load along its triangle [1/m], shape (loads, 3); not a number for load patterns, and for
+    #: places that are no points of a triangle.
+    places: NDArray[np.float64]
+    #: To the coordinates of the modes at the start, and to their velocity.
+    zeta: NDArray[np.float64]
+    velocity: NDArray[np.float64]
+
+
+class BodyGradient(NamedTuple):
+    """Derivatives of a scalar of a march of a body, of which a load goes from its start to its end in each step."""
+
+    #: To the force at each place, shape (steps, places, 2, 3): at the start and at the end of each step.
+    forces: NDArray[np.float64]
+    #: To the amplitude of each load pattern, shape (steps, patterns, 2), alike.
+    patterns: NDArray[np.float64]
+    #: To the reduced coordinates at the start, and to their velocity.
+    zeta: NDArray[np.float64]
+    velocity: NDArray[np.float64]
 
 
 @dataclass(frozen=True)

@@ -9,11 +9,12 @@ import numpy as np
 from numpy.typing import ArrayLike, DTypeLike, NDArray
 
 from . import File as _PublicFile
-from ._data import Contacts, FreeBody, Quantity, StepReport
+from ._data import BodyGradient, Contacts, FreeBody, Gradient, Quantity, StepReport
 
 __all__ = [
-    "__version__", "Batch", "Body", "File", "Motion", "SurfacePoint", "Tracker", "World", "build", "check", "frf", "init",
-    "mesh", "modes", "program", "report", "run", "sensitivities", "state_space", "tangents", "tracker", "verify",
+    "__version__", "Batch", "Body", "File", "KeptMarch", "Motion", "SurfacePoint", "Tracker", "World", "build", "check",
+    "frf", "init", "mesh", "modes", "program", "report", "run", "sensitivities", "state_space", "tangents", "tracker",
+    "verify", "vjp",
 ]
 
 __version__: str
@@ -180,6 +181,14 @@ class Body:
     def free_motion(self, places: Sequence[_Place]) -> NDArray[np.float64]:
         """Computes displacements of places at the end of the coming step under the loads as they are, shape (n, 3)
         in m."""
+    def adjoint(
+        self, cotangents: NDArray[np.float64], places: Sequence[_Place] = (), patterns: Sequence[str] = ()
+    ) -> BodyGradient:
+        """Computes the gradient of a scalar of a march that ends now, by its adjoint, which needs no states.
+        `cotangents` are the derivatives of the scalar with respect to the probes after each step, shape (steps,
+        probes), or (steps, 2, probes) for displacements and velocities. Gives that with respect to forces at these
+        places, to amplitudes of these load patterns, and to the coordinates at the start. Loads of the march may be
+        any; parameters are those of now."""
     @property
     def rigid_body(self) -> Optional[FreeBody]:
         """Mass, centre and moments of inertia of a body without supports, at its density; `None` of any other."""
@@ -198,6 +207,17 @@ class Body:
         self, place: _Place, field: str = "displacement", out: Optional[NDArray[np.float64]] = None
     ) -> NDArray[np.float64]:
         """Reads position in m or velocity in m/s of a place of a body that flies, in space and deformed."""
+
+@final
+class KeptMarch:
+    """A march that is kept, for its gradients. `File.vjp` makes one. It belongs to one thread at a time."""
+
+    @property
+    def values(self) -> NDArray[np.float64]:
+        """The probes after each step, shape (steps, probes)."""
+    def gradient(self, cotangents: NDArray[np.float64]) -> Gradient:
+        """Computes the gradient of a scalar whose derivatives with respect to `values` are these cotangents, of the
+        same shape."""
 
 @final
 class Motion:
@@ -522,6 +542,13 @@ def tangents(
     modes: Optional[int],
     given: _Pairs,
 ) -> tuple[NDArray[np.float64], dict[str, NDArray[np.float64]]]: ...
+def vjp(
+    file: File,
+    loads: Sequence[_Load],
+    amplitudes: NDArray[np.float64],
+    settings: Mapping[str, Any],
+    given: _Pairs,
+) -> KeptMarch: ...
 def tracker(
     file: File,
     sensors: _Pairs,

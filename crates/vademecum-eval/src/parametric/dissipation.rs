@@ -9,6 +9,7 @@
 
 use crate::base::lend::Lender;
 use crate::kernels::dense::{apply, at, dot, set};
+use crate::parametric::error::ParametricError;
 use crate::parametric::model::{Parametric, Scales};
 use crate::parametric::rows::{Reals, along, read_row};
 use crate::parametric::tuned::Tuned;
@@ -22,6 +23,17 @@ impl Parametric<'_> {
     #[must_use]
     pub const fn has_loss(&self) -> bool {
         !self.live.loss.is_empty()
+    }
+
+    /// Refuses damping that has no derivatives.
+    pub(crate) fn check_derivatives(&self) -> Result<(), ParametricError> {
+        if self.has_loss() {
+            return Err(ParametricError::LossFactors);
+        }
+        if self.file.section(SectionKind::DampingRows).is_some() {
+            return Err(ParametricError::Dashpots);
+        }
+        Ok(())
     }
 
     /// Loss factor of live region `region`, counted from 1; 0 is what is not live.
@@ -44,12 +56,6 @@ impl Parametric<'_> {
         let rows = self.file.section(SectionKind::DampingRows).map_or(0, |section| section.shape()[0]);
         let rows = usize::try_from(rows).unwrap_or(0);
         [rows, rows.min(modes)]
-    }
-
-    /// True of a file whose dashpots couple the modes.
-    #[must_use]
-    pub fn has_dashpots(&self) -> bool {
-        self.file.section(SectionKind::DampingRows).is_some()
     }
 
     /// Numbers of work of [`Parametric::write_dashpots`].
