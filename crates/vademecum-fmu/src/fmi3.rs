@@ -565,8 +565,10 @@ pub unsafe extern "C" fn fmi3DoStep(
         // SAFETY: as the module says.
         let status = unsafe {
             with(i, "fmi3DoStep", Modes::only(Mode::Intermediate), |instance| {
-                instance.proceed(&mut course)?;
-                Ok(give(last_successful_time, instance.time())?)
+                // A step that is refused takes the instance back to the communication point.
+                let taken = instance.proceed(&mut course);
+                give(last_successful_time, instance.time())?;
+                Ok(taken?)
             })
         };
         if status != status::OK {

@@ -306,7 +306,7 @@ impl Counts {
         ]
     }
 
-    /// What each reference means.
+    /// Meaning of each reference.
     #[must_use]
     pub fn references(&self) -> References {
         References { lengths: self.lengths(), points: self.points }

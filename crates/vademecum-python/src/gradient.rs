@@ -42,7 +42,7 @@ fn scene_options(given: &Values) -> PyResult<SceneOptions> {
     Ok(options)
 }
 
-/// Where rows of outputs and loads come from.
+/// Source of the rows of outputs and loads.
 enum Rows<'r> {
     Model(&'r Parametric<'r>),
     Scene(&'r Scene<'r, f64>),
@@ -181,7 +181,7 @@ impl Force {
     }
 }
 
-/// What a kept march borrows.
+/// Memory and rows that a kept march borrows.
 struct Lent {
     content: Arc<Content>,
     asked: Asked,
@@ -229,7 +229,7 @@ pub struct MarchSettings {
 }
 
 /// Amplitudes as those at the start and at the end of each step.
-fn of_steps(given: &PyReadonlyArray2<'_, f64>, loads: usize, held: bool) -> PyResult<Vec<f64>> {
+fn of_steps(given: &PyReadonlyArray2<'_, f64>, loads: usize, held: bool) -> PyResult<(usize, Vec<f64>)> {
     let (rows, width) = (given.shape()[0], given.shape()[1]);
     if width != loads || (rows == 0 && !held) {
         let what = if held { "steps" } else { "instants" };
@@ -243,7 +243,7 @@ fn of_steps(given: &PyReadonlyArray2<'_, f64>, loads: usize, held: bool) -> PyRe
         all.extend(given.row(step).iter());
         all.extend(given.row(if held { step } else { step + 1 }).iter());
     }
-    Ok(all)
+    Ok((steps, all))
 }
 
 /// The march of a file with live regions at values of its parameters, or of the modes of any other.
@@ -298,7 +298,7 @@ pub fn vjp(
     let field = self::field(&field)?;
     let opened = file.content.file(&file.path)?;
     let names = Names::of(&opened)?;
-    let amplitudes = of_steps(&amplitudes, loads.len(), held)?;
+    let (steps, amplitudes) = of_steps(&amplitudes, loads.len(), held)?;
     let probes = names.probes.len();
     let is_live = opened.section(SectionKind::LiveParameters).is_some();
     let (asked, modes, parameters, work) = if is_live {
@@ -317,7 +317,6 @@ pub fn vjp(
         let modes = opened.metadata().n_modes as usize;
         (asked, modes, UNIFORM.map(String::from).to_vec(), 0)
     };
-    let steps = amplitudes.len().checked_div(2 * loads.len()).unwrap_or(0);
     let lent = Lent {
         content: Arc::clone(&file.content),
         asked,

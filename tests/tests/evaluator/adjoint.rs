@@ -89,7 +89,7 @@ fn six(triple: &mut impl FnMut() -> [f64; 3], size: f64) -> [f64; 6] {
     [a, b, c, d, e, f].map(|x| size * x)
 }
 
-/// Where outputs are read: it shares nodes with the place of the force, or neighbours it.
+/// Place at which outputs are read: it shares nodes with the place of the force, or neighbours it.
 fn read_at() -> Place {
     Place::triangle([0, 1, 3], [0.1, 0.3, 0.6])
 }

@@ -45,7 +45,7 @@ impl Course {
     }
 }
 
-/// What a gradient is made of: the parameters, all amplitudes, the start.
+/// Variables of a gradient: the parameters, all amplitudes, the start.
 #[derive(Clone, Debug, PartialEq)]
 struct Gradient {
     scalar: f64,
@@ -453,11 +453,16 @@ fn a_checkpointed_march_is_refused_by_name() {
     assert_eq!(march.march([&[]; 2], &infinite, &mut outputs), Err(AdjointError::NotFinite));
     assert_eq!(march.back(&loads, &outputs, &mut []), Err(AdjointError::NoMarch));
     march.march([&[]; 2], &loads, &mut outputs).expect("a march");
-    march.back(&loads, &outputs, &mut []).expect("a march back");
     let mut out = [0.0; 4];
+    assert_eq!(march.parameters_into(&mut out, &mut work), Err(AdjointError::NoMarch));
+    assert_eq!(march.of_load_row(0, &row), Err(AdjointError::NoMarch));
+    let [mut zeta, mut rate] = [(); 2].map(|()| vec![0.0; r]);
+    assert_eq!(march.initial_into(&mut zeta, &mut rate), Err(AdjointError::NoMarch));
+    march.back(&loads, &outputs, &mut []).expect("a march back");
     assert!(march.parameters_into(&mut out, &mut work[1..]).is_err());
     assert_eq!(march.parameters_into(&mut out, &mut work), Ok(()));
-    assert!(march.of_load_row(0, &row).is_ok_and(f64::is_finite));
+    assert!(out[..3].iter().all(|x| x.is_finite() && *x != 0.0), "{out:?}");
+    assert!(march.of_load_row(0, &row).is_ok_and(|x| x.is_finite() && x != 0.0));
     assert_eq!(march.of_load_row(1, &row), Err(AdjointError::NoLoad { index: 1, count: 1 }));
 }
 

@@ -349,6 +349,7 @@ fn bad_problems() -> Vec<(usize, String)> {
         (122, prestressed("loads = { a = 1.0 }\n[base]\nmoves = true")),
         (122, format!("model = \"large-displacement\"\n{}", prestressed("loads = { a = 1.0 }"))),
         (122, prestressed("speed = 1.0\naxis = [1, 0, 0]\n[[parameter]]\nname = \"k\"\nkind = \"density\"\nrange = [0.5, 2.0]")),
+        (122, live("kind = \"stiffness\"\nattachment = \"mount\"") + "[prestress]\nacceleration = [0, 0, 1]\n"),
         (122, matrices("[prestress]\nacceleration = [0, 0, 1]")),
         (122, format!("representation = \"chapter\"\n{}", prestressed("acceleration = [0, 0, 1]"))),
         (123, prestressed("loads = { b = 1.0 }")),

@@ -22,6 +22,19 @@ pub enum BodyError {
         /// Names that the mesh has.
         source: Box<SelectError>,
     },
+    /// More live regions than a file has.
+    #[error(
+        "{path}: {live} regions are live, or have a loss factor; a file has at most {most}: fewer regions, or loss \
+         factors for fewer of them"
+    )]
+    TooManyLive {
+        /// The problem file and line.
+        path: String,
+        /// Live regions.
+        live: usize,
+        /// As many as a file has.
+        most: usize,
+    },
     /// A region of the mesh has no material, or a material no region.
     #[error("{path}: `material`: {found}; the mesh has the regions {regions}")]
     Region {

@@ -5,7 +5,7 @@
 //! (`parametric`).
 
 use vademecum_format::scheme::{SchemeTable, StepParameters, TableError, theta};
-use vademecum_format::{MAX_AXES, MAX_REGIONS, ParameterRole};
+use vademecum_format::{MAX_AXES, MAX_LIVE_REGIONS, MAX_REGIONS, ParameterRole};
 
 use super::body::{material_entry, not_a_region};
 use super::body_error::BodyError;
@@ -135,6 +135,11 @@ impl ParameterSpace {
         }
         let n_mesh = mesh.regions.len();
         let space = Self { parameters, n_regions: n_mesh + attached, n_mesh, loss, fixed };
+        let live = space.live_regions().count;
+        if live > MAX_LIVE_REGIONS && problem.is_parametric() {
+            let (path, most) = (problem.place("parameter"), MAX_LIVE_REGIONS);
+            return Err(BodyError::TooManyLive { path, live, most });
+        }
         // One axis for θ, and at most one for each live region factor.
         let regional = space.parameters.iter().filter(|p| region_of(p.role).is_some()).count();
         let separated = regional > 0 && !problem.is_parametric();

@@ -89,7 +89,7 @@ impl<'m, T: Scalar> BatchAdjoint<'m, T> {
         cotangents: &Cotangents<'_, T>,
     ) -> Result<(), AdjointError> {
         self.check(scene)?;
-        cotangents.check_shape(scene)?;
+        cotangents.check_scene(scene)?;
         Ok(self.batch.load_increment(&self.transposed, instance, cotangents.state)?)
     }
 

@@ -2,7 +2,7 @@
 
 use crate::adjoint::error::AdjointError;
 use crate::adjoint::shown::Shown;
-use crate::base::error::{OutputError, StepError};
+use crate::base::error::OutputError;
 use crate::base::lend::Lender;
 use crate::base::options::Structure;
 use crate::base::scalar::Scalar;
@@ -13,6 +13,7 @@ use crate::scene::shape::Shape;
 use crate::sections::contact::Contact;
 use crate::sections::place::Place;
 use crate::sections::rows::Field;
+use vademecum_format::scheme::StepParameters;
 use vademecum_format::{MAX_REGIONS, Numbers};
 
 /// Cotangents `∂J/∂o` of the outputs `o` after a step, in lent memory: what is added stays until it is
@@ -26,7 +27,9 @@ pub struct Cotangents<'m, T> {
     pub(crate) shown: Shown<'m, T>,
     /// Of these forces along the modes, which accelerations follow at once; `r` numbers.
     pub(crate) force: &'m mut [T],
-    time_step: f64,
+    /// Of the scene: velocities, stress and reactions are read by its parameters.
+    generation: u64,
+    parameters: StepParameters,
 }
 
 /// Refuses a scene that does not take exact steps.
@@ -59,7 +62,8 @@ impl<'m, T: Scalar> Cotangents<'m, T> {
         let shown = Shown::new(scene, scene.shape.statics[0], &mut memory)?;
         let force = memory.take(scene.shape.r)?;
         force.fill(T::ZERO);
-        Ok(Self { shape: scene.shape, state, shown, force, time_step: scene.parameters.time_step })
+        let (generation, parameters) = (scene.generation, scene.parameters);
+        Ok(Self { shape: scene.shape, state, shown, force, generation, parameters })
     }
 
     /// Takes all of them away.
@@ -70,9 +74,7 @@ impl<'m, T: Scalar> Cotangents<'m, T> {
     }
 
     fn check(&self, scene: &Scene<'_, T>, own: &[f64]) -> Result<(), AdjointError> {
-        if self.shape != scene.shape || self.time_step != scene.parameters.time_step {
-            return Err(AdjointError::Mismatch);
-        }
+        self.check_scene(scene)?;
         check_range::<T>(own.iter()).map_err(|_| AdjointError::NotFinite)
     }
 
@@ -81,7 +83,7 @@ impl<'m, T: Scalar> Cotangents<'m, T> {
         let (stride, r) = (self.shape.stride(), self.shape.r);
         let (first, scale) = match field {
             Field::Displacement => (0, 1.0),
-            Field::Velocity => (stride, 1.0 / self.time_step),
+            Field::Velocity => (stride, 1.0 / self.parameters.time_step),
         };
         (self.state.get_mut(first..first + r).unwrap_or_default(), scale)
     }
@@ -216,7 +218,7 @@ impl<'m, T: Scalar> Cotangents<'m, T> {
             // The acceleration is f/ρ − decay ζ̇ − λ ζ, and the drag of the mass α ζ̇.
             let [lambda, decay] = scene.mode_equation(mode);
             let scale = share(mode) * scene.parameters.density;
-            let drag = (scene.parameters.alpha - decay) / self.time_step;
+            let drag = (scene.parameters.alpha - decay) / self.parameters.time_step;
             *of_zeta += T::from_f64(-scale * lambda);
             *of_rate += T::from_f64(scale * drag);
             *of_force += T::from_f64(share(mode));
@@ -224,7 +226,7 @@ impl<'m, T: Scalar> Cotangents<'m, T> {
         for row in scene.sections.damping_rows.unwrap_or(&[]).chunks_exact(r.max(1)) {
             let along: f64 = row.iter().enumerate().map(|(k, &d)| f64::from_le_bytes(d) * share(k)).sum();
             for (of_rate, &d) in rates.iter_mut().zip(row) {
-                *of_rate += T::from_f64(-along * f64::from_le_bytes(d) / self.time_step);
+                *of_rate += T::from_f64(-along * f64::from_le_bytes(d) / self.parameters.time_step);
             }
         }
         let place = self.shown.reactions.as_chunks_mut::<6>().0.get_mut(support);
@@ -232,8 +234,12 @@ impl<'m, T: Scalar> Cotangents<'m, T> {
         Ok(())
     }
 
-    /// Refuses what a step backwards cannot take.
-    pub(crate) fn check_shape(&self, scene: &Scene<'_, T>) -> Result<(), StepError> {
-        if self.shape == scene.shape { Ok(()) } else { Err(StepError::Mismatch) }
+    /// Refuses another scene, and other parameters of the same.
+    pub(crate) fn check_scene(&self, scene: &Scene<'_, T>) -> Result<(), AdjointError> {
+        if self.shape != scene.shape {
+            return Err(AdjointError::Mismatch);
+        }
+        let same = self.generation == scene.generation && self.parameters == scene.parameters;
+        if same { Ok(()) } else { Err(AdjointError::Stale) }
     }
 }

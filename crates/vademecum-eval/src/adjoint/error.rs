@@ -28,7 +28,10 @@ pub enum AdjointError {
     )]
     Flies,
     /// An adjoint march that belongs to other parameters of the scene.
-    #[error("the parameters of the scene have changed since the adjoint march was begun: begin another")]
+    #[error(
+        "the parameters of the scene have changed since the adjoint march was begun, or the cotangents made: \
+             begin others"
+    )]
     Stale,
     /// An adjoint march, or cotangents, of another scene.
     #[error("this adjoint march, or these cotangents, belong to a scene of another shape")]
@@ -117,7 +120,7 @@ const fn remedy(structure: Structure) -> &'static str {
     match structure {
         Structure::Diagonal | Structure::Exact => "bind the file with `StructureChoice::Exact`",
         Structure::Block => {
-            "a file with a separated solution has no adjoint; build one with live regions, or without parameters"
+            "a file with a separated solution has no adjoint; build it without `representation = \"separated\"`"
         }
         Structure::Strain => "large displacements have no adjoint; build the file for small displacements",
     }

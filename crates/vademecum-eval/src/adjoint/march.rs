@@ -159,7 +159,7 @@ impl<'m, T: Scalar> Adjoint<'m, T> {
     /// [`AdjointError::TooManyNodes`].
     pub fn back(&mut self, scene: &Scene<'_, T>, cotangents: &Cotangents<'_, T>) -> Result<(), AdjointError> {
         self.check(scene)?;
-        cotangents.check_shape(scene)?;
+        cotangents.check_scene(scene)?;
         let lambda = &mut self.lambda;
         let size = self.transposed.step_into(lambda.now, cotangents.state, lambda.next)?;
         // Held as if it were loaded: cotangents do not come to rest.
@@ -182,7 +182,7 @@ impl<'m, T: Scalar> Adjoint<'m, T> {
         number: impl Fn(usize, usize) -> Option<T>,
     ) -> Result<(), AdjointError> {
         self.check(scene)?;
-        cotangents.check_shape(scene)?;
+        cotangents.check_scene(scene)?;
         for part in 0..2 {
             for (k, out) in self.lambda.part_mut(part).iter_mut().enumerate() {
                 *out = number(part, k).ok_or(AdjointError::Mismatch)?;

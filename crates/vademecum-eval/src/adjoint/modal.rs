@@ -97,6 +97,8 @@ pub(crate) struct ModalMarch<'m> {
     next: &'m mut [f64],
     /// True once a march is kept.
     kept: bool,
+    /// True after a march back over it.
+    gone_back: bool,
 }
 
 impl<'m> ModalMarch<'m> {
@@ -133,6 +135,7 @@ impl<'m> ModalMarch<'m> {
             lambda: take(2 * m)?,
             next: take(2 * m)?,
             kept: false,
+            gone_back: false,
         })
     }
 
@@ -165,6 +168,11 @@ impl<'m> ModalMarch<'m> {
         bounds.is_some_and(|&[first, end]| (first..end).contains(&(j as f64)))
     }
 
+    /// Refuses gradients before a march back over the march that was taken last.
+    pub fn check_gone_back(&self) -> Result<(), AdjointError> {
+        if self.gone_back { Ok(()) } else { Err(AdjointError::NoMarch) }
+    }
+
     /// Sums `G` of a mode.
     pub fn sums(&self, mode: usize) -> [[f64; 4]; 2] {
         let number = |place| at(self.sums, in_blocks(mode, place, STEP));
@@ -182,7 +190,7 @@ impl<'m> ModalMarch<'m> {
         self.over(self.of_loads, i, self.loads, j)
     }
 
-    /// What a turn of mode `j` towards mode `i` changes: `Σ_o c_i ĉ_j + Σ_l b_i b̂_j − λ_i·y_j` at the start.
+    /// Derivative with a turn of mode `j` towards mode `i`: `Σ_o c_i ĉ_j + Σ_l b_i b̂_j − λ_i·y_j` at the start.
     pub fn turn_sum(&self, i: usize, j: usize) -> f64 {
         let outputs = self.over(self.outputs, i, self.of_outputs, j);
         let start = self.checkpoints.get(..self.state.len()).unwrap_or_default();
@@ -225,7 +233,7 @@ impl<'m> ModalMarch<'m> {
         outputs: &mut [f64],
     ) -> Result<(), AdjointError> {
         self.check(loads, outputs)?;
-        self.kept = false;
+        (self.kept, self.gone_back) = (false, false);
         self.state.fill(0.0);
         for mode in 0..self.lengths.modes {
             for (a, value) in start(mode).into_iter().enumerate() {
@@ -253,6 +261,7 @@ impl<'m> ModalMarch<'m> {
         if !self.kept {
             return Err(AdjointError::NoMarch);
         }
+        self.gone_back = false;
         for sums in
             [&mut *self.sums, self.of_outputs, self.of_loads, self.pairs, self.lambda].map(|sums| &mut *sums)
         {
@@ -266,10 +275,8 @@ impl<'m> ModalMarch<'m> {
             vectorised(Segment { march: self, loads, cotangents, of_loads, first, last });
             last = first;
         }
-        if self.lambda.iter().chain(&*self.sums).all(|x| x.is_finite()) {
-            return Ok(());
-        }
-        Err(AdjointError::NotFinite)
+        self.gone_back = self.lambda.iter().chain(&*self.sums).all(|x| x.is_finite());
+        if self.gone_back { Ok(()) } else { Err(AdjointError::NotFinite) }
     }
 
     /// Adds the cotangents of the outputs to `λ`, and takes `ĉ` with the state after the step: a place in the

@@ -291,8 +291,9 @@ impl<'m, 'f> CheckpointedMarch<'m, 'f> {
     /// after [`CheckpointedMarch::back`].
     ///
     /// # Errors
-    /// [`AdjointError::Length`].
+    /// [`AdjointError::Length`]; [`AdjointError::NoMarch`] before that.
     pub fn initial_into(&self, zeta: &mut [f64], zeta_dot: &mut [f64]) -> Result<(), AdjointError> {
+        self.march.check_gone_back()?;
         let needed = self.n_modes();
         for found in [zeta.len(), zeta_dot.len()] {
             if found != needed {
@@ -310,8 +311,10 @@ impl<'m, 'f> CheckpointedMarch<'m, 'f> {
     /// to the weights of its place. After [`CheckpointedMarch::back`]. `O(m r)`.
     ///
     /// # Errors
-    /// [`AdjointError::Length`]: a row of another length; [`AdjointError::NoLoad`].
+    /// [`AdjointError::Length`]: a row of another length; [`AdjointError::NoLoad`]; [`AdjointError::NoMarch`]
+    /// before that.
     pub fn of_load_row(&self, load: usize, gained: &[f64]) -> Result<f64, AdjointError> {
+        self.march.check_gone_back()?;
         let needed = self.model.as_ref().map_or(self.n_modes(), |(model, _)| model.n_basis());
         let found = gained.len();
         if found != needed {
@@ -335,8 +338,9 @@ impl<'m, 'f> CheckpointedMarch<'m, 'f> {
     /// [`Parametric::adjoint_sizes`].
     ///
     /// # Errors
-    /// [`AdjointError::Length`], [`AdjointError::Bind`].
+    /// [`AdjointError::Length`], [`AdjointError::Bind`]; [`AdjointError::NoMarch`] before that.
     pub fn parameters_into(&self, out: &mut [f64], work: &mut [f64]) -> Result<(), AdjointError> {
+        self.march.check_gone_back()?;
         let needed = self.model.as_ref().map_or(5, |(model, _)| model.n_parameters());
         let found = out.len();
         if found != needed {
@@ -435,7 +439,7 @@ impl<'m, 'f> CheckpointedMarch<'m, 'f> {
         Ok(())
     }
 
-    /// What each `N_ij`, each `D_ij` and the damping rate of each mode count for.
+    /// Derivatives with respect to each `N_ij`, each `D_ij` and the damping rate of each mode.
     fn weights_into(&self, [of_stiffness, of_mass]: [&mut [f64]; 2], of_rates: &mut [f64]) {
         let (m, count) = (self.n_modes(), self.modes.doublings());
         let rows = of_stiffness.chunks_exact_mut(m.max(1)).zip(of_mass.chunks_exact_mut(m.max(1)));

@@ -72,7 +72,7 @@ impl<'m, T: Scalar> Shown<'m, T> {
         self.nodes.add_all(&other.nodes)
     }
 
-    /// What the cotangents read of the answer to forces at the end of a step.
+    /// Reading of the cotangents of the answer to forces at the end of a step.
     pub fn answer(&self, scene: &Scene<'_, T>, acting: &Statics<'_, T>) -> f64 {
         let residual = &scene.sections.residual;
         let of_nodes = self.nodes.forces().map(|(node, own)| dot(own, residual.node(node, acting)));
@@ -88,7 +88,7 @@ impl<'m, T: Scalar> Shown<'m, T> {
         moved + stresses.sum::<f64>()
     }
 
-    /// What the cotangents of reactions read of forces at the end of a step, at rest.
+    /// Reading of the cotangents of reactions of forces at the end of a step, at rest.
     pub fn held(&self, scene: &Scene<'_, T>, acting: &Statics<'_, T>) -> Result<f64, OutputError> {
         let mut sum = 0.0;
         for (support, own) in self.reactions.as_chunks::<6>().0.iter().enumerate() {

@@ -36,7 +36,7 @@ impl Parametric<'_> {
         Ok(())
     }
 
-    /// Loss factor of live region `region`, counted from 1; 0 is what is not live.
+    /// Loss factor of live region `region`, counted from 1; 0 of the part without live parameters.
     fn loss_of(&self, scales: &Scales<'_>, region: usize) -> f64 {
         let Some(place) = region.checked_sub(1) else { return 0.0 };
         let role = ParameterRole::LossFactor { region: place as u32 };

@@ -54,7 +54,7 @@ impl<'m, 'f> Tangents<'m, 'f> {
     /// A body at rest with its modes at given values. Lends [`TangentSizes`]. `O(m² log) + O(P m r²)`.
     ///
     /// # Errors
-    /// [`ParametricError::LentMemory`], [`ParametricError::LossFactors`].
+    /// [`ParametricError::LentMemory`], [`ParametricError::LossFactors`], [`ParametricError::Dashpots`].
     pub fn new(
         model: &Parametric<'f>,
         tuned: Tuned<'m>,

@@ -110,7 +110,7 @@ impl Unit {
     }
 }
 
-/// What instances have told; it outlives them.
+/// Messages of instances; it outlives them.
 pub struct Log(pub Mutex<Vec<String>>);
 
 /// A callback of C with the arguments that this library gives it.

@@ -376,7 +376,7 @@ impl Iterator for Windows<'_> {
     }
 }
 
-/// What of the pencil dissipates energy, along the vectors of the space, or more.
+/// Dissipation of the pencil along the vectors of the space, or more.
 struct Dissipation {
     /// Rows of dashpots.
     dashpots: Mat<f64>,

@@ -6,7 +6,7 @@
 
 use vademecum_format::{MAX_LIVE, MAX_PARAMETERS};
 
-use super::{Problem, ProblemError};
+use super::{ParameterKind, Problem, ProblemError};
 use crate::limits::MAGNITUDE;
 
 /// Longest title, unit system and name.
@@ -19,6 +19,9 @@ const MAX_CELLS: usize = 50_000_000;
 const MAX_SLENDERNESS: f64 = 1e6;
 /// Most directions of forces.
 const MAX_DIRECTIONS: usize = 1000;
+/// Largest loss factor of a live parameter: a mode that strains its region alone is critically damped then.
+const MAX_LOSS: f64 = 2.0;
+
 /// Upper over lower end of the range of a live parameter.
 const MAX_RANGE_RATIO: f64 = 1e6;
 
@@ -159,6 +162,8 @@ impl Problem {
             let key = format!("parameter[{i}].range");
             let [lower, upper] = p.range;
             self.require(carried(lower) && carried(upper), &key, p.range, SCALE)?;
+            let most = if p.kind == ParameterKind::LossFactor { MAX_LOSS } else { f64::INFINITY };
+            self.require(upper <= most, &key, p.range, "a loss factor of at most 2")?;
             self.require(
                 (p.kind.may_vanish() && lower == 0.0) || upper <= MAX_RANGE_RATIO * lower,
                 &key,

@@ -1,7 +1,9 @@
 //! Temperatures as load patterns, and the keys that they exclude.
 
 use super::check::Words;
-use super::{BasisKind, ExpansionEntry, ParameterKind, Problem, ProblemError, Representation};
+use super::{
+    BasisKind, ExpansionEntry, ParameterEntry, ParameterKind, Problem, ProblemError, Representation,
+};
 use crate::dynamics::SchemeKind;
 
 /// Largest coefficient of expansion \[1/K\].
@@ -25,12 +27,12 @@ impl Problem {
         let expands = self.materials.iter().any(|material| material.expansion.is_some());
         let expected = "`expansion` of a `[[material]]`: without it a temperature does nothing";
         self.require(expands, &key, Words("without it"), expected)?;
-        let scaled = |kind| kind == ParameterKind::Stiffness;
+        let scaled = |p: &ParameterEntry| p.kind == ParameterKind::Stiffness && p.attachment.is_none();
         let found = if self.is_large() {
             "beside `model = \"large-displacement\"`, whose strain it is not"
         } else if self.representation == Some(Representation::Canonical) {
             "beside `representation = \"chapter\"`, which takes no load patterns"
-        } else if self.parameters.iter().any(|parameter| scaled(parameter.kind)) {
+        } else if self.parameters.iter().any(scaled) {
             "beside a live stiffness, which the force of a load pattern does not follow"
         } else if self.output.stress.is_some() && !self.shows_patterns() {
             "beside `output.stress` without the residual flexibility, which holds what a strain without stress takes off"

@@ -58,6 +58,8 @@ impl Problem {
             "without any `[[support]]`, held reference point or spring to the ground"
         } else if self.base.moves {
             "beside `base.moves`"
+        } else if self.has_local_parameters() {
+            "beside live regions or attachments, whose matrices the state about which it moves does not have"
         } else if self.parameters.iter().any(|parameter| scaled(parameter.kind)) {
             "beside a live stiffness or density, which the stress of a load case does not follow"
         } else {
