@@ -610,6 +610,6 @@ fn contacts_near_each_other_are_as_flexible_as_those_of_the_full_model_at_the_va
     for (place, (found, expected)) in found.chunks_exact(9).zip(expected.chunks_exact(9)).enumerate() {
         let size = expected.iter().map(|x| x * x).sum::<f64>().sqrt();
         let off = found.iter().zip(expected).map(|(a, b)| (a - b) * (a - b)).sum::<f64>().sqrt();
-        assert!(off < 0.05 * size, "pair {place}: {found:?} beside {expected:?}");
+        assert!(off <= 0.05 * size, "pair {place}: {found:?} beside {expected:?}");
     }
 }

@@ -167,7 +167,8 @@ impl<'m, 'f> CheckpointedMarch<'m, 'f> {
     /// [`Parametric::adjoint_sizes`]. `O(m r)` for each row.
     ///
     /// # Errors
-    /// [`AdjointError::Length`], [`AdjointError::Bind`]; [`AdjointError::Parametric`]: loss factors, dashpots.
+    /// [`AdjointError::Length`], [`AdjointError::Bind`]; [`AdjointError::Parametric`]: loss factors,
+    /// dashpots.
     pub fn new(
         model: &Parametric<'f>,
         tuned: Tuned<'m>,
