@@ -190,7 +190,8 @@ impl<'m> ModalMarch<'m> {
         self.over(self.of_loads, i, self.loads, j)
     }
 
-    /// Derivative with a turn of mode `j` towards mode `i`: `Σ_o c_i ĉ_j + Σ_l b_i b̂_j − λ_i·y_j` at the start.
+    /// Derivative with a turn of mode `j` towards mode `i`: `Σ_o c_i ĉ_j + Σ_l b_i b̂_j − λ_i·y_j` at the
+    /// start.
     pub fn turn_sum(&self, i: usize, j: usize) -> f64 {
         let outputs = self.over(self.outputs, i, self.of_outputs, j);
         let start = self.checkpoints.get(..self.state.len()).unwrap_or_default();

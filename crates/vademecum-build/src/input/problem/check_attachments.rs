@@ -216,7 +216,7 @@ impl Problem {
         }
     }
 
-    /// Attachments that a live parameter of this kind scales by their name, in words, and the names there are.
+    /// Attachments that a live parameter of this kind scales by name, in words, and the names there are.
     fn attachment_names(&self, kind: ParameterKind) -> Option<(&'static str, Vec<&str>)> {
         let grounds = |of: fn(&FoundationEntry) -> bool| {
             self.foundations.iter().filter(move |ground| of(ground)).filter_map(|one| one.name.as_deref())
