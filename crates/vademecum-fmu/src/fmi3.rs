@@ -568,7 +568,7 @@ pub unsafe extern "C" fn fmi3DoStep(
                 // A step that is refused takes the instance back to the communication point.
                 let taken = instance.proceed(&mut course);
                 give(last_successful_time, instance.time())?;
-                Ok(taken?)
+                taken
             })
         };
         if status != status::OK {

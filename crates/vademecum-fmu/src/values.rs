@@ -68,7 +68,7 @@ impl Instance {
         if found == expected { Ok(()) } else { Err(Refusal::Values { found, expected }) }
     }
 
-    /// Derivatives of unknowns along seeds of knowns ([`Body::directional`]).
+    /// Derivatives of unknowns along seeds of knowns (`Body::directional`).
     ///
     /// # Errors
     /// [`Refusal`].
@@ -87,7 +87,7 @@ impl Instance {
         self.body().directional(memory.numbers_mut(), seeds, unknowns, sensitivity)
     }
 
-    /// Derivatives of the sum of seeded unknowns with respect to knowns ([`Body::adjoint`]).
+    /// Derivatives of the sum of seeded unknowns with respect to knowns (`Body::adjoint`).
     ///
     /// # Errors
     /// [`Refusal`].

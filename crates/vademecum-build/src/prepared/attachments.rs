@@ -149,7 +149,7 @@ pub(super) fn attachments(
         let first = first_dof(mesh, i);
         point.held.iter().for_each(|&motion| found.constraints.hold(first + motion as u32, 0.0));
     }
-    found.groups = problem.splits_regions().then(|| BlockGroups { count: live.len(), of_blocks: groups });
+    found.groups = problem.splits_regions().then_some(BlockGroups { count: live.len(), of_blocks: groups });
     hold_unmoved(problem, mesh, &mut found);
     Ok(found)
 }
