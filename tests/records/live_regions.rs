@@ -16,7 +16,7 @@ use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
 use vademecum_build::fem::SymmetricMatrix;
-use vademecum_build::input::Problem;
+use vademecum_build::input::{Problem, ProblemError};
 use vademecum_build::pipeline::{BuildError, BuildOptions, build};
 use vademecum_build::prepared::prepare;
 use vademecum_build::progress::{Listener, Silent, Stopwatch, is_cancelled};
@@ -77,7 +77,7 @@ const FIRST_HZ: f64 = 1.006;
 
 /// A block of 3 360 dofs cut across into equal regions, whose stiffness is live over [1/3, 3], and Δt over a
 /// factor 4; one live region is half of it.
-fn problem(count: usize, representation: &str) -> Problem {
+fn problem(count: usize, representation: &str) -> Result<Problem, ProblemError> {
     let mut text = format!(
         "representation = \"{representation}\"\n[mesh]\n\
          block = {{ lengths = [1.0, 0.3, 0.2], divisions = [16, 3, 2], order = \"quadratic\" }}\n"
@@ -112,7 +112,7 @@ fn problem(count: usize, representation: &str) -> Problem {
         0.5 * step,
         2.0 * step
     );
-    Problem::parse(&text, "block.toml", PathBuf::new()).expect("a problem")
+    Problem::parse(&text, "block.toml", PathBuf::new())
 }
 
 /// The row of a build, or why there is none. The points are drawn for the first file.
@@ -123,7 +123,10 @@ fn row(
     points: usize,
     drawn: &mut Option<Vec<LivePoint>>,
 ) -> String {
-    let problem = problem(count, representation);
+    let problem = match problem(count, representation) {
+        Ok(problem) => problem,
+        Err(error) => return format!("refused: {error} | | | | | | |"),
+    };
     let start = Instant::now();
     let built = match build(&problem, &BuildOptions::default(), limit) {
         Ok(built) => built.either(),
@@ -224,7 +227,7 @@ fn step_of(bytes: &[u8]) -> f64 {
 /// Matrices of the regions and of the mass as triplets, the dofs and the points.
 fn write(folder: &Path, count: usize, points: &[LivePoint]) {
     std::fs::create_dir_all(folder).expect("a folder");
-    let problem = problem(count, "parametric");
+    let problem = problem(count, "parametric").expect("a problem");
     let prepared = prepare(&problem, &mut Stopwatch::new(&Silent), &Silent).expect("prepared");
     let model = &prepared.body.model;
     let save = |name: &str, matrix: &SymmetricMatrix| {
