@@ -31,8 +31,7 @@ RANGE, BETA, SAMPLES, MODES, STEPPED, STEPS, PUSHED = 3.0, 1e-3, 65, 16, 32, 200
 
 def matrix(path):
     rows, columns, values = np.fromfile(path).reshape(-1, 3).T
-    half = scipy.sparse.coo_matrix((values, (rows.astype(int), columns.astype(int)))).tocsc()
-    return (half + half.T - scipy.sparse.diags(half.diagonal())).tocsc()
+    return scipy.sparse.coo_matrix((values, (rows.astype(int), columns.astype(int)))).tocsc()
 
 
 def history(eigenvalues, force, step):
