@@ -61,7 +61,7 @@ def measured(file):
 
 
 def moved(file):
-    """What the control is to reach: the tip 1 mm down, and at rest there, in the last third."""
+    """Goal of the control: the tip 1 mm down, and at rest there, in the last third."""
     target = np.zeros((STEPS, 2))
     target[2 * STEPS // 3 :, 0] = -1e-3
     return target
