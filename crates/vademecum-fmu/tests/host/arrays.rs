@@ -1,7 +1,7 @@
 //! Arrays over surface nodes: values row by row, a structural parameter for their number, derivatives.
 
 use vademecum_eval::format::{File, SectionKind};
-use vademecum_eval::{Contact, Field, Loads, Place, Scene, SceneOptions, State};
+use vademecum_eval::{Contact, Field, Place, SceneOptions};
 use vademecum_fmu::fmi3::*;
 use vademecum_fmu::variables::Variable as V;
 
@@ -69,12 +69,8 @@ fn arrays_are_the_nodes_of_the_evaluator_bit_for_bit() {
         let unit = Unit::with_surface(name, &nodes);
         let file = File::parse(&unit.bytes).expect("a file");
         let options = SceneOptions { contacts: 5, ..SceneOptions::default() };
-        let sizes = Scene::<f64>::sizes(&file, &options).expect("sizes");
-        let [mut a, mut b, mut c] = [sizes.scene, sizes.state, sizes.loads].map(|n| vec![0.0; n]);
-        let mut work = vec![0.0; sizes.work];
-        let scene = Scene::bind(&file, &options, &mut a, &mut work).expect("a scene");
-        let mut state = State::new(&scene, &mut b).expect("a state");
-        let mut loads = Loads::new(&scene, &mut c).expect("loads");
+        let mut memory = SceneMemory::new(&file, &options);
+        let (scene, mut state, mut loads) = memory.bind(&file, &options);
         let log = Log::new();
         let three = Three(unit.three(&log));
         three.start();

@@ -1,7 +1,7 @@
 //! Numbers of the evaluator, bit for bit.
 
 use vademecum_eval::format::File;
-use vademecum_eval::{Contact, Field, FreeBody, Loads, RigidMotion, Scene, SceneOptions, State};
+use vademecum_eval::{Contact, Field, FreeBody, RigidMotion, SceneOptions};
 use vademecum_fmu::fmi2::*;
 use vademecum_fmu::fmi3::*;
 use vademecum_fmu::variables::Variable as V;
@@ -14,12 +14,8 @@ fn numbers_are_those_of_the_evaluator_bit_for_bit() {
         let unit = Unit::new(name);
         let file = File::parse(&unit.bytes).expect("a file");
         let options = SceneOptions { contacts: 2, ..SceneOptions::default() };
-        let sizes = Scene::<f64>::sizes(&file, &options).expect("sizes");
-        let [mut a, mut b, mut c] = [sizes.scene, sizes.state, sizes.loads].map(|n| vec![0.0; n]);
-        let mut work = vec![0.0; sizes.work];
-        let scene = Scene::bind(&file, &options, &mut a, &mut work).expect("a scene");
-        let mut state = State::new(&scene, &mut b).expect("a state");
-        let mut loads = Loads::new(&scene, &mut c).expect("loads");
+        let mut memory = SceneMemory::new(&file, &options);
+        let (scene, mut state, mut loads) = memory.bind(&file, &options);
 
         let log = Log::new();
         let (two, three) = (unit.two(&log), unit.three(&log));
@@ -105,12 +101,8 @@ fn stress_and_reactions_are_those_of_the_evaluator() {
         two.start();
         let options = SceneOptions { contacts: 2, ..SceneOptions::default() };
         let file = File::parse(&unit.bytes).expect("a file");
-        let sizes = Scene::<f64>::sizes(&file, &options).expect("sizes");
-        let [mut a, mut b, mut c] = [sizes.scene, sizes.state, sizes.loads].map(|n| vec![0.0; n]);
-        let mut work = vec![0.0; sizes.work];
-        let scene = Scene::bind(&file, &options, &mut a, &mut work).expect("a scene");
-        let mut state = State::new(&scene, &mut b).expect("a state");
-        let mut loads = Loads::new(&scene, &mut c).expect("loads");
+        let mut memory = SceneMemory::new(&file, &options);
+        let (scene, mut state, mut loads) = memory.bind(&file, &options);
         let step = two.internal_step();
         for (component, force) in [(0, 3.0), (2, -20.0)] {
             assert_eq!(two.set(unit.reference(V::Force(1, component)), force), 0);
@@ -172,12 +164,8 @@ fn a_free_body_flies_as_in_the_evaluator() {
 
     let file = File::parse(&unit.bytes).expect("a file");
     let options = SceneOptions { contacts: 2, ..SceneOptions::default() };
-    let sizes = Scene::<f64>::sizes(&file, &options).expect("sizes");
-    let [mut a, mut b, mut c] = [sizes.scene, sizes.state, sizes.loads].map(|n| vec![0.0; n]);
-    let mut work = vec![0.0; sizes.work];
-    let scene = Scene::bind(&file, &options, &mut a, &mut work).expect("a scene");
-    let mut state = State::new(&scene, &mut b).expect("a state");
-    let mut loads = Loads::new(&scene, &mut c).expect("loads");
+    let mut memory = SceneMemory::new(&file, &options);
+    let (scene, mut state, mut loads) = memory.bind(&file, &options);
     let mut free = FreeBody::new(&scene, RigidMotion::at_rest).expect("a free body");
     let body = *free.body();
     let placed = RigidMotion {

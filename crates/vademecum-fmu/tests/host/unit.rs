@@ -6,7 +6,7 @@ use std::ptr::null_mut;
 use std::sync::Mutex;
 
 use vademecum_eval::format::{File, ParameterRole, SectionKind};
-use vademecum_eval::{Place, SceneOptions, Surface, SurfacePoint};
+use vademecum_eval::{Loads, Place, Scene, SceneOptions, State, Surface, SurfacePoint};
 use vademecum_fmu::fmi2::*;
 use vademecum_fmu::fmi3::*;
 use vademecum_fmu::points::{Point, StressPlace, table};
@@ -270,4 +270,29 @@ pub fn force(step: u32, point: usize) -> [f64; 3] {
 pub fn shown(two: &Two, unit: &Unit, variables: impl IntoIterator<Item = V>) -> Vec<f64> {
     let references: Vec<u32> = variables.into_iter().map(|variable| unit.reference(variable)).collect();
     two.bits(&references).into_iter().map(f64::from_bits).collect()
+}
+
+/// Memory of a scene in double precision, its state and its loads.
+pub struct SceneMemory([Vec<f64>; 3], Vec<f64>);
+
+impl SceneMemory {
+    /// As much as a file needs.
+    pub fn new(file: &File<'_>, options: &SceneOptions) -> Self {
+        let sizes = Scene::<f64>::sizes(file, options).expect("sizes");
+        let own = [sizes.scene, sizes.state, sizes.loads].map(|n| vec![0.0; n]);
+        Self(own, vec![0.0; sizes.work])
+    }
+
+    /// A scene at rest without loads.
+    pub fn bind<'m>(
+        &'m mut self,
+        file: &File<'m>,
+        options: &SceneOptions,
+    ) -> (Scene<'m, f64>, State<'m, f64>, Loads<'m, f64>) {
+        let Self([a, b, c], work) = self;
+        let scene = Scene::bind(file, options, a, work).expect("a scene");
+        let state = State::new(&scene, b).expect("a state");
+        let loads = Loads::new(&scene, c).expect("loads");
+        (scene, state, loads)
+    }
 }
