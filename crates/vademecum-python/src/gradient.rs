@@ -8,8 +8,8 @@ use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use self_cell::{MutBorrow, self_cell};
 use vademecum_eval::{
-    BodyOptions, CheckpointedMarch, Field, MarchRows, Parametric, Place, Scene, SceneOptions, Simulation,
-    StructureChoice, SurfacePoint, gradient_on_triangle,
+    Body, BodyOptions, CheckpointedMarch, Field, MarchRows, Parametric, Place, Scene, SceneOptions,
+    Simulation, StructureChoice, SurfacePoint, gradient_on_triangle,
 };
 use vademecum_format::{File, SectionKind};
 
@@ -272,16 +272,15 @@ fn march_of<'l>(
     })
 }
 
-/// Binds a file in double precision.
+/// The scene of a body of a file in double precision.
 fn with_scene<R>(
     file: &File<'_>,
     given: &Values,
     work: impl FnOnce(&Scene<'_, f64>) -> PyResult<R>,
 ) -> PyResult<R> {
-    let options = scene_options(given)?;
-    let sizes = Scene::<f64>::sizes(file, &options).map_err(of_bind)?;
-    let (mut memory, mut numbers) = (vec![0.0; sizes.scene], vec![0.0; sizes.work]);
-    work(&Scene::bind(file, &options, &mut memory, &mut numbers).map_err(of_bind)?)
+    let options = BodyOptions { scene: scene_options(given)?, ..BodyOptions::default() };
+    let mut memory = vec![0.0; Body::<f64>::len_for(file, &options).map_err(of_bind)?];
+    work(Body::bind(file, &options, &mut memory).map_err(of_bind)?.scene())
 }
 
 /// A march that is kept.
