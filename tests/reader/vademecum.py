@@ -29,7 +29,7 @@ MODELS = "Compliance EmbeddedNodes EmbeddedWeights EmbeddedTriangles DampingRows
 PORTS = """PortNames PortTable PortFrames PortNodes PortFacets PortRows PortCompliance PortInertia PortResidual
 PortProbes PortPatterns ProbeMotions ContactModes PatchPairs PatchResidual ContactPatch""".split()
 LIVE = "LiveParameters LiveNames LiveStiffness LiveMass LiveRegions LiveResidual LiveCertificate".split()
-LIVE += "LiveReactionStiffness LiveReactionMass LiveLoss LiveDampers".split()
+LIVE += "LiveReactionStiffness LiveReactionMass LiveLoss LiveDampers LiveWitnesses".split()
 KINDS = dict(enumerate(NAMES, start=1)) | dict(enumerate(MODELS, start=75)) | dict(enumerate(PORTS, start=95))
 KINDS |= dict(enumerate(LIVE, start=111))
 

@@ -242,12 +242,14 @@ fn parametric(bytes: &[u8], damped: bool) -> Vec<u8> {
         // Energies as built: a quarter and a half of each mode.
         let ratios = vec![0.015625 + 0.5 * (0.25 * 0.0625 + 0.5 * 0.125); r];
         let rows: Vec<f64> = (0..2 * r).map(|place| [4.0, -2.0, 16.0, 0.0, 8.0, 32.0][place % 6]).collect();
+        let witness = [2.0, 0.25, 0.125, 1.0, 0.015625, 0.0009765625, 0.0625, 0.125, 0.5];
         let groups: Vec<u8> = [0_u32, 1].iter().flat_map(|group| group.to_le_bytes()).collect();
         more.extend([
             (S::DampingRatios, Element::F64, [r as u64, 1, 1], little(&ratios)),
             (S::DampingRows, Element::F64, [2, r as u64, 1], little(&rows)),
             (S::LiveLoss, Element::F64, [3, 1, 1], little(&[0.015625, 0.0625, 0.125])),
             (S::LiveDampers, Element::U32, [2, 1, 1], groups),
+            (S::LiveWitnesses, Element::F64, [1, 9, 1], little(&witness)),
         ]);
     } else {
         more.push((S::LiveMass, Element::F64, [3, packed, 1], little(&matrices(&vec![1.0; r]))));

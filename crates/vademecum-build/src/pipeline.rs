@@ -12,6 +12,7 @@ mod file;
 mod large;
 mod options;
 mod outcome;
+mod over_box;
 mod parametric;
 mod patch;
 mod plan;

@@ -5,6 +5,7 @@
 use vademecum_format::{File, ParameterRole, SectionKind};
 use vademecum_study::FileError;
 use vademecum_study::contents::{Bound, bound};
+use vademecum_study::live_errors::LiveErrors;
 
 use crate::words::percent;
 
@@ -19,6 +20,8 @@ pub(crate) struct Accuracy {
     residual: bool,
     /// The reason why there is no bound; empty of a file with one.
     obstacle: &'static str,
+    /// Errors over the box of a parametric model.
+    live: LiveErrors,
 }
 
 impl Accuracy {
@@ -48,11 +51,21 @@ impl Accuracy {
             loadable: m.n_load_nodes > 0 && has(SectionKind::SurfaceBasis),
             residual: has(SectionKind::ContactResidual),
             obstacle,
+            live: LiveErrors::of(file)?,
         })
     }
 
-    /// The bound, or that there is none; empty of a file without point loads.
+    /// The bound, or that there is none; empty of a file without point loads. That of a parametric model is at
+    /// two points of its box.
     pub(crate) fn bound(&self) -> Option<String> {
+        if let [centre, worst] = &self.live.closer[..] {
+            let of = |at: &Option<Bound>| at.as_ref().map(bound_shares);
+            let (centre, worst) = (of(&centre.bound)?, of(&worst.bound)?);
+            return Some(format!(
+                "error estimate for any point load at the centre of the parameters' box: {centre}; at the worst of the \
+                 measured points: {worst}"
+            ));
+        }
         match &self.bound {
             Some(bound) => Some(bound_words(bound)),
             None if self.loadable => Some(format!("no error bound for point loads{}", self.obstacle)),
@@ -62,6 +75,20 @@ impl Accuracy {
 
     /// Errors of the test runs.
     pub(crate) fn measured(&self) -> Option<String> {
+        if let Some(errors) = self.live.quantiles() {
+            let [median, p95, worst] = errors.map(percent);
+            let points = self.live.points.len();
+            let far = self.live.closer.iter().map(|at| at.reference_distance).fold(0.0, f64::max);
+            let at_full_order = if self.live.closer.is_empty() {
+                String::new()
+            } else {
+                format!("; their reference is within {} of a march at full order", percent(far))
+            };
+            return Some(format!(
+                "test runs of the build at {points} points of the parameters' box that trained nothing: error {median} in \
+                 the median, {p95} in 95 %, {worst} at worst (measured, no bound){at_full_order}"
+            ));
+        }
         let [error, floor] = self.measured?;
         let known = error.is_finite() && floor.is_finite();
         known.then(|| {
@@ -98,9 +125,12 @@ fn is_region(role: ParameterRole) -> bool {
 
 /// The bound of the error of point loads.
 pub(crate) fn bound_words(bound: &Bound) -> String {
-    let Bound { worst, median, p95, kind } = bound;
+    format!("error {} for any point load: {}", bound.kind, bound_shares(bound))
+}
+
+fn bound_shares(Bound { worst, median, p95, .. }: &Bound) -> String {
     let [median, p95, worst] = [median, p95, worst].map(|&share| percent(share));
-    format!("error {kind} for any point load: median {median}, 95th percentile {p95}, worst {worst}")
+    format!("median {median}, 95th percentile {p95}, worst {worst}")
 }
 
 #[cfg(test)]
@@ -109,7 +139,8 @@ mod tests {
 
     fn of(bound: Option<Bound>, residual: bool) -> Accuracy {
         let measured = Some([3.3e-3, 3.2e-3]);
-        Accuracy { bound, measured, loadable: true, residual, obstacle: " (live regions)" }
+        let live = LiveErrors::default();
+        Accuracy { bound, measured, loadable: true, residual, obstacle: " (live regions)", live }
     }
 
     #[test]

@@ -431,6 +431,11 @@ kinds! {
     /// Group of dashpots of each row of section 79, counted from 1; 0 of those that are not live;
     /// `u32 (any)`.
     LiveDampers = 121: 14, required, U32, [Any];
+    /// The centre of the parameters' box and the worst point of section 117: each its values, the relative
+    /// error of trajectories there, the distance of their reference from a march at full order, and where
+    /// the file has residual flexibility the median, the 95 % quantile and the largest truncation of a point
+    /// load; `f64 (any, parameters + 2 or 5)`.
+    LiveWitnesses = 122: 14, optional, F64, [Any, Any];
 }
 
 impl SectionKind {

@@ -74,7 +74,7 @@ def test_info_is_what_the_program_prints(live_beam, program, tmp_path):
 
     same(info, printed, "info")
     missing = {"canonical", "contact_patch", "enrichment_history", "mode_table", "parameter_points", "ports"}
-    missing |= {"radius_samples", "sha256"}
+    missing |= {"parameter_witnesses", "radius_samples", "sha256"}
     assert set(printed) - set(info) == missing
     assert [p.name for p in live_beam.info.parameters] == ["tip stiffness", "damping"]
     assert live_beam.info.parameter("damping").range == (1e-5, 1e-4)

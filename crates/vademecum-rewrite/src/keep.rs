@@ -42,6 +42,7 @@ impl Keep {
                 | S::StructureFigures
                 | S::MeshError
                 | S::LiveCertificate
+                | S::LiveWitnesses
         );
         let surface = matches!(
             kind,

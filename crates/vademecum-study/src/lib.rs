@@ -17,6 +17,7 @@ pub mod free_run;
 pub mod frf;
 mod large_motion;
 pub mod live;
+pub mod live_errors;
 pub mod log_scale;
 mod modal;
 pub mod modes;

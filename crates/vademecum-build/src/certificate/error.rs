@@ -4,8 +4,10 @@ use vademecum_eval::{BindError, LoadError, OutputError, ParameterError, StepErro
 use vademecum_format::FormatError;
 
 use crate::dynamics::{FullOrderError, MarchError, ModesError, ReferenceError};
+use crate::fem::{FactorError, PencilError};
 use crate::parametric::ParametricError;
 use crate::progress::Cancelled;
+use crate::residual::ResidualError;
 
 /// Why a certificate could not be taken.
 #[derive(Debug, thiserror::Error)]
@@ -16,6 +18,15 @@ pub enum CertificateError {
     /// The full-order march at a corner of the box cannot start.
     #[error("the certificate's full-order march cannot start")]
     FullOrder(#[from] FullOrderError),
+    /// The model in the space of the reference cannot be marched.
+    #[error("the model in the space of the certificate's reference")]
+    Space(#[from] PencilError),
+    /// Its matrices do not factorise.
+    #[error("the model in the space of the certificate's reference")]
+    Factor(#[from] FactorError),
+    /// The residual flexibility at a point of the box.
+    #[error("the residual flexibility at a point of the box")]
+    Residual(#[from] ResidualError),
     /// There is no motion exact in time to compare with.
     #[error("the certificate's reference")]
     Reference(#[from] ReferenceError),

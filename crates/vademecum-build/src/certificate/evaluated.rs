@@ -186,12 +186,29 @@ pub fn measure(
 /// [`CertificateError`]: a stiffness that does not factorise, a file the evaluator refuses, a stop.
 pub(crate) fn certify_exact(
     candidate: &Candidate<'_>,
-    (order, dofs): (&NodeOrder, &DofMap),
+    nodes: (&NodeOrder, &DofMap),
     model: (&Pencil, &Symbolic, MatRef<'_, f64>),
     decay: Decay<'_>,
     unseen: &UnseenLoads,
     listener: &dyn Listener,
 ) -> Result<StructureMeasured, CertificateError> {
+    let nothing = |_: &ReferenceSolution<'_>, _: &UnseenLoads| Ok(());
+    Ok(certify_beside(candidate, nodes, model, decay, unseen, listener, nothing)?.0)
+}
+
+/// [`certify_exact`], and what `look` finds of the reference that it took and of the loads.
+///
+/// # Errors
+/// As [`certify_exact`], and those of `look`.
+pub(crate) fn certify_beside<T>(
+    candidate: &Candidate<'_>,
+    (order, dofs): (&NodeOrder, &DofMap),
+    model: (&Pencil, &Symbolic, MatRef<'_, f64>),
+    decay: Decay<'_>,
+    unseen: &UnseenLoads,
+    listener: &dyn Listener,
+    look: impl FnOnce(&ReferenceSolution<'_>, &UnseenLoads) -> Result<T, CertificateError>,
+) -> Result<(StructureMeasured, T), CertificateError> {
     let file = File::parse(candidate.bytes)?;
     let time_step = candidate.options.time_step.unwrap_or(file.metadata().time_step);
     let unseen = &unseen.on_steps(time_step);
@@ -243,7 +260,7 @@ pub(crate) fn certify_exact(
         ReferenceSolution::find_until(model, decay, &loads, span, &REFERENCE, listener, enough)?;
     let errors = found.unwrap_or_else(|| errors(&truth));
     let measured = march.measured(errors, listener)?;
-    Ok(measured.structure(unseen.steps))
+    Ok((measured.structure(unseen.steps), look(&truth, unseen)?))
 }
 
 /// The error of the reference as a share of the error that it measures: it adds its square, 3 %.

@@ -15,10 +15,11 @@ mod large;
 mod over_box;
 mod unseen;
 mod verdict;
+mod witness;
 
 pub use error::CertificateError;
 pub use evaluated::{Candidate, Measured, measure, spectral_radius};
-pub(crate) use evaluated::{certify, certify_exact};
+pub(crate) use evaluated::{certify, certify_beside, certify_exact};
 pub(crate) use figures::FIGURES;
 pub use figures::{Figures, FileFigures};
 pub use large::{CONVERGED_SUBSTEPS, LargeReport, LargeRun};
@@ -27,6 +28,7 @@ pub(crate) use over_box::certify_box;
 pub(crate) use unseen::TRAJECTORIES;
 pub use unseen::{TestLoad, UnseenLoad, UnseenLoads};
 pub use verdict::{BOUNDED, StructureMeasured, StructureReport};
+pub(crate) use witness::distance_at_full_order;
 
 use crate::store::{Inputs, StageCache};
 

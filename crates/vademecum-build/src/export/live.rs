@@ -22,6 +22,20 @@ pub struct PointMeasured {
     pub error: f64,
 }
 
+/// A point of the box at which a file was measured closer.
+#[derive(Clone, Debug, serde::Serialize, serde::Deserialize)]
+pub struct PointWitnessed {
+    /// Values of the parameters.
+    pub values: Vec<f64>,
+    /// Relative error of the trajectories there, of the worst load.
+    pub error: f64,
+    /// Relative distance of the reference of that error from a march at full order.
+    pub reference: f64,
+    /// Truncation of the static answer to a point load, relative, in the mass norm: median, 95 % and largest
+    /// over all loadable nodes and directions.
+    pub bound: Option<[f64; 3]>,
+}
+
 /// Reduced matrices of what is not live and of each live region, in the basis of the file.
 pub(crate) struct RegionForms {
     /// `BᵀK_qB`.
@@ -136,4 +150,15 @@ pub(crate) fn live_certificate(points: &[PointMeasured]) -> Draft {
         point.values.iter().copied().chain(last).collect::<Vec<_>>()
     };
     Draft::f64s(SectionKind::LiveCertificate, [points.len(), columns, 1], points.iter().flat_map(row))
+}
+
+/// The section of the points that were measured closer.
+pub(crate) fn live_witnesses(points: &[PointWitnessed]) -> Draft {
+    let row = |point: &PointWitnessed| {
+        let last = [point.error, point.reference].into_iter().chain(point.bound.into_iter().flatten());
+        point.values.iter().copied().chain(last).collect::<Vec<_>>()
+    };
+    let rows: Vec<Vec<f64>> = points.iter().map(row).collect();
+    let columns = rows.first().map_or(0, Vec::len);
+    Draft::f64s(SectionKind::LiveWitnesses, [points.len(), columns, 1], rows.into_iter().flatten())
 }

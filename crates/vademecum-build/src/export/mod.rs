@@ -18,7 +18,7 @@ mod stress;
 pub use draft::Draft;
 pub(crate) use factor::factor_sections;
 pub use live::PointMeasured;
-pub(crate) use live::{RegionForms, live_certificate, live_sections};
+pub(crate) use live::{PointWitnessed, RegionForms, live_certificate, live_sections, live_witnesses};
 pub(crate) use mesh_error::mesh_error_section;
 pub use order::NodeOrder;
 pub(crate) use patch::patch_sections;

@@ -1,26 +1,23 @@
 //! Live regions by a parametric reduced-order model: one basis for the whole box, reduced matrices of each
 //! region, and the exact step of the modes at any point of the box.
 
-use std::sync::atomic::{AtomicUsize, Ordering};
 use std::time::Instant;
 
 use faer::{Mat, MatRef};
-use vademecum_eval::{Parametric, SceneOptions, StructureChoice};
-use vademecum_format::{File, SectionKind, checksum};
+use vademecum_format::SectionKind;
 
 use super::exact::damping_section;
 use super::file::{CertifiedFile, FileStep, encode_file};
+use super::over_box::measured_over_box;
 use super::patch::PatchPlan;
 use super::reduced::ReducedModel;
 use super::{BuildContext, BuildError, Built};
 use crate::basis::{
     Basis, BasisError, ModePool, basis_of_pool, modes_of_sample, pool_memory, pool_modes, static_shapes,
 };
-use crate::certificate::{
-    Candidate, CertificateError, StructureMeasured, StructureReport, certify_exact, kept_certificate,
-};
-use crate::dynamics::{FirstMode, fewest_rows, lowest_modes, time_in_words};
-use crate::export::{Draft, PointMeasured, RegionForms, live_certificate, live_sections};
+use crate::certificate::{StructureMeasured, StructureReport};
+use crate::dynamics::{fewest_rows, lowest_modes, time_in_words};
+use crate::export::{Draft, RegionForms, live_sections};
 use crate::fem::Solve;
 use crate::input::Problem;
 use crate::limits::memory_in_words;
@@ -321,12 +318,10 @@ fn certified(
     let damping = damping_sections(context, problem, basis)?;
     let sections: Vec<&Draft> = model.sections.iter().chain(&live).chain(&damping).collect();
     let bytes = encode_file(context, problem, basis, FileStep::unmeasured(None), sections.iter().copied())?;
-    let measure = || measured(context, (&bytes, basis), design);
-    let (measured, points) = watch.stage("certificate over the box", measure)?;
-    note_points(context, &points);
-    let of_points = live_certificate(&points);
+    let measure = || measured_over_box(context, (&bytes, basis), design);
+    let (measured, of_points) = watch.stage("certificate over the box", measure)?;
     let step = FileStep::measured(None, &measured, &StructureMeasured::default());
-    let sections = sections.into_iter().chain([&of_points]);
+    let sections = sections.into_iter().chain(&of_points);
     let bytes = watch.stage("encode", || encode_file(context, problem, basis, step, sections))?;
     let certificate = CertificateReport {
         diagonal: Some(StructureReport::measured(&measured)),
@@ -363,89 +358,4 @@ fn damping_sections(
     drafts.push(Draft::f64s(SectionKind::DampingRows, [groups.len(), r, 1], numbers));
     drafts.push(Draft::u32s(SectionKind::LiveDampers, [groups.len(), 1, 1], groups));
     Ok(drafts)
-}
-
-fn note_points(context: &BuildContext<'_>, points: &[PointMeasured]) {
-    let mut errors: Vec<f64> = points.iter().map(|point| point.error).collect();
-    errors.sort_by(f64::total_cmp);
-    let at = |share: f64| errors[((errors.len() - 1) as f64 * share).round() as usize];
-    context.kept.listener.note(&format!(
-        "relative error of trajectories at {} points that trained nothing, the worst load of each: {:.1e} in the \
-         median, {:.1e} in 95 %, {:.1e} at worst",
-        points.len(),
-        at(0.5),
-        at(0.95),
-        at(1.0)
-    ));
-}
-
-/// The worst of all points, and each point.
-fn measured(
-    context: &BuildContext<'_>,
-    (bytes, basis): (&[u8], &Basis),
-    design: &Design,
-) -> Result<(StructureMeasured, Vec<PointMeasured>), BuildError> {
-    let BuildContext { prepared, kept, .. } = *context;
-    let done = AtomicUsize::new(0);
-    let at = |place: usize| -> Result<StructureMeasured, CertificateError> {
-        let values = &design.fresh[place];
-        let inputs = |inputs: Inputs| inputs.value(&(values, checksum(bytes))).with(context.unseen);
-        let march = || Ok::<_, CertificateError>(vec![measured_at(context, (bytes, basis), values)?]);
-        let found = kept_certificate(kept, &format!("certificate-point-{}", place + 1), inputs, march)?;
-        let finished = 1 + done.fetch_add(1, Ordering::Relaxed);
-        kept.listener.checkpoint(finished, design.fresh.len())?;
-        Ok(found.into_iter().next().expect("one structure was measured"))
-    };
-    let found = if prepared.symbolic.is_spread() {
-        (0..design.fresh.len()).map(at).collect::<Result<Vec<_>, _>>()?
-    } else {
-        parallel::try_map(design.fresh.len(), &at)?
-    };
-    let points = design.fresh.iter().zip(&found).map(|(values, found)| PointMeasured {
-        values: values.clone(),
-        trained: false,
-        error: found.certificate.trajectory_error,
-    });
-    let points = points.collect();
-    let worst = found.into_iter().reduce(StructureMeasured::worse).expect("a design has fresh points");
-    Ok((worst, points))
-}
-
-/// The file at values of its parameters, beside the solution of the full model there.
-fn measured_at(
-    context: &BuildContext<'_>,
-    (bytes, basis): (&[u8], &Basis),
-    values: &[f64],
-) -> Result<StructureMeasured, CertificateError> {
-    let BuildContext { prepared, unseen, order, kept, .. } = *context;
-    let file = File::parse(bytes)?;
-    let model = Parametric::new(&file)?;
-    let modes = model.usual_modes();
-    let sizes = model.sizes(modes)?;
-    let (mut memory, mut work) = (vec![0.0; sizes.memory], vec![0.0; sizes.work.max(sizes.write_work)]);
-    let tuned = model.solve(values, modes, &mut memory, &mut work)?;
-    let mut lent = vec![0; sizes.bytes];
-    let file = tuned.write(&model, &mut lent, &mut work)?;
-    let r = basis.n_modes();
-    let shapes = MatRef::from_column_major_slice(tuned.shapes(), r, modes);
-    let eigenvalues = tuned.eigenvalues().to_vec();
-    let own = Basis {
-        vectors: &basis.vectors * shapes,
-        stiffness: Mat::from_fn(modes, modes, |i, j| if i == j { eigenvalues[i] } else { 0.0 }),
-        eigenvalues: Some(eigenvalues.clone()),
-        energy: vec![],
-        singular_values: vec![],
-    };
-    let setting = prepared.space.setting(values);
-    let pencil = setting.pencil(prepared.body.model.pencil());
-    let rayleigh = setting.rayleigh();
-    let decay = |lambda: f64, _| prepared.ratios.decay(&rayleigh, &eigenvalues, lambda);
-    let period = FirstMode::find(&pencil, &prepared.symbolic)?.period();
-    let unseen = &unseen.over(period / setting.step.time_step);
-    let options = SceneOptions { structure: StructureChoice::Exact, ..SceneOptions::default() };
-    let candidate = Candidate { bytes: file.bytes(), basis: &own, options: &options };
-    let none = basis.vectors.subcols(0, 0);
-    let model = (&pencil, &prepared.symbolic, none);
-    let nodes = (order, prepared.body.model.dofs());
-    certify_exact(&candidate, nodes, model, &decay, unseen, &Quiet(kept.listener))
 }

@@ -191,7 +191,14 @@ fn reduced<'b>(
     let alone = body.model.pencil().dampers().is_empty();
     let natural = problem.basis_kind() == BasisKind::Modes && !prepared.is_parametric(problem);
     let rigorous = natural && *exact && alone;
-    ResidualBasis { body, symbolic, vectors: basis.vectors.as_ref(), eigenvalues, rigorous }
+    ResidualBasis {
+        body,
+        pencil: body.model.pencil(),
+        symbolic,
+        vectors: basis.vectors.as_ref(),
+        eigenvalues,
+        rigorous,
+    }
 }
 
 /// The reactions of the supports as the file keeps them, where they are asked for.

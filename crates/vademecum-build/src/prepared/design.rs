@@ -22,6 +22,8 @@ const SEED: u64 = 46;
 pub(crate) struct Design {
     /// Points that train the basis; parameters that turn no mode have their nominal value.
     pub(crate) trained: Vec<Vec<f64>>,
+    /// The middle of the box.
+    pub(crate) centre: Vec<f64>,
     /// Points that train nothing.
     pub(crate) fresh: Vec<Vec<f64>>,
 }
@@ -48,7 +50,7 @@ impl Design {
                 trained.push(values);
             }
         }
-        Self { trained, fresh: fresh(space, &live, &corners) }
+        Self { trained, centre: with(&vec![0.5; p]), fresh: fresh(space, &live, &corners) }
     }
 }
 

@@ -10,6 +10,7 @@ use faer::linalg::matmul::matmul;
 use faer::prelude::ReborrowMut;
 use faer::{Accum, Mat, MatMut, MatRef, Par};
 
+use super::ResidualBasis;
 use crate::fem::{Factor, FactorError, Pencil, Solve, Symbolic};
 use crate::linalg::column_groups;
 use crate::parallel;
@@ -21,6 +22,7 @@ pub(super) const GROUP: usize = 24;
 /// `K⁻¹` and a basis with `BᵀKB = Λ`.
 pub(super) struct ResidualOperator<'a> {
     body: &'a Body,
+    pencil: &'a Pencil,
     symbolic: &'a Symbolic,
     /// Absent while it is used up.
     factor: Option<Arc<Factor>>,
@@ -41,18 +43,14 @@ pub(super) struct ResidualWorkspace {
 }
 
 impl<'a> ResidualOperator<'a> {
-    pub(crate) fn new(
-        body: &'a Body,
-        symbolic: &'a Symbolic,
-        vectors: MatRef<'a, f64>,
-        eigenvalues: &[f64],
-    ) -> Result<Self, FactorError> {
-        let stiffness = body.model.pencil().stiffness();
+    pub(crate) fn new(reduced: &ResidualBasis<'a>) -> Result<Self, FactorError> {
+        let ResidualBasis { body, pencil, symbolic, vectors, eigenvalues, .. } = *reduced;
+        let stiffness = pencil.stiffness();
         let factor = symbolic.factor_of(stiffness)?;
         let mut images = Mat::zeros(vectors.nrows(), vectors.ncols());
         columns_of(vectors, images.as_mut(), |group, image| stiffness.mul_into(group, image));
         let compliances = eigenvalues.iter().map(|lambda| 1.0 / lambda).collect();
-        Ok(Self { body, symbolic, factor: Some(factor), vectors, images, compliances })
+        Ok(Self { body, pencil, symbolic, factor: Some(factor), vectors, images, compliances })
     }
 
     /// The factor of `K`.
@@ -88,7 +86,7 @@ impl<'a> ResidualOperator<'a> {
     }
 
     pub(crate) fn pencil(&self) -> &Pencil {
-        self.body.model.pencil()
+        self.pencil
     }
 
     /// Columns worked on at once: one group a thread, and one in all where an engine solves.

@@ -6,6 +6,7 @@
 
 use faer::Mat;
 
+use super::ResidualBasis;
 use super::bound::relative_bound;
 use super::complement::ResidualOperator;
 use super::error::ResidualError;
@@ -57,7 +58,9 @@ pub(crate) fn modes_within(
 ) -> Result<ModeSearch, ResidualError> {
     let (pencil, nodes) = (body.model.pencil(), &body.load_nodes);
     let none = Mat::<f64>::zeros(pencil.n_dof(), 0);
-    let mut complement = ResidualOperator::new(body, symbolic, none.as_ref(), &[])?;
+    let vectors = none.as_ref();
+    let nothing = ResidualBasis { body, pencil, symbolic, vectors, eigenvalues: &[], rigorous: false };
+    let mut complement = ResidualOperator::new(&nothing)?;
     let answers: Vec<Symmetric> = match BlockMethod::cheaper(body, symbolic, 0, nodes.len()) {
         BlockMethod::Solves => {
             let found = sweep(&complement, nodes, listener, |_, _| ())?;

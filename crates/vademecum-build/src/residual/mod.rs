@@ -35,21 +35,24 @@ pub(crate) use ports::{PortFlexibility, port_flexibility};
 pub(crate) use stress::{StressFlexibility, stress_residual};
 pub(crate) use way::BlockMethod;
 
+use crate::fem::Pencil;
 use crate::prepared::Body;
 use crate::progress::Listener;
 
 use bound::relative_bound;
 use complement::ResidualOperator;
 use faer::MatRef;
-use selected::{blocks, free_rows, selected};
+use selected::{Blocks, blocks, free_rows, selected};
 use small::{Symmetric, semidefinite};
-use sweep::{answers, sweep};
+use sweep::{AtNode, answers, sweep};
 
 /// A body and the basis whose residual flexibility is computed.
 #[derive(Clone, Copy)]
 pub(crate) struct ResidualBasis<'a> {
     /// The body.
     pub(crate) body: &'a Body,
+    /// Its mass and stiffness, or those at other values of its parameters.
+    pub(crate) pencil: &'a Pencil,
     /// Symbolic factorisation of its pattern.
     pub(crate) symbolic: &'a crate::fem::Symbolic,
     /// `B`, shape (n, r), `BᵀMB = I`.
@@ -120,8 +123,8 @@ pub(crate) fn residual_flexibility(
     listener: &dyn Listener,
 ) -> Result<ResidualFlexibility, ResidualError> {
     let body = reduced.body;
-    let complement = ResidualOperator::new(body, reduced.symbolic, reduced.vectors, reduced.eigenvalues)?;
-    let firsts = firsts_of(pairs, nodes.len());
+    let complement = ResidualOperator::new(reduced)?;
+    let firsts = &firsts_of(pairs, nodes.len());
     let n_probes = body.probes.len();
     let fill = |place: usize, load: &mut [f64]| match body.probes.get(place) {
         Some(probe) => complement.add_probe(probe, load),
@@ -131,12 +134,7 @@ pub(crate) fn residual_flexibility(
         let at = |&node: &u32| complement.row(column, node);
         (nodes.iter().map(at).collect::<Vec<[f64; 3]>>(), complement.probe_values(column))
     })?;
-    let found = match way {
-        BlockMethod::Solves => sweep(&complement, nodes, listener, |place, columns| {
-            blocks(&complement, nodes, &firsts, place, columns)
-        })?,
-        BlockMethod::Selection => selected(body, reduced.symbolic, complement, (nodes, &firsts), listener)?,
-    };
+    let found = at_nodes(reduced, way, complement, (nodes, firsts), listener)?;
     let mut rows = rows.into_iter();
     let probes = rows.by_ref().take(body.probes.len()).map(|(at_nodes, _)| at_nodes).collect();
     let (patterns, pattern_probes) = rows.unzip();
@@ -154,8 +152,7 @@ pub(crate) fn residual_flexibility(
         gram.push(semidefinite(node.gram));
         answer.push(node.answer);
     }
-    let at_nodes: Vec<f64> = gram.iter().zip(&answer).map(|(g, s)| relative_bound(g, s)).collect();
-    let bound = StaticBound::new(reduced.rigorous, &gram, &answer, &at_nodes);
+    let (at_nodes, bound) = bound_of(reduced.rigorous, &gram, &answer);
     Ok(ResidualFlexibility {
         contact,
         pairs: pairs.to_vec(),
@@ -167,6 +164,47 @@ pub(crate) fn residual_flexibility(
         at_nodes,
         bound,
     })
+}
+
+/// The bound alone, at the same nodes.
+///
+/// # Errors
+/// [`ResidualError`].
+pub(crate) fn static_bound(
+    reduced: &ResidualBasis<'_>,
+    nodes: &[u32],
+    listener: &dyn Listener,
+) -> Result<StaticBound, ResidualError> {
+    let way = BlockMethod::cheaper(reduced.body, reduced.symbolic, reduced.eigenvalues.len(), nodes.len());
+    let firsts = &firsts_of(&[], nodes.len());
+    let found = at_nodes(reduced, way, ResidualOperator::new(reduced)?, (nodes, firsts), listener)?;
+    let (gram, answer): (Vec<_>, Vec<_>) =
+        found.into_iter().map(|node| (semidefinite(node.gram), node.answer)).unzip();
+    Ok(bound_of(reduced.rigorous, &gram, &answer).1)
+}
+
+/// Blocks, `G` and `K⁻¹MK⁻¹` of each node.
+fn at_nodes(
+    reduced: &ResidualBasis<'_>,
+    way: BlockMethod,
+    complement: ResidualOperator<'_>,
+    (nodes, firsts): (&[u32], &[Vec<u32>]),
+    listener: &dyn Listener,
+) -> Result<Vec<AtNode<Blocks>>, ResidualError> {
+    let taken = |place: usize, columns: MatRef<'_, f64>| blocks(&complement, nodes, firsts, place, columns);
+    match way {
+        BlockMethod::Solves => sweep(&complement, nodes, listener, taken),
+        BlockMethod::Selection => {
+            selected(reduced.body, reduced.symbolic, complement, (nodes, firsts), listener)
+        }
+    }
+}
+
+/// The largest relative bound of each node, and the bound over all of them.
+fn bound_of(rigorous: bool, gram: &[Symmetric], answer: &[Symmetric]) -> (Vec<f64>, StaticBound) {
+    let at_nodes: Vec<f64> = gram.iter().zip(answer).map(|(g, s)| relative_bound(g, s)).collect();
+    let bound = StaticBound::new(rigorous, gram, answer, &at_nodes);
+    (at_nodes, bound)
 }
 
 /// For each node the first nodes of the pairs in which it is the second.

@@ -45,15 +45,15 @@ pub(crate) fn patch_flexibility(
     pairs: &[[u32; 2]],
     listener: &dyn Listener,
 ) -> Result<PatchFlexibility, ResidualError> {
-    let ResidualBasis { body, symbolic, vectors, eigenvalues, .. } = *reduced;
-    let pencil = body.model.pencil();
+    let ResidualBasis { pencil, vectors, eigenvalues, .. } = *reduced;
     let (further, values) = match found {
         Some(found) => modes_beside(pencil, vectors, found)?,
         None => (Mat::zeros(pencil.n_dof(), 0), vec![]),
     };
     let both = beside(vectors, further.as_ref());
     let all: Vec<f64> = eigenvalues.iter().chain(&values).copied().collect();
-    let operator = ResidualOperator::new(body, symbolic, both.as_ref(), &all)?;
+    let operator =
+        ResidualOperator::new(&ResidualBasis { vectors: both.as_ref(), eigenvalues: &all, ..*reduced })?;
 
     // For each node the pairs in which it is the second.
     let mut firsts = vec![vec![]; nodes.len()];

@@ -40,7 +40,7 @@ pub(crate) fn port_flexibility(
     listener: &dyn Listener,
 ) -> Result<PortFlexibility, ResidualError> {
     let body = reduced.body;
-    let operator = ResidualOperator::new(body, reduced.symbolic, reduced.vectors, reduced.eigenvalues)?;
+    let operator = ResidualOperator::new(reduced)?;
     let rows: Vec<&Vec<(u32, f64)>> = body.ports.iter().flat_map(|port| &port.rows).collect();
     let fill = |row: usize, load: &mut [f64]| {
         rows[row].iter().for_each(|&(free, weight)| load[free as usize] += weight);

@@ -43,7 +43,7 @@ pub(crate) fn stress_residual(
     listener: &dyn Listener,
 ) -> Result<StressFlexibility, ResidualError> {
     let body = reduced.body;
-    let complement = ResidualOperator::new(body, reduced.symbolic, reduced.vectors, reduced.eigenvalues)?;
+    let complement = ResidualOperator::new(reduced)?;
     let copy = |place: usize, load: &mut [f64]| load.copy_from_slice(&body.patterns[place].1);
     let patterns = answers(&complement, body.patterns.len(), copy, listener, |column| {
         (0..rows.points.len()).map(|place| rows.stress(place, |node| complement.row(column, node))).collect()

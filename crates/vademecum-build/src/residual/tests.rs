@@ -135,7 +135,14 @@ impl Block {
         listener: &dyn Listener,
     ) -> Result<ResidualFlexibility, ResidualError> {
         let Prepared { body, symbolic, .. } = &self.prepared;
-        let reduced = ResidualBasis { body, symbolic, vectors, eigenvalues, rigorous: true };
+        let reduced = ResidualBasis {
+            body,
+            pencil: body.model.pencil(),
+            symbolic,
+            vectors,
+            eigenvalues,
+            rigorous: true,
+        };
         residual_flexibility(&reduced, way, self.nodes(), &self.order.load_pairs(), listener)
     }
 
@@ -431,7 +438,8 @@ fn rounding_of_slender_bodies_does_not_show() {
     let pairs = &order.load_pairs();
     let modes = lowest_modes(body.model.pencil(), symbolic, 12).expect("modes");
     let (vectors, eigenvalues) = (modes.vectors.as_ref(), &modes.eigenvalues[..]);
-    let reduced = ResidualBasis { body, symbolic, vectors, eigenvalues, rigorous: true };
+    let reduced =
+        ResidualBasis { body, pencil: body.model.pencil(), symbolic, vectors, eigenvalues, rigorous: true };
     let found = |way| residual_flexibility(&reduced, way, nodes, pairs, &Silent).expect("a residual");
     let [solved, selected] = [BlockMethod::Solves, BlockMethod::Selection].map(found);
 

@@ -17,6 +17,7 @@ use vademecum_study::FileError;
 use vademecum_study::contents::{
     Bound, bound, damping_ratios, figures, lines, mesh_errors, mode_table, numbers,
 };
+use vademecum_study::live_errors::{CloserErrors, LiveErrors, PointErrors};
 use vademecum_study::separation::{Enrichment, enrichment_history, radius_samples, repairs};
 
 use crate::accuracy::Accuracy;
@@ -86,7 +87,9 @@ struct Contents {
     canonical: Option<CanonicalAxes>,
     parameters: Vec<ParameterReport>,
     /// Points of their box at which a parametric model was measured.
-    parameter_points: Vec<PointReport>,
+    parameter_points: Vec<PointErrors>,
+    /// Its centre and the worst of these points, measured closer.
+    parameter_witnesses: Vec<CloserErrors>,
     load_patterns: Vec<String>,
     probes: Vec<String>,
     /// None of a body with supports.
@@ -133,31 +136,12 @@ struct ParameterReport {
     nominal: f64,
 }
 
-/// A point of the box of live parameters.
-#[derive(serde::Serialize)]
-struct PointReport {
-    values: Vec<f64>,
-    trained: bool,
-    trajectory_error: f64,
-}
-
 /// Live parameters: those of the metadata, and those of a parametric model.
 fn parameters(file: &File<'_>) -> Vec<ParameterReport> {
     let live = file.live_parameters().ok().flatten();
     let of_model = live.iter().flat_map(|live| live.iter());
     let own = file.metadata().active_parameters().iter().copied();
     own.chain(of_model).map(|parameter| ParameterReport::from(&parameter)).collect()
-}
-
-fn parameter_points(file: &File<'_>) -> Result<Vec<PointReport>, FileError> {
-    let Some(section) = file.section(SectionKind::LiveCertificate) else { return Ok(vec![]) };
-    let columns = section.shape()[1] as usize;
-    let rows = numbers(file, SectionKind::LiveCertificate)?;
-    let point = |row: &[f64]| {
-        let (values, last) = row.split_last_chunk::<2>()?;
-        Some(PointReport { values: values.to_vec(), trained: last[0] != 0.0, trajectory_error: last[1] })
-    };
-    Ok(rows.chunks_exact(columns.max(2)).filter_map(point).collect())
 }
 
 impl From<&Axis<'_>> for AxisReport {
@@ -207,7 +191,7 @@ struct Certificates {
     trajectory_floor_max: f64,
     energy_ratio_max: f64,
     /// Steps the tolerance of the problem is good for, an estimate: 0 where the march missed it or left its
-    /// axes, `null` where nothing was seen beyond the floor.
+    /// axes, `null` where nothing was seen beyond the floor, and of large displacements and live regions.
     good_for_steps: Option<f64>,
     /// Repairs by `build --repair`, in order; empty without any.
     repairs: Vec<String>,
@@ -234,6 +218,7 @@ impl Certificates {
             None => &diagonal,
         };
         let most_terms = canonical.iter().flat_map(|report| &report.stages).map(|stage| stage.terms).max();
+        let is_parametric = file.section(SectionKind::LiveStiffness).is_some();
         let left_its_axes = canonical.as_ref().is_some_and(|report| report.left_at.is_some());
         Ok(Self {
             terms: most_terms.map_or(m.n_terms, |terms| terms as u32),
@@ -245,7 +230,8 @@ impl Certificates {
             energy_ratio_max: worst.energy_ratio,
             // The estimate is of a linear motion.
             good_for_steps: match left_its_axes {
-                _ if strain => None,
+                // Neither do modes of a box come near their projection error.
+                _ if strain || is_parametric => None,
                 true => Some(0.0),
                 false => good_for_steps(m.problem, worst),
             },
@@ -443,6 +429,7 @@ impl Info {
         let losses = read_losses(file)?;
         let section = |kind| listed.section(kind).map(|section| SectionReport::new(&section, &losses));
         let certificate = Certificates::read(file, strain)?;
+        let live_errors = LiveErrors::of(file)?;
         Ok(Contents {
             file_bytes: listed.bytes().len(),
             sha256: sha256(listed.bytes()),
@@ -468,7 +455,8 @@ impl Info {
             canonical: canonical.as_ref().map(CanonicalAxes::new),
             axes: m.active_axes().iter().map(AxisReport::from).collect(),
             parameters: parameters(file),
-            parameter_points: parameter_points(file)?,
+            parameter_points: live_errors.points,
+            parameter_witnesses: live_errors.closer,
             load_patterns: lines(file, SectionKind::PatternNames)?,
             probes: lines(file, SectionKind::ProbeNames)?,
             free_body: FreeReport::of(file),

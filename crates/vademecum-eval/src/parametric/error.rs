@@ -25,6 +25,25 @@ pub enum ParametricError {
         /// Parameters of the file.
         needed: usize,
     },
+    /// No body of this number in a batch.
+    #[error("body {body} of a batch of {bodies}")]
+    NoBody {
+        /// The number asked for.
+        body: usize,
+        /// Bodies of the batch.
+        bodies: usize,
+    },
+    /// A batch of another file.
+    #[error("the batch was made for a file of other parameters or vectors")]
+    OtherModel,
+    /// Numbers along the basis that are too few, too many or not finite.
+    #[error("{found} numbers along the basis; expected {needed} that are finite")]
+    Forces {
+        /// As many as were given.
+        found: usize,
+        /// Vectors of the basis.
+        needed: usize,
+    },
     /// A number of stepped modes that there is not.
     #[error("{found} stepped modes; expected 1 to {most}")]
     Modes {

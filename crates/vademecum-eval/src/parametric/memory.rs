@@ -354,11 +354,11 @@ fn carry<T: Scalar>(
 }
 
 /// Projects coordinates and rates along the modes at other values, by the mass at these.
-fn project(
+pub(crate) fn project(
     (from, zeta, rate): (&Tuned<'_>, &[f64], &[f64]),
     (to, next, next_rate): (&Tuned<'_>, &mut [f64], &mut [f64]),
     work: &mut [f64],
-) -> Result<Carried, BindError> {
+) -> Result<Carried, ParametricError> {
     let [kinetic, elastic] = to.energies_of(from, (zeta, rate), work)?;
     to.carry(from, rate, next_rate, work)?;
     to.carry(from, zeta, next, work)?;

@@ -1,6 +1,7 @@
 //! Parametric reduced-order models: bodies with live stiffness and density of regions, set to values in lent
 //! memory, each time as the bytes of an ordinary file.
 
+pub(crate) mod batch;
 pub(crate) mod coupling;
 pub(crate) mod damped;
 pub(crate) mod dissipation;

@@ -9,11 +9,12 @@ use super::super::numbers::{reals_of, unsound};
 /// Largest difference of the sum of the matrices from that as built, relative to its largest number.
 const SUM: f64 = 1e-9;
 
-/// Sections 111 to 121, if the file has any of them.
+/// Sections 111 to 122, if the file has any of them.
 pub(super) fn check(file: &File<'_>) -> Result<(), RewriteError> {
     let needed = [S::LiveParameters, S::LiveNames, S::LiveStiffness, S::LiveRegions];
     let of_supports = [S::LiveReactionStiffness, S::LiveReactionMass];
-    let others = [S::LiveMass, S::LiveResidual, S::LiveCertificate, S::LiveLoss, S::LiveDampers];
+    let others =
+        [S::LiveMass, S::LiveResidual, S::LiveCertificate, S::LiveWitnesses, S::LiveLoss, S::LiveDampers];
     let mut all = needed.into_iter().chain(others).chain(of_supports);
     let Some(there) = all.find(|kind| file.section(*kind).is_some()) else { return Ok(()) };
     if let Some(missing) = needed.into_iter().find(|kind| file.section(*kind).is_none()) {

@@ -1,11 +1,11 @@
 //! The parametric model in coordinates of the box, and its files.
 
-use vademecum_format::{File, ParameterRole, SectionKind};
+use vademecum_format::{File, ParameterRole};
 
 use super::error::CalibrateError;
-use crate::contents::numbers;
 use crate::error::StudyError;
 use crate::live::at_values;
+use crate::live_errors::LiveErrors;
 use crate::parameters::ParameterValue;
 
 /// A parameter that is fitted.
@@ -117,13 +117,6 @@ impl<'a> Model<'a> {
     /// Relative error of trajectories of the model: the median over the points of the certificate that
     /// trained nothing, 0 of a file without.
     pub fn error(&self) -> Result<f64, StudyError> {
-        let Some(section) = self.file.section(SectionKind::LiveCertificate) else { return Ok(0.0) };
-        let width = section.shape()[1] as usize;
-        let all = numbers(self.file, SectionKind::LiveCertificate)?;
-        let fresh = all.chunks_exact(width.max(2)).filter(|point| point[width - 2] == 0.0);
-        let mut errors: Vec<f64> =
-            fresh.map(|point| point[width - 1]).filter(|error| error.is_finite()).collect();
-        errors.sort_by(f64::total_cmp);
-        Ok(errors.get(errors.len() / 2).copied().unwrap_or(0.0))
+        Ok(LiveErrors::of(self.file)?.quantiles().map_or(0.0, |[median, ..]| median))
     }
 }

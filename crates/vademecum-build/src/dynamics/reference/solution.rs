@@ -256,6 +256,12 @@ impl<'a> ReferenceSolution<'a> {
         all.subcols(self.rigid, all.ncols() - self.rigid)
     }
 
+    /// `VᵀKV`.
+    pub(crate) fn stiffness(&self) -> Mat<f64> {
+        let m = self.vectors();
+        Mat::from_fn(m, m, |i, j| self.stiffness[(i.min(j), i.max(j))])
+    }
+
     /// `λ` of each mode in the space, ascending \[rad²/s²\].
     pub fn lambda(&self) -> Vec<f64> {
         self.modes.modes.iter().map(|mode| mode[0]).collect()

@@ -161,7 +161,8 @@ impl<'a> Patch<'a> {
 
 fn reduced<'a>(prepared: &'a Prepared, known: &'a (Mat<f64>, Vec<f64>)) -> ResidualBasis<'a> {
     let Prepared { body, symbolic, .. } = prepared;
-    ResidualBasis { body, symbolic, vectors: known.0.as_ref(), eigenvalues: &known.1, rigorous: true }
+    let (pencil, vectors, eigenvalues) = (body.model.pencil(), known.0.as_ref(), &known.1[..]);
+    ResidualBasis { body, pencil, symbolic, vectors, eigenvalues, rigorous: true }
 }
 
 fn modes(prepared: &Prepared, count: usize) -> Modes {

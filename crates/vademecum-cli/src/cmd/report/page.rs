@@ -375,7 +375,10 @@ fn parameters(content: &Content<'_>) -> String {
         moved_by(content)
     );
     let always = if m.diagonal { format!("<p>{always}</p>\n") } else { String::new() };
-    if m.active_parameters().is_empty() {
+    let of_model = content.file.live_parameters().ok().flatten();
+    let of_model = of_model.iter().flat_map(|live| live.iter());
+    let all: Vec<_> = m.active_parameters().iter().copied().chain(of_model).collect();
+    if all.is_empty() {
         return always;
     }
     let row = |p: &vademecum_format::Parameter<'_>| {
@@ -388,7 +391,7 @@ fn parameters(content: &Content<'_>) -> String {
             escaped(p.unit)
         )
     };
-    let rows: String = m.active_parameters().iter().map(row).collect();
+    let rows: String = all.iter().map(row).collect();
     format!(
         "{always}<p>The file was built for these ranges; a value outside is refused.</p>\n\
          <div class=\"wide\"><table><thead><tr><th>parameter</th><th>from</th><th>built around</th>\
