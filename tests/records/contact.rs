@@ -26,9 +26,9 @@ fn main() {
     let steps = std::env::args().nth(1).map_or(1_000_000, |word| word.parse().expect("a number of steps"));
     println!(
         "| world | steps | without contact | of fixed pairs | largest rise of one, J | bound, J | of searched pairs | with a rise | \
-         all rises ÷ energy | energy left | largest overlap, mm |"
+         all rises ÷ energy | given by contacts ÷ energy | energy left | largest overlap, mm |"
     );
-    println!("|{}", "---|".repeat(11));
+    println!("|{}", "---|".repeat(12));
     println!("{}", lands(steps));
     for (friction, time_step) in [(0.0, 1e-3), (0.3, 1e-3), (0.0, 0.25e-3)] {
         println!("{}", boxed(steps, friction, time_step));
@@ -72,6 +72,8 @@ struct Rises {
     searched: usize,
     risen: usize,
     all: f64,
+    /// Work of the contacts in steps in which they add energy.
+    given: f64,
     overlap: f64,
 }
 
@@ -110,14 +112,16 @@ fn march(
             found.searched += 1;
             found.risen += usize::from(rise > 1e-12 * scale);
             found.all += rise.max(0.0);
+            found.given += (-report.energy_given_away).max(0.0);
         }
         found.overlap = found.overlap.max(report.worst_gap);
         (before, old) = (energy, now);
     }
-    let Rises { alone, fixed, largest, open, searched, risen, all, overlap } = found;
+    let Rises { alone, fixed, largest, open, searched, risen, all, given, overlap } = found;
     format!(
-        "| {name} | {steps} | {alone} | {fixed} | {largest:.1e} | {open:.1e} | {searched} | {risen} | {:.1e} | {:.4} | {:.4} |",
+        "| {name} | {steps} | {alone} | {fixed} | {largest:.1e} | {open:.1e} | {searched} | {risen} | {:.1e} | {:.1e} | {:.4} | {:.4} |",
         all / scale,
+        given / scale,
         1.0 + (before - start) / scale,
         1e3 * overlap
     )

@@ -35,6 +35,8 @@ pub struct Reactions {
     /// `(K_q [Φ_S; T_S])ᵀB` and `(M_q [Φ_S; T_S])ᵀB` of what is not live and of each live region, shape (6,
     /// r), one support after the other; empty without live regions.
     pub(crate) regions: Vec<[Mat<f64>; 2]>,
+    /// True if all shapes are rigid motions, which no stiffness resists.
+    pub(crate) rigid: bool,
 }
 
 /// The reactions of a body with supports, in the basis `B` of shape (n, r), for forces at the loadable nodes
@@ -66,7 +68,13 @@ pub(crate) fn reactions(
     let alone = model.is_bare();
     let last = supports.iter().rposition(|support| alone && !support.dofs.is_empty());
     let patterns = vec![vec![]; body.patterns.len()];
-    let mut found = Reactions { basis: vec![], nodes: vec![], patterns, regions: vec![] };
+    let mut found = Reactions {
+        basis: vec![],
+        nodes: vec![],
+        patterns,
+        regions: vec![],
+        rigid: alone && supports.len() == 1,
+    };
     for (index, support) in supports.iter().enumerate() {
         let mut held = Mat::zeros(dofs.n_dof(), 6);
         for &dof in &support.dofs {
@@ -105,10 +113,10 @@ impl Reactions {
     ) {
         let (model, pencil) = (&body.model, body.model.pencil());
         for own in 0..=live.count as u32 {
-            let is_own = |region: u32| live.of_mesh[region as usize] == own;
+            let is_own = |region: usize| live.of_mesh[region] == own;
             let [mut stiff, mut heavy] = model.couple_regions(held.as_ref(), &is_own);
             let mut image = Mat::zeros(shape.nrows(), shape.ncols());
-            for region in (0..live.of_mesh.len()).filter(|&region| is_own(region as u32)) {
+            for region in (0..live.of_mesh.len()).filter(|&region| is_own(region)) {
                 pencil.region_stiffness(region).mul_into(shape.as_ref(), image.as_mut());
                 stiff += &image;
                 pencil.region_mass(region).mul_into(shape.as_ref(), image.as_mut());

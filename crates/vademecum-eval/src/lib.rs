@@ -205,6 +205,7 @@ pub use flight::rigid::{RigidBody, RigidMotion};
 pub use motion::strain::{EnergyAccount, Training};
 #[cfg(feature = "parametric")]
 pub use parametric::{
+    batch::ParametricBatch,
     error::ParametricError,
     memory::{Carried, LiveMemory},
     model::{Parametric, STEPPED_MODES},

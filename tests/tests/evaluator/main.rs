@@ -24,6 +24,7 @@ mod needless;
 mod oracles;
 mod parameters;
 mod parametric;
+mod parametric_batch;
 mod patch;
 mod projection;
 mod quadrangles;

@@ -6,7 +6,7 @@ use vademecum_build::input::Problem;
 use vademecum_build::pipeline::{BuildOptions, build};
 use vademecum_build::progress::Silent;
 use vademecum_eval::format::{File, SectionInput, SectionKind, encode_into, encoded_len};
-use vademecum_eval::{Contact, OutputError, SceneOptions, StructureChoice, Surface};
+use vademecum_eval::{Contact, OutputError, SceneOptions, Simulation, StructureChoice, Surface};
 use vademecum_rewrite::{Fault, Keep, RewriteError, check, pack, strip, unpack};
 use vademecum_study::live::at_values;
 use vademecum_study::parameters::ParameterValue;
@@ -524,5 +524,99 @@ fn reactions_follow_live_regions() {
         let off = apart(&found);
         println!("{r} vectors at {root}, {tip}, {heavy}: {off:.1e}");
         assert!(off < 1e-9, "{off:e} at {root}, {tip}, {heavy}");
+    }
+}
+
+/// Reactions of all supports after each of 40 steps under a push, then without it.
+fn pushed(bytes: &[u8]) -> Vec<[f64; 6]> {
+    let mut body = Simulation::<f64>::new(bytes.to_vec(), &SceneOptions::default()).expect("bound");
+    let place = body.locate(PUSH.0).expect("a place");
+    body.push(&place, PUSH.1).expect("pushed");
+    let mut found = vec![];
+    for step in 0..40 {
+        if step == 20 {
+            body.clear();
+        }
+        body.step(1).expect("a step");
+        found.extend((0..3).map(|support| body.reaction(support).expect("a reaction").total()));
+    }
+    found
+}
+
+/// The beam on an elastic ground, which reaches the nodes that supports hold, with a motor on a mount.
+fn with_attachments(text: &str, [ground, mount, motor]: [f64; 3]) -> String {
+    let scaled =
+        |numbers: &[f64], scale: f64| format!("{:?}", numbers.iter().map(|x| scale * x).collect::<Vec<_>>());
+    let middle = "{ all = [{ group = \"z_max\" }, { fraction = { axis = \"x\", side = \"max\", fraction = 0.65 } }, \
+                  { fraction = { axis = \"x\", side = \"min\", fraction = 0.65 } }] }";
+    let attached = format!(
+        "[[foundation]]\nname = \"ground\"\non = {{ group = \"z_min\" }}\nnormal = {}\ntangential = {}\n\
+         [[reference_point]]\nname = \"motor\"\nat = [0.5, 0.05, 0.3]\n\
+         [[reference_point]]\nname = \"seat\"\nat = [0.5, 0.05, 0.2]\n\
+         [[coupling]]\nreference = \"seat\"\non = {middle}\nkind = \"rigid\"\n\
+         [[point_mass]]\nname = \"motor\"\nreference = \"motor\"\nmass = {}\ninertia = {}\n\
+         [[spring]]\nname = \"mount\"\nfrom = \"motor\"\nto = \"seat\"\nstiffness = {}\n",
+        3e7 * ground,
+        1e7 * ground,
+        4.0 * motor,
+        scaled(&[0.02, 0.03, 0.01, 0.0, 0.0, 0.0], motor),
+        scaled(&[2e5, 3e5, 5e5, 900.0, 700.0, 500.0], mount)
+    );
+    text.replacen("[[load.pattern]]", &(attached + "[[load.pattern]]"), 1)
+}
+
+#[test]
+fn reactions_follow_live_regions_and_attachments() {
+    let live = |name: &str, kind: &str| {
+        format!(
+            "[[parameter]]\nname = \"live {name}\"\nkind = \"{kind}\"\nattachment = \"{name}\"\nrange = [0.25, 4.0]\n"
+        )
+    };
+    let parameters = [("ground", "stiffness"), ("mount", "stiffness"), ("motor", "mass")];
+    let parameters = parameters.map(|(name, kind)| live(name, kind)).concat();
+    let one_support = |text: &str| {
+        let (first, rest) = text.split_once("[[support]]\non").expect("supports");
+        let (_, rest) = rest.split_once("[[load.pattern]]").expect("a pattern");
+        format!("{first}[[load.pattern]]{rest}")
+    };
+    for alone in [false, true] {
+        let regions = if alone { one_support(&of_regions()) } else { of_regions() };
+        let all_modes = if alone { 60 } else { 54 };
+        let regions = regions.replace("modes = 54", &format!("modes = {all_modes}"));
+        let bytes = built(&(with_attachments(&regions, [1.0; 3]) + &parameters));
+        let file = File::parse(&bytes).expect("a file");
+        let r = file.metadata().n_modes as usize;
+        for [root, tip, heavy, ground, mount, motor] in
+            [[1.0; 6], [0.3, 3.5, 1.0, 2.0, 0.4, 0.5], [3.0, 0.4, 2.5, 0.25, 4.0, 3.0]]
+        {
+            let values = [
+                ("root", root),
+                ("tip", tip),
+                ("heavy", heavy),
+                ("live ground", ground),
+                ("live mount", mount),
+                ("live motor", motor),
+            ];
+            let values = values.map(|(name, value)| ParameterValue { name: name.into(), value });
+            let set = at_values(&file, &values, Some(r)).expect("set").expect("a model");
+            let text = with_attachments(&regions, [ground, mount, motor]);
+            let material = |region: &str, young: f64, density: f64| {
+                format!(
+                    "[[material]]\nregion = \"{region}\"\nyoung = {young}\npoisson = 0.3\ndensity = {density}\n"
+                )
+            };
+            let (before, rest) = text.split_once("[[material]]").expect("a material");
+            let (_, after) = rest.split_once("density = 1200.0\n").expect("a density");
+            let (after, _) = after.split_once("[[parameter]]").expect("parameters");
+            let materials =
+                material("body", 2e9 * root, 1200.0) + &material("tip", 2e9 * tip, 1200.0 * heavy);
+            let expected = pushed(&built(&format!("{before}{materials}{after}")));
+            let found = pushed(&set.bytes);
+            let largest = expected.as_flattened().iter().fold(0.0, |most: f64, x| most.max(x.abs()));
+            let apart = found.as_flattened().iter().zip(expected.as_flattened());
+            let apart = apart.fold(0.0, |most: f64, (a, b)| most.max((a - b).abs()));
+            println!("{r} vectors, one support: {alone}: {:.1e}", apart / largest);
+            assert!(apart < 1e-8 * largest, "{:e} at {values:?}", apart / largest);
+        }
     }
 }

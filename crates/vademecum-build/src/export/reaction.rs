@@ -9,8 +9,8 @@ use crate::reaction::Reactions;
 /// Sections 53 to 57, as far as there is something to keep: double precision, whatever that of the fields, so
 /// that reactions and loads are in equilibrium to as many digits.
 ///
-/// Sections 118 and 119 are those of live regions, the second if a `density` is live. One support alone moves
-/// the body as a rigid one, which no stiffness resists.
+/// Sections 118 and 119 are those of live regions, the first unless all shapes are rigid motions, the second
+/// if a `density` is live.
 pub(crate) fn reaction_sections(supports: &[Support], reactions: &Reactions, density: bool) -> Vec<Draft> {
     let count = supports.len();
     let r = reactions.basis.first().map_or(0, |rows| rows.ncols());
@@ -35,7 +35,7 @@ pub(crate) fn reaction_sections(supports: &[Support], reactions: &Reactions, den
         let numbers = rows.flat_map(|rows| (0..6 * r).map(|k| rows[(k / r, k % r)]));
         Draft::f64s(kind, [reactions.regions.len(), 6, r], numbers)
     };
-    if !reactions.regions.is_empty() && count > 1 {
+    if !reactions.regions.is_empty() && !reactions.rigid {
         drafts.push(of_regions(S::LiveReactionStiffness, 0));
     }
     if !reactions.regions.is_empty() && density {

@@ -209,7 +209,7 @@ pub(super) fn couple(
     materials: &[Material],
     dofs: &DofMap,
     t: MatRef<'_, f64>,
-    is_counted: &dyn Fn(u32) -> bool,
+    is_counted: &dyn Fn(usize) -> bool,
 ) -> Result<[Mat<f64>; 2], ElementError> {
     let kernels = ElementKernels::new(mesh);
     let columns = t.ncols();
@@ -223,7 +223,7 @@ pub(super) fn couple(
         let n = nodes.len();
         let held: Vec<usize> = (0..n).filter(|&b| moved(nodes[b])).collect();
         let region = mesh.element_region[element];
-        if held.is_empty() || !is_counted(region) {
+        if held.is_empty() || !is_counted(region as usize) {
             continue;
         }
         let material = &materials[region as usize];

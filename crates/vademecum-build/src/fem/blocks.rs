@@ -378,12 +378,14 @@ pub fn internal_forces(
 }
 
 /// `K t` and `M t` over the free dofs, for displacements `t` of the held dofs of the mesh, shape (dofs of the
-/// mesh, columns); shape (n_free, columns). Dofs that depend on held ones follow them.
+/// mesh, columns), of the regions that count, as [`assemble_split`] has them; shape (n_free, columns). Dofs
+/// that depend on held ones follow them.
 pub(crate) fn held_columns(
     elements: &ElementMatrices<'_>,
-    others: &[Block],
+    (others, groups): (&[Block], Option<&BlockGroups>),
     elimination: &Elimination,
     t: MatRef<'_, f64>,
+    is_counted: &dyn Fn(usize) -> bool,
 ) -> Result<[Mat<f64>; 2], ModelError> {
     let (n, columns) = (elimination.n_free(), t.ncols());
     let held =
@@ -409,13 +411,18 @@ pub(crate) fn held_columns(
             }
         }
     };
-    for element in 0..elements.mesh.element_count() {
+    let mesh = elements.mesh;
+    for element in (0..mesh.element_count()).filter(|&k| is_counted(mesh.element_region[k] as usize)) {
         if elements.dofs(element).any(|dof| (0..columns).any(|c| whole[(dof as usize, c)] != 0.0)) {
             let folded = |source| ModelError::FoldedElement { element: element as u32, source };
             take(&elements.block(element).map_err(folded)?);
         }
     }
-    others.iter().for_each(take);
+    for (place, block) in others.iter().enumerate() {
+        if is_counted(mesh.regions.len() + groups.map_or(0, |groups| groups.of_blocks[place])) {
+            take(block);
+        }
+    }
     Ok(sums)
 }
 

@@ -36,6 +36,7 @@ pub struct Model {
 #[derive(Clone, Debug)]
 struct Attached {
     blocks: Vec<Block>,
+    groups: Option<BlockGroups>,
     elimination: Elimination,
     prestress: Option<Prestress>,
 }
@@ -163,7 +164,7 @@ impl Model {
             let rigid = RigidBody::of_rows(pencil.mass(), rows, solid, points.clone());
             pencil = pencil.with_rigid(rigid);
         }
-        let attached = Some(Arc::new(Attached { blocks, elimination, prestress: None }));
+        let attached = Some(Arc::new(Attached { blocks, groups, elimination, prestress: None }));
         Ok(Model { mesh: Arc::new(mesh), materials: materials.to_vec(), dofs, pencil, attached })
     }
 
@@ -190,7 +191,7 @@ impl Model {
         for Block { mass, stiffness, .. } in &mut blocks {
             prestress.rotations.iter().for_each(|rotation| rotation.soften(mass, stiffness));
         }
-        let attached = Attached { blocks, elimination, prestress: Some(prestress) };
+        let attached = Attached { blocks, groups: None, elimination, prestress: Some(prestress) };
         let lumped = vec![false; self.mesh.regions.len()];
         let elements = attached.elements(&self.mesh, &self.materials, &lumped);
         let pencil = assemble_blocks(&elements, &attached.blocks, &attached.elimination)?;
@@ -295,22 +296,24 @@ impl Model {
     /// `K_fs t` and `M_fs t` over the free dofs, for displacements `t` of held dofs: shape (n_dof, columns),
     /// zero at free dofs. Zeros where the matrices came from another program.
     pub(crate) fn couple(&self, t: MatRef<'_, f64>) -> [Mat<f64>; 2] {
-        let Some(attached) = &self.attached else {
-            return self.couple_regions(t, &|_| true);
-        };
-        let lumped = vec![false; self.mesh.regions.len()];
-        let elements = attached.elements(&self.mesh, &self.materials, &lumped);
-        let found = held_columns(&elements, &attached.blocks, &attached.elimination, t);
-        found.expect("the assembled mesh has no folded element")
+        self.couple_regions(t, &|_| true)
     }
 
-    /// [`Self::couple`] of the elements of some regions, without attachments.
+    /// [`Self::couple`] of some regions of the pencil.
     pub(crate) fn couple_regions(
         &self,
         t: MatRef<'_, f64>,
-        is_counted: &dyn Fn(u32) -> bool,
+        is_counted: &dyn Fn(usize) -> bool,
     ) -> [Mat<f64>; 2] {
-        let found = couple(&self.mesh, &self.materials, &self.dofs, t, is_counted);
+        let found = match &self.attached {
+            None => couple(&self.mesh, &self.materials, &self.dofs, t, is_counted).map_err(|_| ()),
+            Some(attached) => {
+                let lumped = vec![false; self.mesh.regions.len()];
+                let elements = attached.elements(&self.mesh, &self.materials, &lumped);
+                let others = (&attached.blocks[..], attached.groups.as_ref());
+                held_columns(&elements, others, &attached.elimination, t, is_counted).map_err(|_| ())
+            }
+        };
         found.expect("the assembled mesh has no folded element")
     }
 

@@ -22,12 +22,13 @@ use crate::progress::Quiet;
 use crate::residual::{ResidualBasis, static_bound};
 use crate::store::Inputs;
 
-/// The worst of all points, and the sections of the points.
+/// The worst of all points, and the sections of the points; with a closer look if the file is taken for its
+/// error.
 pub(super) fn measured_over_box(
     context: &BuildContext<'_>,
     (bytes, basis): (&[u8], &Basis),
-    design: &Design,
-) -> Result<(StructureMeasured, [Draft; 2]), BuildError> {
+    (design, is_taken): (&Design, &dyn Fn(f64) -> bool),
+) -> Result<(StructureMeasured, Vec<Draft>), BuildError> {
     let BuildContext { prepared, kept, .. } = *context;
     let done = AtomicUsize::new(0);
     let at = |place: usize| -> Result<StructureMeasured, CertificateError> {
@@ -56,6 +57,11 @@ pub(super) fn measured_over_box(
     let points: Vec<PointMeasured> = points.collect();
     note_points(context, &points);
     let worst = points.iter().max_by(|a, b| a.error.total_cmp(&b.error)).expect("fresh points");
+    let mut sections = vec![live_certificate(&points)];
+    let measured = found.into_iter().reduce(StructureMeasured::worse).expect("a design has fresh points");
+    if !is_taken(worst.error) {
+        return Ok((measured, sections));
+    }
     let closer = [&design.centre, &worst.values];
     let witness = |place: usize| witnessed(context, (bytes, basis), closer[place], place);
     let witnesses = match at_once {
@@ -63,8 +69,8 @@ pub(super) fn measured_over_box(
         false => (0..closer.len()).map(witness).collect::<Result<Vec<_>, _>>()?,
     };
     note_witnesses(context, &witnesses);
-    let worst = found.into_iter().reduce(StructureMeasured::worse).expect("a design has fresh points");
-    Ok((worst, [live_certificate(&points), live_witnesses(&witnesses)]))
+    sections.push(live_witnesses(&witnesses));
+    Ok((measured, sections))
 }
 
 fn note_points(context: &BuildContext<'_>, points: &[PointMeasured]) {

@@ -95,10 +95,10 @@ pub(super) fn build(
     for (place, &size) in sizes.iter().enumerate() {
         let mut sized = Sized::new(context, (problem, patch), (&pool, size), (regions, design), watch)?;
         context.estimate_mesh_error(None, watch)?;
-        let certified = certified(context, problem, (&mut sized, regions), design, watch)?;
+        let is_taken = |error: f64| error <= MARGIN * problem.tolerance.error || place == last;
+        let certified = certified(context, problem, (&mut sized, regions), (design, &is_taken), watch)?;
         let found = certified.certificate.diagonal.as_ref().map_or(f64::NAN, |found| found.trajectory_error);
-        let enough = certified.certificate.holds() && found <= MARGIN * problem.tolerance.error;
-        if enough || place == last {
+        if is_taken(found) {
             let basis = (&sized.model.basis, pool.pooled);
             return Ok(certified.reported(context, problem, basis, plan, watch));
         }
@@ -303,12 +303,12 @@ fn residual_scales(
     Ok(terms.into_iter().filter_map(|term| term.try_into().ok()).collect())
 }
 
-/// The file with what was measured of it at fresh points of the box.
+/// The file with what was measured of it at fresh points of the box; more of one that is taken for its error.
 fn certified(
     context: &BuildContext<'_>,
     problem: &Problem,
     (sized, regions): (&mut Sized, &LiveRegions),
-    design: &Design,
+    (design, is_taken): (&Design, &dyn Fn(f64) -> bool),
     watch: &mut Stopwatch<'_>,
 ) -> Result<CertifiedFile, BuildError> {
     let Sized { model, forms, scales } = sized;
@@ -318,7 +318,7 @@ fn certified(
     let damping = damping_sections(context, problem, basis)?;
     let sections: Vec<&Draft> = model.sections.iter().chain(&live).chain(&damping).collect();
     let bytes = encode_file(context, problem, basis, FileStep::unmeasured(None), sections.iter().copied())?;
-    let measure = || measured_over_box(context, (&bytes, basis), design);
+    let measure = || measured_over_box(context, (&bytes, basis), (design, is_taken));
     let (measured, of_points) = watch.stage("certificate over the box", measure)?;
     let step = FileStep::measured(None, &measured, &StructureMeasured::default());
     let sections = sections.into_iter().chain(&of_points);

@@ -13,8 +13,8 @@ use crate::parametric::error::ParametricError;
 use crate::parametric::memory::{Carried, project};
 use crate::parametric::model::Parametric;
 use crate::parametric::tuned::Tuned;
-use vademecum_format::exact::Propagator;
 use vademecum_format::SectionKind;
+use vademecum_format::exact::Propagator;
 
 /// Numbers of a step for each mode: `D` column by column, then its answers to the load at both ends.
 const STEP: usize = 8;

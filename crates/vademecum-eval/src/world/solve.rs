@@ -96,27 +96,36 @@ pub(crate) fn sweep(system: &mut System<'_>, touches: &mut [Touch], spans: Spans
             continue;
         };
         let spans = spans(touch);
-        let next = answer(touch, y);
-        let change: [f64; 3] = core::array::from_fn(|k| next[k] - touch.force[k]);
+        let (next, change, by) = changed(touch, y);
         if change == [0.0; 3] {
             continue;
         }
-        for (k, row) in touch.all.iter().enumerate() {
-            largest = largest.max((row[k] * change[k]).abs());
-        }
+        largest = largest.max(by);
         touch.force = next;
         system.push(c, &spans, change);
     }
     largest
 }
 
-/// Writes gap and slip at the end of the step.
-pub(crate) fn show(system: &mut System<'_>, touches: &mut [Touch], spans: Spans<'_>) {
+/// Writes gap and slip at the end of the step; the largest displacement by which a contact is off \[m\].
+pub(crate) fn show(system: &mut System<'_>, touches: &mut [Touch], spans: Spans<'_>) -> f64 {
+    let mut largest = 0.0_f64;
     for c in 0..touches.len() {
         if let (Some(end), Some(touch)) = (displacement(system, c, touches, spans), touches.get_mut(c)) {
             touch.end = end;
+            largest = largest.max(changed(touch, end).2);
         }
     }
+    largest
+}
+
+/// The next force of a contact that shows gap and slip `y`, its change, and the largest displacement of the
+/// contact by that change.
+fn changed(touch: &Touch, y: [f64; 3]) -> ([f64; 3], [f64; 3], f64) {
+    let next = answer(touch, y);
+    let change: [f64; 3] = core::array::from_fn(|k| next[k] - touch.force[k]);
+    let by = |(k, row): (usize, &[f64; 3])| (row[k] * change[k]).abs();
+    (next, change, touch.all.iter().enumerate().map(by).fold(0.0, f64::max))
 }
 
 /// Gap and slip of a contact under the present forces.

@@ -173,13 +173,19 @@ impl<T: Scalar> World<'_, T> {
             while sweeps < if alone { most } else { 1 } && world.n_now > 0 {
                 sweeps += 1;
                 change = world.system(|system, touches, spans| sweep(system, touches, spans));
+                if change <= tolerance {
+                    // Contacts that the sweep passed before it moved others are looked at again.
+                    change = world.system(|system, touches, spans| show(system, touches, spans));
+                }
                 if change <= tolerance || !alone {
                     break;
                 }
             }
             (sweeps, change)
         })?;
-        self.system(|system, touches, spans| show(system, touches, spans));
+        if !alone || change > tolerance {
+            self.system(|system, touches, spans| show(system, touches, spans));
+        }
         let mut report = WorldReport {
             contacts: self.n_now,
             left_out,

@@ -356,8 +356,6 @@ impl Problem {
             "true beside `basis.kind = \"pod\"`, whose vectors do not move apart"
         } else if !self.is_parametric() && self.has_local_parameters() {
             "true beside a step that is separated over live regions, which change how supports share a load"
-        } else if self.has_attachments() && self.has_local_parameters() {
-            "true beside attachments and live regions, over which attachments change how supports share a load"
         } else if self.supports.is_empty() {
             "true without any `[[support]]`"
         } else {
