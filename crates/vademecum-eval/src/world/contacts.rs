@@ -12,6 +12,9 @@ use crate::world::solve::System;
 use crate::world::touch::Touch;
 use crate::world::world::World;
 
+/// Overlap that is left as it is, in sizes of the smallest member.
+const ALLOWED: f64 = 1e-4;
+
 impl<T: Scalar> World<'_, T> {
     /// Gaps, slips and rows of the contacts.
     pub(crate) fn set_up(&mut self, members: &[Member<'_, '_, T>]) -> Result<(), WorldError> {
@@ -24,6 +27,7 @@ impl<T: Scalar> World<'_, T> {
                 let member = members.get(touch.members[side]).ok_or(WorldError::Mismatch)?;
                 let slot = self.slots.get_mut(touch.members[side]).ok_or(WorldError::Mismatch)?;
                 let place = touch.places[side];
+                touch.filtered[side] = slot.middle.to_space(touch.filtered[side]);
                 let sign = if side == 0 { 1.0 } else { -1.0 };
                 let outline = member.outline().ok_or(WorldError::Mismatch)?;
                 let rest = rest_of(&outline, &place);
@@ -89,6 +93,8 @@ impl<T: Scalar> World<'_, T> {
                 let moved = add(rest, 1.0, ahead);
                 at_end = add(at_end, sign, slot.end.place(moved));
                 let arm = slot.middle.to_space(minus(add(rest, 1.0, before), slot.middle.centre));
+                // The residual flexibility turns with the body, which the moment of the force pays for.
+                let arm = add(arm, sign, shown[side]);
                 touch.arms[side] = arm;
                 if slot.is_rigid {
                     for (row, axis) in rows.chunks_exact_mut(slot.n.max(1)).zip(touch.axes) {
@@ -130,7 +136,8 @@ impl<T: Scalar> World<'_, T> {
             patch::blocks(members, self.slots, touches, near, self.room.indices);
         }
         for touch in &mut *touches {
-            touch.target = ((1.0 - self.options.recover) * touch.start).min(0.0);
+            let excess = (-touch.start - ALLOWED * self.smallest).max(0.0);
+            touch.target = touch.start.min(0.0) + self.options.recover * excess;
         }
         for slot in &*self.slots {
             let rigid =

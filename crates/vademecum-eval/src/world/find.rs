@@ -16,6 +16,10 @@ use crate::world::touch::Touch;
 /// A point may lie so far beside a triangle, as a share of its longest edge.
 const BESIDE: f64 = 1e-6;
 
+/// Distance of a contact from the place nearest to its node up to which it stays where it slid, as a share of
+/// the longest edge.
+const KEPT: f64 = 1e-3;
+
 /// Overlaps up to so many times the reach are found: the residual flexibility of a new contact is not there
 /// yet.
 const DEPTH: f64 = 5.0;
@@ -152,7 +156,10 @@ impl<'a, T: Scalar> Surfaces<'a, T> {
                 let normal = own_frame.to_space(normal.map(f64::from));
                 let point = other_frame.locate(position);
                 let nearest = self.nearest(&other, master, point, other_frame.to_body(normal));
-                let Some(nearest) = nearest else { continue };
+                let Some(mut nearest) = nearest else { continue };
+                if let Some(weights) = old.and_then(|old| self.kept(&other, master, old, &nearest)) {
+                    nearest.weights = weights;
+                }
                 found.add(Touch {
                     members: [a, b],
                     node,
@@ -160,6 +167,8 @@ impl<'a, T: Scalar> Surfaces<'a, T> {
                         crate::sections::place::Place::node(node),
                         other.outline.place(nearest.triangle, nearest.nodes, nearest.weights),
                     ],
+                    triangle: nearest.nodes,
+                    weights: nearest.weights,
                     axes: axes(other_frame.to_space(nearest.normal)),
                     friction: touching.friction,
                     restitution: touching.restitution,
@@ -172,6 +181,31 @@ impl<'a, T: Scalar> Surfaces<'a, T> {
             }
         });
         Some(())
+    }
+
+    /// Weights of a contact on the same triangle as in the last step, near where it was: it is where it slid,
+    /// whatever the motion without its force would be. So one that sticks keeps its place, and with it what the
+    /// residual flexibility stores.
+    fn kept(
+        &mut self,
+        side: &Side<'_, '_, T>,
+        member: &Member<'_, '_, T>,
+        old: &Touch,
+        nearest: &Nearest,
+    ) -> Option<[f64; 3]> {
+        if old.triangle != nearest.nodes || old.force[0] <= 0.0 {
+            return None;
+        }
+        let [a, b, c] = nearest.nodes.map(|node| self.node(side, member, node));
+        let corners = [a?, b?, c?];
+        let at = |weights: [f64; 3]| -> [f64; 3] {
+            core::array::from_fn(|k| (0..3).map(|corner| weights[corner] * corners[corner][k]).sum())
+        };
+        let point = add(at(old.weights), 1.0, side.slot.end.to_body(old.slid));
+        let apart = minus(point, at(nearest.weights));
+        let [ab, ac] = [minus(corners[1], corners[0]), minus(corners[2], corners[0])];
+        let near = dot(apart, apart) <= KEPT * KEPT * dot(ab, ab).max(dot(ac, ac));
+        near.then(|| nearest_in_triangle(point, corners))
     }
 
     /// The nearest triangle that faces a point with an outward normal, both in the coordinates of its body.

@@ -93,6 +93,7 @@ impl<T: Scalar> World<'_, T> {
         let time = self.time_step;
         let touches = self.now.get_mut(..self.n_now).unwrap_or_default();
         for touch in &mut *touches {
+            touch.slid = touch.slip();
             let force = touch.force();
             let keeps = touch.members.map(|member| self.slots.get(member).map_or(0.0, |slot| slot.keep));
             for (side, keep) in keeps.into_iter().enumerate() {
@@ -104,6 +105,13 @@ impl<T: Scalar> World<'_, T> {
             });
         }
         self.stored = touches.iter().map(Touch::stored).sum();
+        for touch in &mut *touches {
+            for (filtered, member) in touch.filtered.iter_mut().zip(touch.members) {
+                if let Some(slot) = self.slots.get(member) {
+                    *filtered = slot.middle.to_body(*filtered);
+                }
+            }
+        }
         for slot in &*self.slots {
             let x = self.room.x.get(slot.first + slot.r..).unwrap_or_default();
             let z = self.room.statics.get_mut(slot.statics..slot.statics + slot.m).unwrap_or_default();

@@ -21,7 +21,8 @@ pub struct WorldOptions {
     pub contacts: usize,
     /// Contacts near each contact for which there is room, of bodies whose files have a contact patch.
     pub near: usize,
-    /// Share of an overlap, of pairs that changed, that a step takes back.
+    /// Share of an overlap that a step takes back, of what is above 1e-4 of the size of the smallest member:
+    /// taking it back adds energy.
     pub recover: f64,
 }
 

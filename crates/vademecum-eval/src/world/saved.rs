@@ -7,8 +7,9 @@ use crate::world::joint::ROWS;
 use crate::world::touch::Touch;
 use crate::world::world::World;
 
-/// Numbers of a contact: members, node, force, filtered forces, residual displacement.
-const TOUCH: usize = 15;
+/// Numbers of a contact: members, node, force, filtered forces, residual displacement, slip, nodes of the
+/// triangle and weights.
+const TOUCH: usize = 24;
 
 /// Numbers of a member: where it was at the end of the last step, position and rotation.
 const SLOT: usize = 12;
@@ -39,7 +40,9 @@ impl<T: Scalar> World<'_, T> {
         let touches = self.touches();
         let of_touch = |touch: &Touch| {
             let [a, b] = touch.members.map(|member| member as f64);
-            let numbers = [touch.force(), touch.filtered[0], touch.filtered[1], touch.residual];
+            let [first, second] = touch.filtered;
+            let triangle = touch.triangle.map(f64::from);
+            let numbers = [touch.force(), first, second, touch.residual, touch.slid, triangle, touch.weights];
             [a, b, f64::from(touch.node)].into_iter().chain(numbers.into_iter().flatten())
         };
         let (head, rest) = out.split_at_mut(2);
@@ -92,7 +95,8 @@ impl<T: Scalar> World<'_, T> {
         }
         for (touch, saved) in self.now.iter_mut().zip(used) {
             let [a, b, node, rest @ ..] = *saved;
-            let [fx, fy, fz, ax, ay, az, bx, by, bz, rx, ry, rz] = rest;
+            let [fx, fy, fz, ax, ay, az, bx, by, bz, rx, ry, rz, rest @ ..] = rest;
+            let [sx, sy, sz, i, j, k, u, v, w] = rest;
             *touch = Touch {
                 members: [a as usize, b as usize],
                 node: node as u32,
@@ -100,6 +104,9 @@ impl<T: Scalar> World<'_, T> {
                 force: [fx, fy, fz],
                 filtered: [[ax, ay, az], [bx, by, bz]],
                 residual: [rx, ry, rz],
+                slid: [sx, sy, sz],
+                triangle: [i, j, k].map(|node| node as u32),
+                weights: [u, v, w],
                 ..Touch::NONE
             };
         }

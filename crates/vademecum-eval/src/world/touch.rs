@@ -10,13 +10,17 @@ pub struct Touch {
     pub(crate) members: [usize; 2],
     pub(crate) node: u32,
     pub(crate) places: [Place; 2],
+    /// Nodes of the triangle of the second place, and their weights.
+    pub(crate) triangle: [u32; 3],
+    pub(crate) weights: [f64; 3],
     /// Normal of the surface, outwards, and two tangents, in space.
     pub(crate) axes: [[f64; 3]; 3],
     pub(crate) friction: f64,
     pub(crate) restitution: f64,
     /// Force on the node along the axes, held over the step \[N\].
     pub(crate) force: [f64; 3],
-    /// Forces on the node in space as the residual flexibility of each member answers them \[N\].
+    /// Forces on the node as the residual flexibility of each member answers them \[N\]: in space, and between
+    /// two steps in the axes of the member, so that what it stores does not change as the member turns.
     pub(crate) filtered: [[f64; 3]; 2],
     /// Displacement of the node from the point by the residual flexibility, in space \[m\].
     pub(crate) residual: [f64; 3],
@@ -38,6 +42,8 @@ pub struct Touch {
     pub(crate) blocks: [[[f64; 3]; 3]; 2],
     /// Gap and slip at the end of the step.
     pub(crate) end: [f64; 3],
+    /// Slip over the last step \[m\], in space.
+    pub(crate) slid: [f64; 3],
     /// Place on each member at rest \[m\].
     pub(crate) rest: [[f64; 3]; 2],
     /// Contacts near it, with a block between the two.
@@ -55,6 +61,9 @@ impl Touch {
         members: [0; 2],
         node: 0,
         places: [Place::node(0); 2],
+        triangle: [0; 3],
+        weights: [0.0; 3],
+        slid: [0.0; 3],
         axes: [[0.0; 3]; 3],
         friction: 0.0,
         restitution: 0.0,
