@@ -3,7 +3,7 @@
     pip install vademecum torch
     python with_torch.py
 
-`march` is an operation of PyTorch like any other: `backward` goes through it.
+Debian's `python3-torch` does as well. `march` is an operation of PyTorch like any other: `backward` goes through it.
 """
 
 import numpy as np

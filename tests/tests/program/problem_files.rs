@@ -22,7 +22,7 @@ const HERE: [&str; 7] = [
 ];
 
 /// Files, or all of a folder, and the step of the gate that builds them.
-const ELSEWHERE: [(&str, &str); 25] = [
+const ELSEWHERE: [(&str, &str); 26] = [
     ("crates/vademecum-cli/assets/", "links to fixtures"),
     ("crates/vademecum-fmu/tests/", "crates/vademecum-fmu/check"),
     ("docs/gallery/bar.toml", "the test `tutorial`"),
@@ -37,6 +37,7 @@ const ELSEWHERE: [(&str, &str); 25] = [
     ("docs/gallery/storey", "the test `tutorial`"),
     ("docs/tutorials/tuning-fork/", "the test `tutorial`"),
     ("examples/firmware/", "examples/firmware/check"),
+    ("examples/mujoco/", "examples/mujoco/check"),
     ("examples/rapier/", "examples/rapier/check"),
     ("examples/sweep/", "examples/sweep/check"),
     ("packages/vademecum-eval/test/", "packages/vademecum-eval/check"),
