@@ -16,7 +16,7 @@ kratos.YOUNG, kratos.POISSON, kratos.DENSITY = YOUNG, POISSON, DENSITY
 kratos.STEP, kratos.STEPS = EVERY, round(DURATION / EVERY)
 # Processor time, as of the others.
 kratos.time = types.SimpleNamespace(perf_counter=time.process_time)
-MODES, TOLERANCE = 16, 1e-6
+MODES, TOLERANCE = 16, 1e-4
 
 
 def rows(task):
@@ -37,6 +37,6 @@ def rows(task):
     kratos.write_basis(task.block, trained, MODES)
     kratos.training(task.block, TOLERANCE)
     elements = len(np.load("rom_data/HROM_ElementIds.npy"))
-    for step in STEPS:
+    for step in STEPS[:2]:
         name = f"hyper-reduced, {MODES} modes, {elements} of {len(task.block.tetrahedra)} elements"
         yield (name, "Bossak, Newton", step, *shown(step, True), True)
