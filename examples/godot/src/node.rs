@@ -4,7 +4,7 @@ use godot::classes::mesh::{ArrayType, PrimitiveType};
 use godot::classes::{ArrayMesh, FileAccess, IMeshInstance3D, MeshInstance3D};
 use godot::prelude::*;
 
-use crate::soft::Soft;
+use crate::soft::{Drawn, Soft};
 
 struct Extension;
 
@@ -103,7 +103,7 @@ impl VademecumBody {
     fn draw(&mut self) {
         let magnify = self.magnify;
         let Some(soft) = &mut self.soft else { return };
-        let Some((places, normals)) = told(soft.surface(magnify)) else { return };
+        let Some(Drawn { places, normals }) = told(soft.surface(magnify)) else { return };
         // Godot's front faces are clockwise.
         let corners: PackedInt32Array =
             soft.triangles().iter().flat_map(|&[a, b, c]| [a, c, b]).map(|node| node as i32).collect();

@@ -8,6 +8,14 @@ use vademecum_eval::{Field, SceneOptions, Simulation};
 /// The most that one frame makes up for \[s\], so that a slow frame does not make the next one slower.
 const LONGEST: f64 = 0.25;
 
+/// The surface as it has moved: places and normals of its nodes.
+pub struct Drawn {
+    /// Places.
+    pub places: Vec<[f32; 3]>,
+    /// Outward, of length one.
+    pub normals: Vec<[f32; 3]>,
+}
+
 /// A body, its surface at rest and as it was drawn last.
 pub struct Soft {
     body: Simulation<f32>,
@@ -94,11 +102,11 @@ impl Soft {
         &self.triangles
     }
 
-    /// Places and normals of the surface as it has moved, the displacement magnified by `scale`.
+    /// The surface as it has moved, the displacement magnified by `scale`.
     ///
     /// # Errors
     /// If the file does not show its surface.
-    pub fn surface(&mut self, scale: f32) -> Result<(Vec<[f32; 3]>, Vec<[f32; 3]>), Box<dyn Error>> {
+    pub fn surface(&mut self, scale: f32) -> Result<Drawn, Box<dyn Error>> {
         self.body.surface_into(Field::Displacement, &mut self.displacement)?;
         let moved = self.displacement.as_chunks::<3>().0.iter();
         let places: Vec<[f32; 3]> =
@@ -117,7 +125,7 @@ impl Soft {
                 *normal = normal.map(|x| x / length);
             }
         }
-        Ok((places, normals))
+        Ok(Drawn { places, normals })
     }
 }
 

@@ -1,6 +1,6 @@
 //! What the node does, without the engine. `BODY` names a file of the tongue of `bodies/`.
 
-use vademecum_godot::soft::Soft;
+use vademecum_godot::soft::{Drawn, Soft};
 
 fn tongue() -> Soft {
     let path = std::env::var("BODY").expect("BODY names a file");
@@ -32,14 +32,14 @@ fn a_push_bends_the_tongue_and_it_rings() {
 #[test]
 fn the_mesh_follows() {
     let mut soft = tongue();
-    let (rest, normals) = soft.surface(1.0).expect("a surface");
+    let Drawn { places: rest, normals } = soft.surface(1.0).expect("a surface");
     assert!(soft.triangles().iter().flatten().all(|&node| (node as usize) < rest.len()));
     let top = rest.iter().position(|at| at[2] > 0.00079 && at[0] > 0.01 && at[0] < 0.03).expect("a node");
     assert!(normals[top][2] > 0.5, "outward: {:?}", normals[top]);
     soft.push(TIP, [0.0, 0.0, -0.1]).expect("pushed");
     soft.advance(0.1).expect("steps");
-    let (once, _) = soft.surface(1.0).expect("a surface");
-    let (twice, _) = soft.surface(2.0).expect("a surface");
+    let once = soft.surface(1.0).expect("a surface").places;
+    let twice = soft.surface(2.0).expect("a surface").places;
     let moved =
         |places: &[[f32; 3]]| places.iter().zip(&rest).map(|(a, b)| a[2] - b[2]).fold(0.0_f32, f32::min);
     assert!(moved(&once) < 0.0 && (moved(&twice) / moved(&once) - 2.0).abs() < 1e-3);
