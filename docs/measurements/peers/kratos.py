@@ -10,9 +10,7 @@ Kratos' own full order at the same step, and against its full order with a sixte
 
 import contextlib
 import csv
-import itertools
 import json
-import math
 import os
 import subprocess
 import sys
@@ -22,6 +20,7 @@ from pathlib import Path
 
 import KratosMultiphysics as Kratos
 import numpy as np
+from block import Block, force
 from KratosMultiphysics import RomApplication, StructuralMechanicsApplication  # noqa: F401
 from KratosMultiphysics.RomApplication.calculate_rom_basis_output_process import CalculateRomBasisOutputProcess
 from KratosMultiphysics.RomApplication.rom_analysis import CreateRomAnalysisInstance
@@ -39,64 +38,6 @@ REFINED = (8, 16)
 # Kratos steps once a step; with so many it is as fine as the file with as many sub-steps.
 FINER = 4
 COORDINATES, SUBSTEPS = 32, (1, FINER)
-
-
-class Block:
-    """Nodes, six tetrahedra a cell, and the lumped share of each node of the free end in a unit force spread evenly over it."""
-
-    def __init__(self):
-        counts = [c + 1 for c in CELLS]
-        grids = [np.linspace(0, length, count) for length, count in zip(LENGTHS, counts)]
-        self.nodes = np.array(list(itertools.product(*grids)))
-
-        def index(i, j, k):
-            return (i * counts[1] + j) * counts[2] + k
-
-        tetrahedra = []
-        for corner in itertools.product(*map(range, CELLS)):
-            for axes in itertools.permutations(range(3)):
-                path = [list(corner)]
-                for axis in axes:
-                    path.append(list(path[-1]))
-                    path[-1][axis] += 1
-                tetrahedra.append([index(*p) for p in path])
-        self.tetrahedra = np.array(tetrahedra)
-        edges = self.nodes[self.tetrahedra[:, 1:]] - self.nodes[self.tetrahedra[:, :1]]
-        self.volumes = np.linalg.det(edges) / 6
-        turned = self.volumes < 0
-        self.tetrahedra[turned] = self.tetrahedra[turned][:, [1, 0, 2, 3]]
-        self.volumes = abs(self.volumes)
-        faces = self.tetrahedra[:, list(itertools.combinations(range(4), 3))].reshape(-1, 3)
-        on_end = np.all(self.nodes[faces][:, :, 0] > LENGTHS[0] - 1e-9, axis=1)
-        self.end_faces = faces[on_end]
-        corners = self.nodes[self.end_faces]
-        areas = np.linalg.norm(np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]), axis=1) / 2
-        self.shares = np.zeros(len(self.nodes))
-        np.add.at(self.shares, self.end_faces.ravel(), np.repeat(areas / 3, 3) / areas.sum())
-        self.tip = index(CELLS[0], CELLS[1] // 2, CELLS[2] // 2)
-
-    def inner(self, u, v):
-        """Sums of the mass-weighted products of displacements of shape (instants, nodes, 3)."""
-        a, b = u[:, self.tetrahedra], v[:, self.tetrahedra]
-        # The mass of a linear tetrahedron: rho V / 20 (1 + delta).
-        products = np.einsum("teni,teni->te", a, b) + np.einsum("tei,tei->te", a.sum(axis=2), b.sum(axis=2))
-        return float(DENSITY / 20 * (products @ self.volumes).sum())
-
-    def error(self, u, reference):
-        return math.sqrt(self.inner(u - reference, u - reference) / self.inner(reference, reference))
-
-    def write_gmsh(self, path):
-        lines = ["$MeshFormat", "2.2 0 8", "$EndMeshFormat", "$Nodes", str(len(self.nodes))]
-        lines += [f"{i} {x!r} {y!r} {z!r}" for i, (x, y, z) in enumerate(self.nodes.tolist(), 1)]
-        lines += ["$EndNodes", "$Elements", str(len(self.tetrahedra))]
-        lines += [f"{i} 4 2 1 1 {a} {b} {c} {d}" for i, (a, b, c, d) in enumerate((self.tetrahedra + 1).tolist(), 1)]
-        path.write_text("\n".join([*lines, "$EndElements", ""]))
-
-
-def force(load, t):
-    size, duration, angle = load
-    amplitude = size * math.sin(math.pi * t / duration) ** 2 if t < duration else 0.0
-    return amplitude * math.sin(math.radians(angle)), amplitude * math.cos(math.radians(angle))
 
 
 class Snapshots(CalculateRomBasisOutputProcess):
@@ -195,12 +136,8 @@ def change_rom(**changes):
     path.write_text(json.dumps(parameters))
 
 
-def kratos_rows(block, coarse, truth):
-    """The reduced models of Kratos: name, seconds of training, seconds of a step, both errors, floor, elements."""
-    start = time.perf_counter()
-    trained = np.concatenate([run(block, load)[0] for load in TRAINING])
-    sampling = time.perf_counter() - start
-    snapshots = trained.reshape(len(trained), -1).T
+def write_basis(block, displacements, modes):
+    """Writes the basis of a reduced model where Kratos looks for it."""
     model = Kratos.Model()
     part = model.CreateModelPart("Structure")
     for i, (x, y, z) in enumerate(block.nodes.tolist(), 1):
@@ -208,9 +145,17 @@ def kratos_rows(block, coarse, truth):
     names = ["DISPLACEMENT_X", "DISPLACEMENT_Y", "DISPLACEMENT_Z"]
     output = Kratos.Parameters(json.dumps({"model_part_name": "Structure", "nodal_unknowns": names,
                                            "svd_truncation_tolerance": 1e-12}))
+    Snapshots(model, output).write(displacements.reshape(len(displacements), -1).T, modes)
+
+
+def kratos_rows(block, coarse, truth):
+    """The reduced models of Kratos: name, seconds of training, seconds of a step, both errors, floor, elements."""
+    start = time.perf_counter()
+    trained = np.concatenate([run(block, load)[0] for load in TRAINING])
+    sampling = time.perf_counter() - start
     for modes in MODES:
         start = time.perf_counter()
-        Snapshots(model, output.Clone()).write(snapshots, modes)
+        write_basis(block, trained, modes)
         decomposing = time.perf_counter() - start
         basis = np.load("rom_data/RightBasisMatrix.npy")
         flat = coarse.reshape(len(coarse), -1).T
@@ -341,7 +286,7 @@ def main():
     output.mkdir(parents=True, exist_ok=True)
     os.chdir(output)
     Kratos.Logger.GetDefaultOutput().SetSeverity(Kratos.Logger.Severity.WARNING)
-    block = Block()
+    block = Block(LENGTHS, CELLS, DENSITY)
     coarse, seconds, iterations = run(block, ASKED)
     refined = [run(block, ASKED, STEP / by)[0] for by in REFINED]
     truth = refined[-1]
@@ -374,4 +319,5 @@ def main():
     Path("kratos.json").write_text(json.dumps(result, indent=1))
 
 
-main()
+if __name__ == "__main__":
+    main()

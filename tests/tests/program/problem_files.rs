@@ -22,7 +22,8 @@ const HERE: [&str; 7] = [
 ];
 
 /// Files, or all of a folder, and the step of the gate that builds them.
-const ELSEWHERE: [(&str, &str); 26] = [
+const ELSEWHERE: [(&str, &str); 27] = [
+    ("bodies/", "bodies/make"),
     ("crates/vademecum-cli/assets/", "links to fixtures"),
     ("crates/vademecum-fmu/tests/", "crates/vademecum-fmu/check"),
     ("docs/gallery/bar.toml", "the test `tutorial`"),
