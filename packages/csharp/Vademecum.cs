@@ -445,7 +445,7 @@ namespace Vademecum
         public double Reach;
         /// <summary>Largest change of a displacement in the last sweep in m; 0: 1e-9 of the smallest member.</summary>
         public double Tolerance;
-        /// <summary>Share of an overlap, of pairs that changed, that a step takes back.</summary>
+        /// <summary>Share of an overlap that a step takes back, of what is above 1e-4 of the size of the smallest member.</summary>
         public double Recover;
         /// <summary>Most sweeps of a step.</summary>
         public uint Sweeps;

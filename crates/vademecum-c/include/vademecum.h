@@ -608,7 +608,7 @@ typedef struct VdmWorldOptions {
    */
   double tolerance;
   /*
-   Share of an overlap, of pairs that changed, that a step takes back.
+   Share of an overlap that a step takes back, of what is above 1e-4 of the size of the smallest member.
    */
   double recover;
   /*

@@ -56,7 +56,7 @@ pub struct VdmWorldOptions {
     pub reach: f64,
     /// Largest change of a displacement in the last sweep, in m; 0: 1e-9 of the smallest member.
     pub tolerance: f64,
-    /// Share of an overlap, of pairs that changed, that a step takes back.
+    /// Share of an overlap that a step takes back, of what is above 1e-4 of the size of the smallest member.
     pub recover: f64,
     /// Most sweeps of a step.
     pub sweeps: u32,

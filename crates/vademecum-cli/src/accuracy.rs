@@ -55,8 +55,8 @@ impl Accuracy {
         })
     }
 
-    /// The bound, or that there is none; empty of a file without point loads. That of a parametric model is at
-    /// two points of its box.
+    /// The bound, or that there is none; empty of a file without point loads. That of a parametric model
+    /// is at two points of its box.
     pub(crate) fn bound(&self) -> Option<String> {
         if let [centre, worst] = &self.live.closer[..] {
             let of = |at: &Option<Bound>| at.as_ref().map(bound_shares);

@@ -562,7 +562,7 @@ fn with_attachments(text: &str, [ground, mount, motor]: [f64; 3]) -> String {
         scaled(&[0.02, 0.03, 0.01, 0.0, 0.0, 0.0], motor),
         scaled(&[2e5, 3e5, 5e5, 900.0, 700.0, 500.0], mount)
     );
-    text.replacen("[[load.pattern]]", &(attached + "[[load.pattern]]"), 1)
+    text.replacen("[[load.pattern]]", &(attached + "[time]\nstep = 1e-3\n[[load.pattern]]"), 1)
 }
 
 #[test]

@@ -10,7 +10,7 @@ use faer::linalg::matmul::matmul;
 use faer::prelude::ReborrowMut;
 use faer::{Accum, Mat, MatMut, MatRef, Par};
 
-use super::ResidualBasis;
+use super::basis::ResidualBasis;
 use crate::fem::{Factor, FactorError, Pencil, Solve, Symbolic};
 use crate::linalg::column_groups;
 use crate::parallel;

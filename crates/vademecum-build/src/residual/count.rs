@@ -6,7 +6,7 @@
 
 use faer::Mat;
 
-use super::ResidualBasis;
+use super::basis::ResidualBasis;
 use super::bound::relative_bound;
 use super::complement::ResidualOperator;
 use super::error::ResidualError;

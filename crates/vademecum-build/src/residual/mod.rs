@@ -9,6 +9,7 @@
 //! needs. `‖R F‖_M`, as a share of the static answer `‖K⁻¹F‖_M`, is also the bound of what the basis can miss
 //! after a jump of the load.
 
+mod basis;
 mod bound;
 mod complement;
 mod count;
@@ -24,6 +25,7 @@ mod stress;
 mod sweep;
 mod way;
 
+pub(crate) use basis::ResidualBasis;
 pub(crate) use bound::StaticBound;
 pub(crate) use count::ModeSearch;
 pub(crate) use count::modes_within;
@@ -35,7 +37,6 @@ pub(crate) use ports::{PortFlexibility, port_flexibility};
 pub(crate) use stress::{StressFlexibility, stress_residual};
 pub(crate) use way::BlockMethod;
 
-use crate::fem::Pencil;
 use crate::prepared::Body;
 use crate::progress::Listener;
 
@@ -45,23 +46,6 @@ use faer::MatRef;
 use selected::{Blocks, blocks, free_rows, selected};
 use small::{Symmetric, semidefinite};
 use sweep::{AtNode, answers, sweep};
-
-/// A body and the basis whose residual flexibility is computed.
-#[derive(Clone, Copy)]
-pub(crate) struct ResidualBasis<'a> {
-    /// The body.
-    pub(crate) body: &'a Body,
-    /// Its mass and stiffness, or those at other values of its parameters.
-    pub(crate) pencil: &'a Pencil,
-    /// Symbolic factorisation of its pattern.
-    pub(crate) symbolic: &'a crate::fem::Symbolic,
-    /// `B`, shape (n, r), `BᵀMB = I`.
-    pub(crate) vectors: MatRef<'a, f64>,
-    /// `Λ`, the diagonal of `BᵀKB`.
-    pub(crate) eigenvalues: &'a [f64],
-    /// True if `B` are natural modes and the step is exact in time: whether the bound is rigorous.
-    pub(crate) rigorous: bool,
-}
 
 /// `R` where a file keeps it, and its bound.
 #[derive(Clone, Debug, serde::Serialize, serde::Deserialize)]

@@ -10,7 +10,7 @@ use std::time::Instant;
 
 use faer::{Mat, MatRef};
 
-use super::ResidualBasis;
+use super::basis::ResidualBasis;
 use super::complement::ResidualOperator;
 use super::error::ResidualError;
 use super::further::modes_beside;

@@ -7,7 +7,7 @@
 use faer::linalg::matmul::matmul;
 use faer::{Accum, Mat, MatRef, Par};
 
-use super::ResidualBasis;
+use super::basis::ResidualBasis;
 use super::complement::ResidualOperator;
 use super::error::ResidualError;
 use super::sweep::answers;

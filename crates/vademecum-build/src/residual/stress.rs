@@ -1,6 +1,6 @@
 //! Static correction of the stress: `S R F`, with `S` the rows of the stress.
 
-use super::ResidualBasis;
+use super::basis::ResidualBasis;
 use super::complement::ResidualOperator;
 use super::error::ResidualError;
 use super::sweep::answers;

@@ -1,7 +1,7 @@
 //! Many bodies of one parametric file, each at parameters of its own.
 //!
-//! A body keeps its modes along the basis and their steps, `m (r + 13) + 2 r` numbers, in place of a file: 500
-//! bodies of 32 modes and 128 vectors take 19 MB. Loads and outputs are rows over the basis: the modes feel
+//! A body keeps its modes along the basis and their steps, `m (r + 13) + 2 r` numbers, in place of a file:
+//! 500 bodies of 32 modes and 128 vectors take 19 MB. Loads and outputs are rows over the basis: the modes feel
 //! `Xᵀ (BᵀF)`, and a row `b` shows `b X q`.
 
 use core::ops::Deref;
@@ -300,8 +300,8 @@ impl<'m> ParametricBatch<'m> {
     /// load stays. `O(r³)`.
     ///
     /// # Errors
-    /// [`ParametricError::NoBody`]; values out of the box; matrices that are not definite. Nothing has changed
-    /// then.
+    /// [`ParametricError::NoBody`]; values out of the box; matrices that are not definite. Nothing has
+    /// changed then.
     pub fn set_parameters(
         &mut self,
         model: &Parametric<'_>,

@@ -184,8 +184,8 @@ impl<'a, T: Scalar> Surfaces<'a, T> {
     }
 
     /// Weights of a contact on the same triangle as in the last step, near where it was: it is where it slid,
-    /// whatever the motion without its force would be. So one that sticks keeps its place, and with it what the
-    /// residual flexibility stores.
+    /// whatever the motion without its force would be. So one that sticks keeps its place, and with it what
+    /// the residual flexibility stores.
     fn kept(
         &mut self,
         side: &Side<'_, '_, T>,
@@ -193,7 +193,7 @@ impl<'a, T: Scalar> Surfaces<'a, T> {
         old: &Touch,
         nearest: &Nearest,
     ) -> Option<[f64; 3]> {
-        if old.triangle != nearest.nodes || old.force[0] <= 0.0 {
+        if old.triangle != nearest.nodes || old.force == [0.0; 3] {
             return None;
         }
         let [a, b, c] = nearest.nodes.map(|node| self.node(side, member, node));

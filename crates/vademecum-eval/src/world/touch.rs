@@ -19,8 +19,8 @@ pub struct Touch {
     pub(crate) restitution: f64,
     /// Force on the node along the axes, held over the step \[N\].
     pub(crate) force: [f64; 3],
-    /// Forces on the node as the residual flexibility of each member answers them \[N\]: in space, and between
-    /// two steps in the axes of the member, so that what it stores does not change as the member turns.
+    /// Forces on the node as the residual flexibility of each member answers them \[N\]: in space, and
+    /// between two steps in the axes of the member, so that the energy in it does not change as it turns.
     pub(crate) filtered: [[f64; 3]; 2],
     /// Displacement of the node from the point by the residual flexibility, in space \[m\].
     pub(crate) residual: [f64; 3],
