@@ -1,8 +1,8 @@
 //! Many bodies of one parametric file, each at parameters of its own.
 //!
 //! A body keeps its modes along the basis and their steps, `m (r + 13) + 2 r` numbers, in place of a file:
-//! 500 bodies of 32 modes and 128 vectors take 19 MB. Loads and outputs are rows over the basis: the modes feel
-//! `Xᵀ (BᵀF)`, and a row `b` shows `b X q`.
+//! 500 bodies of 32 modes and 128 vectors take 19 MB. Loads and outputs are rows over the basis: the modes
+//! feel `Xᵀ (BᵀF)`, and a row `b` shows `b X q`.
 
 use core::ops::Deref;
 
