@@ -5,7 +5,7 @@
 use vademecum_format::{File, ParameterRole, SectionKind};
 use vademecum_study::FileError;
 use vademecum_study::contents::{Bound, bound};
-use vademecum_study::live_errors::LiveErrors;
+use vademecum_study::live_errors::{CloserErrors, LiveErrors};
 
 use crate::words::percent;
 
@@ -58,9 +58,9 @@ impl Accuracy {
     /// The bound, or that there is none; empty of a file without point loads. That of a parametric model
     /// is at two points of its box.
     pub(crate) fn bound(&self) -> Option<String> {
-        if let [centre, worst] = &self.live.closer[..] {
-            let of = |at: &Option<Bound>| at.as_ref().map(bound_shares);
-            let (centre, worst) = (of(&centre.bound)?, of(&worst.bound)?);
+        let with_bound = |at: &CloserErrors| at.bound.map(|bound| bound_shares(&bound));
+        let shares: Vec<String> = self.live.closer.iter().filter_map(with_bound).collect();
+        if let [centre, worst] = &shares[..] {
             return Some(format!(
                 "error estimate for any point load at the centre of the parameters' box: {centre}; at the worst of the \
                  measured points: {worst}"
@@ -77,7 +77,7 @@ impl Accuracy {
     pub(crate) fn measured(&self) -> Option<String> {
         if let Some(errors) = self.live.quantiles() {
             let [median, p95, worst] = errors.map(percent);
-            let points = self.live.points.len();
+            let points = self.live.points.iter().filter(|point| !point.trained).count();
             let far = self.live.closer.iter().map(|at| at.reference_distance).fold(0.0, f64::max);
             let at_full_order = if self.live.closer.is_empty() {
                 String::new()
@@ -136,6 +136,7 @@ fn bound_shares(Bound { worst, median, p95, .. }: &Bound) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use vademecum_study::live_errors::PointErrors;
 
     fn of(bound: Option<Bound>, residual: bool) -> Accuracy {
         let measured = Some([3.3e-3, 3.2e-3]);
@@ -166,6 +167,27 @@ mod tests {
             lines[1].starts_with(
                 "warning: contacts have no residual flexibility and no error bound (live regions)"
             )
+        );
+    }
+
+    #[test]
+    fn errors_over_a_box_count_fresh_points_and_a_file_without_bound_says_so() {
+        let point = |trained, trajectory_error| PointErrors { values: vec![], trained, trajectory_error };
+        let closer =
+            |bound| CloserErrors { values: vec![], trajectory_error: 0.02, reference_distance: 1e-5, bound };
+        let points = vec![point(true, 0.9), point(false, 0.01), point(false, 0.02)];
+        let said = |bound| {
+            let live = LiveErrors { points: points.clone(), closer: vec![closer(bound), closer(bound)] };
+            Accuracy { live, ..of(None, true) }.lines()
+        };
+        let lines = said(None);
+        assert!(lines[0].starts_with("no error bound for point loads"), "{lines:?}");
+        assert!(lines[1].contains("at 2 points") && lines[1].contains("2 % at worst"), "{lines:?}");
+        assert!(lines[1].ends_with("within 0.001 % of a march at full order"), "{lines:?}");
+        let lines = said(Some(Bound { worst: 0.5, median: 1e-3, p95: 1e-2, kind: "estimate" }));
+        assert!(
+            lines[0].contains("median 0.1 %, 95th percentile 1 %, worst 50 %; at the worst"),
+            "{lines:?}"
         );
     }
 }

@@ -129,7 +129,7 @@ fn doubles(vector: Vector3) -> [f64; 3] {
     [vector.x, vector.y, vector.z].map(f64::from)
 }
 
-/// What went well; an error goes to the console of Godot.
+/// The result of a call that went well; an error goes to the console of Godot.
 fn told<T>(result: Result<T, Box<dyn std::error::Error>>) -> Option<T> {
     result.inspect_err(|error| godot_error!("{error}")).ok()
 }

@@ -1,4 +1,4 @@
-//! What the node does, without the engine. `BODY` names a file of the tongue of `bodies/`.
+//! The calls of the node, without the engine. `BODY` names a file of the tongue of `bodies/`.
 
 use vademecum_godot::soft::{Drawn, Soft};
 

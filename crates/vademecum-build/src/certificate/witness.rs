@@ -41,7 +41,9 @@ pub(crate) fn distance_at_full_order(
     march_full_order(&march, loads, columns, steps, listener, |step, state| {
         meter.add(state.displacement.as_ref(), coordinates[step].as_ref());
     })?;
-    Ok(meter.errors().iter().map(|found| found.error).fold(0.0, f64::max))
+    // A distance that is not a number is none of 0.
+    let larger = |most: f64, found: f64| if found > most || found.is_nan() { found } else { most };
+    Ok(meter.errors().iter().map(|found| found.error).fold(0.0, larger))
 }
 
 #[cfg(test)]

@@ -5,7 +5,7 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 
 use faer::{Mat, MatRef};
 use vademecum_eval::{Parametric, SceneOptions, StructureChoice};
-use vademecum_format::{File, checksum};
+use vademecum_format::{File, SectionKind, checksum};
 
 use super::{BuildContext, BuildError};
 use crate::basis::Basis;
@@ -121,8 +121,7 @@ fn witnessed(
             distance_at_full_order(model, truth, step, (&loads, unseen.steps), &quiet)
         })?;
         let nodes = &order.nodes[..order.n_load];
-        let has_residual =
-            File::parse(bytes)?.section(vademecum_format::SectionKind::ContactResidual).is_some();
+        let has_residual = File::parse(bytes)?.section(SectionKind::ContactResidual).is_some();
         let bound = match has_residual {
             true => {
                 let vectors = body.own.vectors.as_ref();
